@@ -30,7 +30,7 @@ from cgla_graph.scenarios.mission_file import MissionFile
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.warm_up import shortened
 
-#: What workers load beforehand.
+#: Modules that workers load before the first task.
 PRELOAD = (__name__,)
 #: What `cgla compare` leaves out on missions unless it is asked for: a flight plans dozens of times, and these hand
 #: over a complete graph edge by edge each time, or solve a mixed-integer program.
@@ -46,7 +46,7 @@ def mission_entrants(entrants: Sequence[Entrant], *, chosen: bool) -> list[Entra
     Parameters
     ----------
     entrants
-        Those of the comparison.
+        The entrants of the comparison.
     chosen
         Whether the user named them; otherwise those that need another package, or take too long, are left out.
 
@@ -86,7 +86,7 @@ def _flight_task(cell: FlightCell, mission: MissionFile, entrant: Entrant) -> Ta
     n_uavs = len(mission.variants[cell.variant].uavs)
 
     def flight_of(outcome: Outcome, limits: Limits, _: Results) -> FlightRun:
-        """Take a flight, or the reason why there is none."""
+        """Return a flight, or the reason why there is none."""
         if outcome.failure is not None:
             status, message = lost(outcome, limits)
             return FlightRun(*cell, n_uavs, status.label, message)
@@ -101,7 +101,7 @@ def _flight_task(cell: FlightCell, mission: MissionFile, entrant: Entrant) -> Ta
 def _fly(mission: MissionFile, variant: str, entrant: Entrant, seed: int | None, limits: Limits) -> Mapping[str, Any]:
     """Make one flight in a worker."""
     if not entrant.is_built_in:
-        # it may leave anything behind
+        # a plug-in may change the process
         use_up()
     elif entrant.label not in _ready:
         _warm_up(entrant)
@@ -138,7 +138,7 @@ def _run(mission: MissionFile, variant: str, entrant: Entrant, seed: int | None)
 
 
 def _answer(flight: Flight) -> Mapping[str, Any]:
-    """Say what a flight came to, in numbers and words."""
+    """Return the results of a flight as numbers and words."""
     uavs = list(flight.uavs.values())
     late = [uav for uav in uavs if uav.status.label != "arrived"]
     numbers = {

@@ -19,9 +19,9 @@ from cgla_graph.scenarios.geojson import line_feature_collection
 
 #: The columns of traces; on lon/lat maps, longitude and latitude follow.
 TRACE_COLUMNS = ("uav", "tick", "x", "y", "risk", "known_threats", "known_areas")
-#: What a log says of each UAV at first.
+#: Fields of each UAV in the first line of a log.
 _UAV_KEYS = ("name", "start", "goal", "detection_radius", "safe_distance", "k", "departs")
-#: What of a mission is no setting, but described apart.
+#: Fields of a mission that are no settings and are described apart.
 _NO_SETTINGS = ("world", "uavs", "solver", "resolution", "sharing", "virtual_obstacle")
 
 
@@ -60,7 +60,7 @@ def header_document(spec: MissionSpec) -> dict[str, Any]:
 
 
 def _world_document(world: World) -> dict[str, Any]:
-    """Return threats and timed areas, numbered as events number them; of the chart, only how much there is of it."""
+    """Return threats and timed areas, numbered as in events, and the number of charted areas."""
     threats = [{"number": n, **dataclasses.asdict(threat)} for n, threat in enumerate(world.field.threats)]
     areas = []
     for number, item in enumerate(world.timed):
@@ -70,7 +70,7 @@ def _world_document(world: World) -> dict[str, Any]:
             threats.append({**numbered, **life, "moves": item.moves})
         elif isinstance(item, TimedArea):
             areas.append({"number": number, **life, "geometry": shapely.geometry.mapping(item.polygon)})
-    # as of the chart, only what there is: values of a raster would drown the log
+    # without values: those of a raster would drown the log
     rasters = [
         {
             "number": number,
@@ -94,9 +94,9 @@ def log_lines(spec: MissionSpec, flight: Flight, first: int = 0, end: int | None
     spec
         The mission.
     flight
-        What it came to, or has come to so far.
+        The flight, or its part so far.
     first, end
-        The first tick that is wanted, and the first that is not; None: to the end.
+        The first tick, and the one after the last; None: to the end.
 
     Yields
     ------

@@ -60,8 +60,8 @@ def interval_ranks(n: int) -> tuple[int, int] | None:
     Choose the order statistics between which the median of a distribution lies.
 
     Each of `n` independent values is below the median with probability 1/2. So the median is outside
-    :math:`[x_{(r)}, x_{(n+1-r)}]` with probability :math:`2 \sum_{i<r} \binom{n}{i} / 2^n` at most, whatever the
-    distribution (exactly that for continuous ones, less with ties). The greatest `r` for which that is allowed is
+    :math:`[x_{(r)}, x_{(n+1-r)}]` with probability :math:`2 \sum_{i<r} \binom{n}{i} / 2^n` at most, for every
+    distribution (with equality for continuous ones, less with ties). The greatest `r` for which that is allowed is
     taken (David, Nagaraja, "Order Statistics", 3rd ed., 2003, section 7.1), as `scipy.stats.quantile_test` does.
 
     Parameters

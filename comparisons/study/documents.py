@@ -1,8 +1,8 @@
 """
-What a study keeps, as JSON documents, exact to the last bit: values, scenarios, entrants, certificates and runs.
+Values, scenarios, entrants, certificates and runs of a study as JSON documents, exact to the last bit.
 
-JSON has no word for tuples, infinity or a lattice: each becomes an object with one key that begins with ``!``, as
-``{"!float": "inf"}``. So every JSON reader takes it, and nothing that is read can run.
+JSON cannot express tuples, infinity or a lattice: each becomes an object with one key that begins with ``!``, as
+``{"!float": "inf"}``. So every JSON reader takes it, and reading never executes code.
 """
 
 import base64
@@ -30,10 +30,10 @@ from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario
 
-#: What `json` reads and writes.
+#: An object that `json` reads and writes.
 Document: TypeAlias = dict[str, Any]
 T = TypeVar("T")
-#: What a key begins with that says of which kind a value is.
+#: First character of the keys that name a value's type.
 MARK = "!"
 
 
@@ -51,7 +51,7 @@ def dumps(document: object) -> str:
 
 def encode(value: object) -> Any:  # noqa: ANN401 - any JSON value
     """
-    Turn a value into one that JSON knows.
+    Turn a value into JSON types.
 
     Parameters
     ----------
@@ -62,12 +62,12 @@ def encode(value: object) -> Any:  # noqa: ANN401 - any JSON value
     Returns
     -------
     encoded
-        Without NaN and infinities, which JSON does not know.
+        Without NaN and infinities, which JSON lacks.
 
     Raises
     ------
     StudyError
-        If the value, or one in it, is of another kind.
+        If the value, or one in it, has another type.
 
     Examples
     --------
@@ -84,7 +84,7 @@ def encode(value: object) -> Any:  # noqa: ANN401 - any JSON value
 
 def decode(value: Any) -> Any:  # noqa: ANN401 - any JSON value
     """
-    Turn what `encode` made back into the value.
+    Turn a result of `encode` back into the value.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def _list(value: list[Any]) -> list[Any]:
 
 def _set(value: frozenset[Any] | set[Any]) -> dict[str, Any]:
     kind = "set" if isinstance(value, set) else "frozenset"
-    # sets are in no order
+    # sets have no order
     return {f"{MARK}{kind}": sorted((encode(item) for item in value), key=dumps)}
 
 
@@ -159,7 +159,7 @@ def _mapping(value: Mapping[Any, Any]) -> dict[str, Any]:
     return {f"{MARK}dict": [[encode(key), encode(item)] for key, item in value.items()]}
 
 
-# the first kind that fits counts: truth values are whole numbers, too
+# the first type that fits counts: bool is a subclass of int
 _WRITERS: tuple[tuple[type | tuple[type, ...], Callable[[Any], Any]], ...] = (
     (type(None), lambda value: value),
     (str, str),
@@ -215,13 +215,13 @@ def scenario_document(scenario: Scenario) -> Document:
             "k": problem.k,
             "bounds": list(problem.bounds),
             "threats": [[threat.x, threat.y, threat.spread, threat.peak] for threat in problem.field.threats],
-            # a problem without rasters is written as it was before there were any
+            # without rasters the document equals that of earlier versions
             **({"rasters": rasters} if rasters else {}),
             "improper": problem.field.improper,
             "no_fly": None if problem.no_fly is None else _hexadecimal(problem.no_fly),
             **({"clearance": problem.clearance} if problem.clearance > 0.0 else {}),
         },
-        # as without areas that have a name
+        # the same without named areas
         **({"areas": [[name, _hexadecimal(area)] for name, area in scenario.areas]} if scenario.areas else {}),
         "lattice": lattice_document(scenario.lattice),
         "projection": None if scenario.projection is None else _origin(scenario.projection),
@@ -254,7 +254,7 @@ def scenario_from(document: Document) -> Scenario:
 def _scenario(document: Document) -> Scenario:
     given = document["problem"]
     threats = [Threat(x, y, spread=spread, peak=peak) for x, y, spread, peak in given["threats"]]
-    # the warning of a field that is no probability was given when the scenario was made
+    # the warning of an improper field was given when the scenario was made
     rasters = [_raster(dumps(raster)) for raster in given.get("rasters", ())]
     improper = bool(given["improper"])
     field = RiskField(rasters=rasters, improper=improper).with_only(threats)
@@ -306,7 +306,7 @@ def entrant_document(entrant: Entrant) -> Document:
 
 def entrant_from(document: Document) -> Entrant:
     """
-    Build the entrant of a document; whether its solver is known here is not asked.
+    Build the entrant of a document; its solver need not be installed.
 
     Raises
     ------
@@ -337,7 +337,7 @@ _NUMBERS = ("lower_bound", "upper_bound", "tolerance", "spacing", "seconds")
 
 def certificate_document(certificate: Certificate) -> Document:
     """
-    Turn a certificate into a document, without its grids and its path: they are for pictures of one proof.
+    Turn a certificate into a document, without its grids and its path, which only pictures of one proof need.
 
     Examples
     --------
@@ -379,9 +379,9 @@ SOLUTION_NUMBERS = (
 
 def run_document(run: Run) -> Document:
     """
-    Turn a run into a document, but for its scenario, entrant and certificate.
+    Turn a run into a document, without its scenario, entrant and certificate.
 
-    Its nodes are not kept: the path says the same.
+    Nodes are left out: the path says the same.
 
     Raises
     ------
@@ -455,8 +455,8 @@ def _origin(projection: LocalProjection) -> list[float]:
 
 
 def _raster_document(raster: RasterRisk) -> Document:
-    """Write a raster with the values as they were given, every bit of them."""
-    # the same bytes on machines of either order
+    """Write a raster with its exact values."""
+    # the same bytes for both byte orders of machines
     data = np.ascontiguousarray(raster.values, dtype="<f8").tobytes()
     return {
         "shape": list(raster.values.shape),
@@ -471,7 +471,7 @@ def _raster_document(raster: RasterRisk) -> Document:
 
 @lru_cache(maxsize=4)
 def _raster(text: str) -> RasterRisk:
-    """Read a raster; that of many scenarios on one map is one object."""
+    """Read a raster; scenarios on one map share one object."""
     given = json.loads(text)
     try:
         data = zlib.decompress(base64.b64decode(_text(given["values"]), validate=True))

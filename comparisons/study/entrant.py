@@ -1,4 +1,4 @@
-"""Entrants: solvers as the user asked for them, and the settings that each runs with."""
+"""Entrants: solvers with the settings and the budget of a comparison."""
 
 import ast
 import dataclasses
@@ -15,7 +15,7 @@ from cgla_graph.solvers import registry
 
 #: Settings that end the run of an anytime solver; None is no limit.
 BUDGETS = ("seconds", "iterations", "evaluations")
-#: What some solvers call their iterations.
+#: Other names of iterations in settings of solvers.
 _ITERATIONS = ("milestones", "samples")
 
 
@@ -27,13 +27,13 @@ class Entrant:
     Attributes
     ----------
     label
-        What tables call it: the name, with the settings that the user gave.
+        Its name in tables: the solver's name with the user's settings.
     name
         Its name in the registry.
     settings
-        What the user set.
+        The user's settings.
     budget
-        What ends the runs of all entrants alike (see `with_budget`).
+        Limits that all entrants share (see `with_budget`).
     refine
         Whether its path is refined before it counts.
 
@@ -59,7 +59,7 @@ class Entrant:
         UnknownSolverError
             If there is no such solver.
         SolverSettingError
-            If a setting is not written as ``setting=value``, unknown, set twice, or its value is not allowed.
+            If a setting lacks the form ``setting=value``, is unknown or set twice, or its value is not allowed.
         """
         name, *parts = text.strip().split(":")
         settings: dict[str, Any] = {}
@@ -95,9 +95,9 @@ class Entrant:
 
     def with_budget(self, budget: Mapping[str, float]) -> "Entrant":
         """
-        Give it the budget of all entrants: it applies where the solver has such a setting and the user left it open.
+        Return a copy with the budget of all entrants, for settings that the solver has and the user left open.
 
-        The solver's other limits are lifted then, so that the budget rules and not a default; what the user set stays.
+        The solver's other limits are lifted, so that the budget replaces defaults; the user's settings stay.
 
         Parameters
         ----------
@@ -115,20 +115,20 @@ class Entrant:
         return given
 
     def refined(self) -> "Entrant":
-        """Have its paths refined; its label says so."""
+        """Return a copy whose paths are refined and whose label says so."""
         return dataclasses.replace(self, label=f"{self.label}+refine", refine=True)
 
     def settings_on(self, scenario: Scenario | None) -> dict[str, Any]:
         """
         Merge all settings: the scenario's, then the budget, then the user's own, which win.
 
-        A solver that could certify its own path is told not to unless the user asks for it: a comparison certifies each
-        scenario once, and charges no solver for that.
+        A solver does not certify its own path unless the user asks for it: a comparison certifies each scenario once,
+        and charges no solver for that.
 
         Parameters
         ----------
         scenario
-            The scenario; None for a mission, which brings no settings of solvers.
+            The scenario; None for a mission, which has no settings of solvers.
 
         Returns
         -------
@@ -140,7 +140,7 @@ class Entrant:
         return {**certify, **brought, **self._limits(), **self.settings}
 
     def takes_budget(self) -> bool:
-        """Whether some of the budget applies to it."""
+        """Return whether a part of the budget applies to it."""
         return any(key in self._limits() and key not in self.settings for key in self.budget)
 
     def _limits(self) -> dict[str, Any]:
@@ -155,7 +155,7 @@ class Entrant:
         return limits
 
     def _may_be_none(self, setting: str) -> bool:
-        """Whether the solver has such a setting, and allows it to be None."""
+        """Return whether the solver has such a setting and allows None for it."""
         if not self.is_available:
             return False
         kind = registry.solver_class(self.name)
@@ -164,7 +164,7 @@ class Entrant:
         try:
             return NoneType in get_args(get_type_hints(kind)[setting])
         except NameError:
-            # a plug-in whose hints are for type checkers only
+            # the plug-in's type hints exist for type checkers only
             return False
 
 
@@ -175,7 +175,7 @@ def as_entrant(given: object) -> Entrant:
     Raises
     ------
     SolverSettingError
-        If it is neither.
+        If it is neither of them.
 
     Examples
     --------
@@ -191,7 +191,7 @@ def as_entrant(given: object) -> Entrant:
 
 
 def every_solver() -> list[Entrant]:
-    """Enter every solver, those that are not installed too: their rows say why."""
+    """Enter every solver, also those that are not installed, whose rows say why."""
     return [Entrant(name, name) for name in registry.names(installed=False)]
 
 
@@ -212,7 +212,7 @@ def parse_budget(text: str) -> dict[str, float]:
     Raises
     ------
     SolverSettingError
-        If it is anything else.
+        If the text has another form.
 
     Examples
     --------
@@ -233,7 +233,7 @@ def parse_budget(text: str) -> dict[str, float]:
 
 
 def _amount(key: str, text: str) -> float:
-    """Read a number above 0, a whole one unless it is of seconds."""
+    """Read a number above 0; only seconds may have a fraction."""
     try:
         amount = float(text)
     except ValueError:
@@ -247,7 +247,7 @@ def _amount(key: str, text: str) -> float:
 
 def check_settings(scenario: Scenario) -> None:
     """
-    Check the settings of solvers that a scenario brings.
+    Check the settings of solvers in a scenario.
 
     Raises
     ------
@@ -266,7 +266,7 @@ def check_settings(scenario: Scenario) -> None:
 
 def budget_note(entrants: Sequence[Entrant]) -> str:
     """
-    Say in one line what budget the entrants have and which of them take it; empty without one.
+    Return one line that states the budget and the entrants that take it; empty without a budget.
 
     Examples
     --------

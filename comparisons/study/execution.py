@@ -1,7 +1,7 @@
 """
 Runs of a study as tasks: the proof of each scenario's bound, then its runs, each in a worker within limits.
 
-The first half makes the tasks, and results of what workers answer; the second half is what workers do.
+The first half makes tasks and turns the workers' answers into results; the second half runs in the workers.
 """
 
 import dataclasses
@@ -34,9 +34,9 @@ from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario
 
-#: What a proof may take at least: it is no solver's, and has time and memory also where runs have little.
+#: The least limits of a proof: it belongs to no solver, and gets time and memory also where runs have little.
 PROOF_LIMITS = Limits()
-#: What workers load beforehand.
+#: Modules that workers load before the first task.
 PRELOAD = (__name__,)
 #: Kernels that are warm in this process: of entrants by label, for small lattices and for large ones, on a kind of map;
 #: and of proofs (None).
@@ -51,18 +51,17 @@ def run_study(
     """
     Make the runs of a study that are not in its store yet.
 
-    The lower bound of a scenario is proven before its runs begin, so that each run says how far from the best
-    possible it is.
+    The lower bound of a scenario is proven before its runs begin, so that each run has a gap.
 
     Parameters
     ----------
     study
         What to run.
     store
-        Keeps runs as they come, and knows finished ones; None keeps nothing.
+        Keeps runs as they end, and knows finished ones; None keeps nothing.
     workers
-        How many processes make runs at the same time; 0 makes them in this process, where a solver that hangs or
-        crashes takes all with it (for debugging).
+        Number of worker processes; 0 makes runs in this process, where a solver that hangs or crashes stops the whole
+        study (for debugging).
     scheduler
         Address of a Dask scheduler whose cluster makes the runs instead.
 
@@ -70,7 +69,7 @@ def run_study(
     ------
     run
         As soon as it is done: with several workers, in no fixed order. A solver that hangs, takes too much memory,
-        crashes or raises is a run that says so.
+        crashes or raises gives a run that says so.
 
     Raises
     ------
@@ -97,7 +96,7 @@ def study_tasks(study: Study, store: ResultStore | None = None) -> list[Task]:
     scenarios = {scenario.name: scenario for scenario in study.scenarios}
     entrants = {entrant.label: entrant for entrant in study.entrants}
     tasks: dict[tuple[Any, ...], Task] = {}
-    # packed where it is used, and not held for all scenarios
+    # packed on use: memory never holds all scenarios packed
     packed: Callable[[str], Packed] = lru_cache(maxsize=4)(lambda name: pack(scenarios[name]))
     for cell in study.cells():
         if store is not None and (RUN, *cell) in store:
@@ -111,7 +110,7 @@ def study_tasks(study: Study, store: ResultStore | None = None) -> list[Task]:
 
 def _proof_task(name: str, packed: Callable[[str], "Packed"], tolerance: float) -> Task:
     def certificate(outcome: Outcome, limits: Limits, _: Results) -> Certificate:
-        """Take a scenario's proof, or the reason why there is none."""
+        """Return a scenario's proof, or a certificate that says why there is none."""
         if outcome.failure is None:
             proof: Certificate = outcome.value
             return proof
@@ -128,18 +127,18 @@ def _run_task(
     proof: list[tuple[str, str]],
 ) -> Task:
     def run_of(outcome: Outcome, limits: Limits, done: Results) -> Run:
-        """Make a run of what a worker answered."""
+        """Make a run of a worker's answer."""
         how: dict[str, Any] = {}
         if outcome.failure is None:
             answer: Answer = outcome.value
             solution = answer.solution
             if solution.status.has_path and not entrant.is_built_in:
-                # it may have changed what it was judged by
+                # a plug-in may have changed the problem that its answer was judged by
                 solution = scenario.problem.judge(solution)
             how = {"megabytes": answer.megabytes, "host": answer.host}
         else:
             status, message = lost(outcome, limits)
-            # a run that was killed has told nothing, but how long it was waited for
+            # a killed run reports no time: take the limit
             seconds = limits.seconds if outcome.failure is Failure.TIMED_OUT else 0.0
             solution = Solution(status, solver=entrant.name, message=message, seconds=seconds)
         return runner.run_of(scenario, entrant, cell.seed, solution, next(iter(done.values()), None), **how)
@@ -148,7 +147,7 @@ def _run_task(
 
 
 class Packed(NamedTuple):
-    """A scenario on its way to a worker, and a key to know it by when it comes again."""
+    """A pickled scenario, and its digest."""
 
     key: str
     data: bytes
@@ -156,7 +155,7 @@ class Packed(NamedTuple):
 
 def pack(scenario: Scenario) -> Packed:
     """
-    Wrap a scenario up.
+    Pickle a scenario for workers.
 
     Examples
     --------
@@ -172,7 +171,7 @@ def pack(scenario: Scenario) -> Packed:
 
 
 class Answer(NamedTuple):
-    """A run's answer as plain numbers, its memory and its machine."""
+    """A run's answer as plain numbers, its peak memory and its machine."""
 
     solution: Solution
     megabytes: float
@@ -181,13 +180,13 @@ class Answer(NamedTuple):
 
 @lru_cache(maxsize=4)
 def unpacked(packed: Packed) -> Scenario:
-    """Unwrap a scenario; the same one for the same data, so that cached results of it are reused."""
+    """Return the scenario; the same object for the same data, so that its cached results are reused."""
     scenario: Scenario = pickle.loads(packed.data)  # noqa: S301 - from the process that started this one
     return scenario
 
 
 def prove(packed: Packed, tolerance: float, least: Limits, limits: Limits) -> Certificate:
-    """Bound the cost of a scenario's paths; what stops at a limit leaves no bound, but a reason."""
+    """Bound the cost of a scenario's paths; a proof that reaches a limit gives no bound, but the reason."""
     scenario, limits = unpacked(packed), limits.at_least(least)
     kind = MapKind.of(scenario.problem.model)
     if (None, kind) not in _ready:
@@ -203,15 +202,14 @@ def run(packed: Packed, entrant: Entrant, seed: int | None, limits: Limits) -> A
     """
     Make one run.
 
-    After a solver that is no part of the toolkit, nothing of this process serves another run: the solver may have left
-    anything behind, in the process and in the problem that it was given.
+    A process that ran a plug-in makes no further run: the plug-in may have changed the process and its problem.
     """
     ground = _shared_graph(packed)
     if not entrant.is_built_in:
         use_up()
         _last.clear()
         unpacked.cache_clear()
-    # its start and goal may be nodes besides
+    # start and goal may be two more nodes
     n_nodes = ground.scenario.lattice.n_points + 2
     kind = MapKind.of(ground.scenario.problem.model)
     if (entrant.label, n_nodes > FULL_UP_TO, kind) not in _ready:
@@ -225,7 +223,7 @@ def run(packed: Packed, entrant: Entrant, seed: int | None, limits: Limits) -> A
 
 
 def _shared_graph(packed: Packed) -> runner.SharedGraph:
-    """Return a scenario with its graph, as it was left by the run before, if that was on the same one."""
+    """Return a scenario with its graph, which runs on the same scenario in a row share."""
     ground = _last.get(packed.key)
     if ground is None:
         ground = runner.SharedGraph.lay(unpacked(packed), next(iter(_last.values()), None))
@@ -236,9 +234,9 @@ def _shared_graph(packed: Packed) -> runner.SharedGraph:
 
 def plain(solution: Solution) -> Solution:
     r"""
-    Copy an answer, so that it holds nothing but numbers and words, and no nodes.
+    Copy an answer as plain numbers and text, without nodes.
 
-    Values that are no numbers become NaN (counts 0): a solver may answer anything.
+    Values that are no numbers become NaN (counts: 0), because a solver may answer anything.
 
     Examples
     --------
@@ -262,18 +260,18 @@ def _trace(points: Iterable[TracePoint]) -> Iterable[TracePoint]:
 
 
 def _visible(text: str) -> str:
-    """Write what would steer a terminal as an escape."""
+    """Escape control characters."""
     return "".join(one if one.isprintable() else repr(one)[1:-1] for one in text)
 
 
-def _number(value: Any) -> float:  # noqa: ANN401 - that is the point
+def _number(value: Any) -> float:  # noqa: ANN401 - any answer of a solver
     with suppress(TypeError, ValueError, OverflowError):
         return float(value)
     return math.nan
 
 
-def _count(value: Any) -> int:  # noqa: ANN401 - that is the point
+def _count(value: Any) -> int:  # noqa: ANN401 - any answer of a solver
     with suppress(TypeError, ValueError, OverflowError):
-        # as databases and tables count
+        # the range of whole numbers in databases
         return min(max(int(value), 0), 2**63 - 1)
     return 0

@@ -1,4 +1,4 @@
-"""Flights of a comparison: one solver's flight of one variant of a mission, as plain numbers, names and tracks."""
+"""Flights of a comparison: one solver's flight of one variant of a mission, as numbers, names and tracks."""
 
 import base64
 import dataclasses
@@ -22,7 +22,7 @@ from cgla_graph.model.risk import RiskField
 from cgla_graph.plots.risk_samples import risk_samples
 from cgla_graph.scenarios.mission_file import MissionFile
 
-#: Of the picture of a mission's rasters: samples along the longer side, colour, and its opacity at the greatest risk.
+#: The picture of a mission's rasters: samples along the longer side, colour, and opacity at the greatest risk.
 _SHADE_SAMPLES, _VIOLET, _OPAQUE = 120, (122, 79, 208), 220.0
 #: The columns of `flights.jsonl` and `flights.csv`, one row a flight.
 COLUMNS = (
@@ -33,14 +33,14 @@ COLUMNS = (
 
 class Track(NamedTuple):
     """
-    Where a UAV flew, and how that ended.
+    The track of a UAV and the end of its flight.
 
     Attributes
     ----------
     uav, status, message
-        Its name, the label of its status, and what there is to say of it.
+        The UAV's name, the label of its status, and its message.
     path
-        What it flew, corner by corner.
+        The corners of its track.
     """
 
     uav: str
@@ -57,21 +57,22 @@ class FlightRun:
     Attributes
     ----------
     mission, variant
-        The names.
+        Their names.
     solver
         The entrant's label.
     seed
-        For seeded solvers; else None.
+        Of a seeded solver; else None.
     n_uavs
-        How many UAVs there are.
+        Number of UAVs.
     status
-        ``arrived`` if all did, else how the first that did not ended; ``unavailable`` or ``failed`` where nothing flew.
+        ``arrived`` if all did, else the status of the first UAV that did not; ``unavailable`` or ``failed`` without a
+        flight.
     message
-        Why, if not all arrived.
+        The reason, if not all arrived.
     numbers
-        What it came to, by the names of `COLUMNS`; None for NaN and infinity, and empty where nothing flew.
+        The results by the names of `COLUMNS`; None for NaN and infinity, and empty without a flight.
     tracks
-        Of the UAVs; empty where nothing flew.
+        Tracks of the UAVs; empty without a flight.
     """
 
     mission: str
@@ -96,7 +97,7 @@ class FlightRun:
         return {**dict.fromkeys(COLUMNS), **names, **how, **self.numbers}
 
     def document(self) -> Document:
-        """Return all of it but for its names, as JSON."""
+        """Return everything except the names, as JSON."""
         return {
             "status": self.status,
             "message": self.message,
@@ -125,24 +126,24 @@ def flight_from(key: Sequence[Any], document: Document) -> FlightRun:
 @dataclass(frozen=True)
 class ComparedMission:
     """
-    What a study remembers of a mission that it flies.
+    The record of a mission in a study.
 
     Attributes
     ----------
     name, title
-        As its file says them; missions of the same name have got numbers.
+        As in its file; missions of the same name are numbered.
     variants
-        How many UAVs fly in each variant.
+        Number of UAVs in each variant.
     unit
         The unit of lengths, ``m`` or ``map units``.
     bounds, threats, areas
-        The map as it is at first: threats as ``x``, ``y`` and ``spread``, and the outlines of no-fly areas.
+        The map at the start: threats as ``x``, ``y`` and ``spread``, and the outlines of no-fly areas.
     where
-        What it is loaded from: a shipped name, or a file.
+        Its source: a shipped name, or a file.
     digest
-        Tells it from another mission of that name.
+        Distinguishes it from another mission of that name.
     shade
-        The risk of its rasters and threats at first, a PNG in base64; empty where there are no rasters.
+        A picture of the risk at the start, a PNG in base64; empty without rasters.
     """
 
     name: str
@@ -158,7 +159,7 @@ class ComparedMission:
 
     @classmethod
     def of(cls, mission: MissionFile) -> "ComparedMission":
-        """Remember a mission."""
+        """Make the record of a mission."""
         world = mission.world
         areas = shapely.get_parts([] if world.no_fly is None else world.no_fly)
         outlines = [shapely.get_coordinates(area.exterior).tolist() for area in areas if area.geom_type == "Polygon"]
@@ -183,13 +184,13 @@ class ComparedMission:
     @classmethod
     def from_document(cls, document: Document) -> "ComparedMission":
         """Read it; a malformed one raises any error."""
-        # before there were rasters, nothing was said of a shade
+        # documents of versions without rasters have no shade
         given = {"shade": "", **document}
         return cls(**{one.name: decode(given[one.name]) for one in dataclasses.fields(cls)})
 
 
 def _shade(field: RiskField, bounds: Bounds) -> str:
-    """Draw the risk of a field with rasters: the stronger the violet, the riskier."""
+    """Draw the risk of a field with rasters: opacity grows with risk."""
     if not field.rasters:
         return ""
     x_min, y_min, x_max, y_max = bounds
@@ -237,12 +238,12 @@ def _described(value: Any) -> Any:  # noqa: ANN401 - any part of a mission
 
 
 def _field_parts(field: RiskField) -> dict[str, Any]:
-    """Return what tells a risk field from another one."""
-    # as before there were rasters: missions without any that are compared already stay the same
+    """Return the parts of a risk field that decide equality."""
+    # without rasters, digests stay those of earlier versions
     parts: dict[str, Any] = {"threats": field.threats, "improper": field.improper}
     if field.rasters:
         parts["rasters"] = [
-            # what makes rasters equal; all values as text would be tens of megabytes
+            # a digest of the cells: all values as text would be tens of megabytes
             [
                 raster.bounds,
                 raster.interpolation,

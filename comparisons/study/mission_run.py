@@ -1,4 +1,4 @@
-"""A mission with its name and its map, before and after it is flown: what tables, files and pictures are made of."""
+"""A mission with its name and map, before and after its flight: the input of tables, files and pictures."""
 
 import math
 from collections.abc import Mapping
@@ -12,20 +12,20 @@ from cgla_graph.model.earth import LocalProjection
 @dataclass(frozen=True, eq=False)
 class MissionSpec:
     """
-    A mission to be flown, and what its file says beside it.
+    A mission to be flown, with its names from the mission file.
 
     Attributes
     ----------
     name, variant
-        Of the mission, and of its variant; empty for a mission that has none.
+        Name of the mission, and of its variant; empty for a mission without variants.
     title
-        One line that says what the mission shows.
+        One line that describes the mission.
     solver
-        What plans, as the user or the file wrote it.
+        The planner, as the user or the file wrote it.
     mission
         The mission.
     projection
-        How longitude and latitude became metres; None for a map in the plane.
+        Projection from longitude and latitude to metres; None for a map in the plane.
     """
 
     name: str
@@ -42,24 +42,24 @@ class MissionSpec:
 
     @property
     def unit(self) -> str:
-        """The unit of lengths, to follow a number; empty where it has no name."""
+        """Suffix of lengths: the unit after a space; empty if it has no name."""
         return "" if self.projection is None else " m"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MissionRun(MissionSpec):
     """
-    A mission that was flown.
+    A mission with its flight.
 
     Attributes
     ----------
     flight
-        What it came to.
+        The flight.
     ignorance, sharing
-        The price of ignorance and the value of sharing of each UAV by name (see `Flight`); None where that was not
-        asked for, or nothing is shared.
+        The price of ignorance and the value of sharing of each UAV by name (see `Flight`); None where not computed, or
+        where UAVs share nothing.
     seconds
-        How long flying took.
+        Computing time.
     """
 
     flight: Flight
@@ -69,12 +69,12 @@ class MissionRun(MissionSpec):
 
     @property
     def n_arrived(self) -> int:
-        """How many UAVs arrived."""
+        """Number of UAVs that arrived."""
         return sum(uav.status is MissionStatus.ARRIVED for uav in self.flight.uavs.values())
 
 
 def team_totals(flight: Flight) -> dict[str, float]:
-    """Return what all UAVs of a flight flew together; the cost is infinite unless all arrived."""
+    """Return sums over all UAVs of a flight; the cost is infinite unless all arrived."""
     uavs = flight.uavs.values()
     sums = {name: math.fsum(getattr(uav, name) for uav in uavs) for name in ("length", "risk", "risk_sum")}
     return {"cost": flight.cost, **sums}

@@ -1,4 +1,4 @@
-"""What the options of the command line mean: entrants, scenarios, points and the tolerance."""
+"""Readers of command-line options: entrants, scenarios, points, limits and the tolerance."""
 
 import dataclasses
 import math
@@ -25,12 +25,12 @@ NamedT = TypeVar("NamedT", Scenario, "MissionFile")
 
 def read_entrants(text: str | None, *, budget: str | None = None, refine: bool = False) -> list[Entrant]:
     """
-    Read ``--solvers``, with the budget and the refinement of all.
+    Read ``--solvers``; give every entrant the budget and the refinement.
 
     Parameters
     ----------
     text
-        Solvers as in `Entrant.parse`, separated by commas; None for all. Those named twice enter once.
+        Solvers as in `Entrant.parse`, separated by commas; None for all. Duplicates enter once.
     budget
         As in `parse_budget`, or None.
     refine
@@ -39,7 +39,7 @@ def read_entrants(text: str | None, *, budget: str | None = None, refine: bool =
     Raises
     ------
     CglaError
-        If it names no solver, or something is wrong with one, its settings or the budget.
+        If it names no solver, or a solver, a setting or the budget is invalid.
 
     Examples
     --------
@@ -70,19 +70,19 @@ def _parts(text: str) -> list[str]:
 
 def read_highlighted(text: str | None, entrants: Sequence[Entrant]) -> frozenset[str]:
     """
-    Read ``--highlight``: which entrants stand out in pictures.
+    Read ``--highlight``: the entrants that stand out in pictures.
 
     Parameters
     ----------
     text
-        Their labels, or names for all of that name, separated by commas; None for none.
+        Labels, or names of solvers (all entrants of that name), separated by commas; None for none.
     entrants
-        Those that are compared.
+        The entrants of the comparison.
 
     Returns
     -------
     labels
-        Their labels.
+        Labels of the highlighted entrants.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def read_tolerance(tolerance: float | None, *, certify: bool = True) -> float | 
 @dataclass(frozen=True)
 class MapOptions:
     """
-    What the command line says of maps; None, or nothing, where it leaves them as they are.
+    Changes to maps that the command line asks for; None or empty keeps the map's own value.
 
     Attributes
     ----------
@@ -153,11 +153,11 @@ class MapOptions:
     no_fly
         Files of more no-fly areas: GeoJSON, or zones.
     zones
-        What is said of zones by ``--altitude`` (with ``--above``), ``--at``, ``--treat`` and ``--ground``; None where
-        these were left out.
+        Settings of zones from ``--altitude`` (with ``--above``), ``--at``, ``--treat`` and ``--ground``; None where an
+        option was left out.
     raster
-        What is said of a raster by ``--kind``, ``--scale``, ``--nodata``, ``--interpolation``, ``--origin`` and
-        ``--coordinates``; None where these were left out.
+        Settings of a raster from ``--kind``, ``--scale``, ``--nodata``, ``--interpolation``, ``--origin`` and
+        ``--coordinates``; None where an option was left out.
 
     Examples
     --------
@@ -177,25 +177,26 @@ class MapOptions:
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is said."""
+        """Whether no option was given."""
         return not self.given
 
     @property
     def given(self) -> dict[str, object]:
-        """What is said, by the names of the options."""
+        """The given values by option name."""
         fields = [one.name for one in dataclasses.fields(self) if one.name not in {"raster", "zones"}]
         every = {**{name: getattr(self, name) for name in fields}, **self.zones, **self.raster}
-        said = {name: value for name, value in every.items() if value is not None and value != ()}
-        return {f"--{name.replace('_', '-')}": value for name, value in said.items()}
+        return {
+            f"--{name.replace('_', '-')}": value for name, value in every.items() if value is not None and value != ()
+        }
 
     def open(self, spec: str) -> Iterator[Scenario]:
         """
-        Open whatever one argument names, as `cgla_graph.scenarios.loading.open_scenarios` does.
+        Open the scenarios that one argument names, as `cgla_graph.scenarios.loading.open_scenarios` does.
 
         Raises
         ------
         CglaError
-            If anything is wrong with it, or with what is said of it.
+            If the argument or an option is invalid.
         """
         settings = {name: value for name, value in self.raster.items() if value is not None}
         zones = {name: value for name, value in self.zones.items() if value is not None}
@@ -218,7 +219,7 @@ class MapOptions:
             raster=settings,
         ):
             check_settings(scenario)
-            # (an altitude may be that of an exported plan)
+            # `--altitude` may also belong to an exported plan
             of_zones = [name for name in zones if name != "altitude"]
             if of_zones and scenario.zones is None:
                 msg = f"{spec} has no zones: leave out --{of_zones[0]}, or name their files (--no-fly FILE)"
@@ -232,7 +233,7 @@ class MapOptions:
 
 def is_raster(spec: str) -> bool:
     """
-    Tell whether an argument names a raster that is a map by itself.
+    Return whether an argument names a raster file, which is a map by itself.
 
     Examples
     --------
@@ -244,12 +245,12 @@ def is_raster(spec: str) -> bool:
 
 def open_all(specs: Sequence[str], how: MapOptions | None = None) -> Iterator[Scenario]:
     """
-    Open scenarios, changed as asked for.
+    Open scenarios with the changes of `MapOptions`.
 
     Raises
     ------
     CglaError
-        If anything is wrong with any of them.
+        If a scenario or an option is invalid.
     """
     for spec in specs:
         yield from (how or MapOptions()).open(spec)
@@ -262,7 +263,7 @@ def open_one(command: str, specs: str | Sequence[str], how: MapOptions | None = 
     Raises
     ------
     CglaError
-        If anything is wrong with it, or there is more than one.
+        If the map is invalid, or there is more than one.
     """
     first, *more = [specs] if isinstance(specs, str) else specs
     how = how or MapOptions()
@@ -283,12 +284,12 @@ def open_one(command: str, specs: str | Sequence[str], how: MapOptions | None = 
 
 def read_limits(text: str | None) -> Limits:
     """
-    Read ``--limits``: ``seconds=60,memory=2048``, one of them or both; None for the usual ones.
+    Read ``--limits``: ``seconds=60,memory=2048``, one of them or both; None gives the defaults.
 
     Raises
     ------
     CglaError
-        If it is anything else; memory is in units of 2**20 bytes.
+        If the text has another form. Memory is in units of 2**20 bytes.
 
     Examples
     --------
@@ -312,9 +313,9 @@ def read_limits(text: str | None) -> Limits:
 
 def number_names(scenarios: Iterable[NamedT]) -> list[NamedT]:
     """
-    Give scenarios, or missions, numbers where their name is taken, so that their rows can be told apart.
+    Add numbers to scenarios or missions whose name is taken, so that rows have different names.
 
-    All of them are opened before any work, so that a fault in the last one is found first.
+    All are opened before any work starts, so that a fault in the last one shows at once.
     """
     last: dict[str, int] = {}
     found = []

@@ -1,4 +1,4 @@
-"""Where results come from: when, versions, machine, and the git revision of the source tree."""
+"""Provenance of results: time, versions, machine, and the git revision of the source tree."""
 
 import importlib.metadata
 import os
@@ -15,7 +15,7 @@ from pathlib import Path
 import cgla_graph
 from cgla_graph.model.cost_model import n_cores
 
-#: Git answers at once, or is stuck (a network drive).
+#: Seconds to wait for git, which answers at once or hangs (on a network drive).
 _PATIENCE = 10.0
 
 
@@ -29,7 +29,7 @@ class Revision:
     commit
         The full hash of the commit checked out.
     count
-        How many commits lead to it, itself included: greater for later ones of a branch.
+        Number of commits up to it, itself included; it grows along a branch.
     dirty
         Whether files differ from it, or are not under version control.
 
@@ -50,7 +50,7 @@ class Revision:
     @property
     def local_version(self) -> str:
         """
-        What follows the plus sign of a version (PEP 440); later commits of a branch sort behind earlier ones.
+        The local part of a version, after the plus sign (PEP 440); later commits of a branch sort after earlier ones.
 
         Examples
         --------
@@ -63,24 +63,24 @@ class Revision:
 @dataclass(frozen=True)
 class Session:
     """
-    One start of a study, or one that went on with it.
+    One start or resumption of a study.
 
     Attributes
     ----------
     number
         From 1.
     started
-        When, ISO 8601, UTC.
+        Time of the start, ISO 8601, UTC.
     version
-        Of this package.
+        Version of this package.
     git
-        Commit of its source tree, with ``(dirty)`` where files differed from it; empty where that was no checkout.
+        Commit of the source tree, with ``(dirty)`` if files differed from it; empty without a checkout.
     host, machine
-        Name of the machine that led it, and a description in one line.
+        Name of the machine that started it, and a description in one line.
     packages
         Versions of the packages in use, by name.
     workers
-        How many processes made runs, or the cluster that did.
+        Number of worker processes, or the cluster.
     command
         The command line.
     source
@@ -103,7 +103,7 @@ class Session:
 
     @property
     def revision(self) -> str:
-        """The commit, as short as people write it; empty as `git` may be."""
+        """The commit, shortened to 12 digits; empty if `git` is."""
         commit, *note = self.git.split(maxsplit=1)[:2] or [""]
         return " ".join([commit[:12], *note])
 
@@ -146,8 +146,8 @@ def revision(file: Path) -> Revision | None:
     Returns
     -------
     revision
-        None where there is no git, no checkout or no commit, or the file is not under version control: a package that
-        is installed somewhere below a checkout is no part of it.
+        None without git, a checkout or a commit, or if the file is not under version control: a package that is
+        installed below a checkout is no part of it.
 
     Examples
     --------
@@ -167,11 +167,11 @@ def revision(file: Path) -> Revision | None:
 
 
 def _git(folder: Path, *words: str) -> str | None:
-    """Ask git; None where it does not answer."""
+    """Run git and return its output; None if it fails."""
     program = shutil.which("git")
     if program is None or not folder.is_dir():
         return None
-    # another repository may be set in the environment (in a hook), and asking must not write into this one
+    # a hook's environment may name another repository, and asking must not write into this one
     environment = {key: value for key, value in os.environ.items() if not key.startswith("GIT_")}
     environment["GIT_OPTIONAL_LOCKS"] = "0"
     try:
@@ -209,7 +209,7 @@ def machine() -> str:
 
 
 def _processor() -> str:
-    """Name the processor, as far as the system says it."""
+    """Return the processor's name, as far as the system gives it."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -251,13 +251,13 @@ def _requirements() -> list[str]:
     except importlib.metadata.PackageNotFoundError:
         # run from a tree that is not installed
         return ["networkx", "numba", "numpy", "ompl", "scipy", "shapely"]
-    # what only tests and extras need has no say in results, but for the graph libraries, which are solvers
+    # packages of tests and extras do not affect results, except graph libraries, which are solvers
     return [one for one in listed if "extra ==" not in one or re.search(r"extra == .graphs.", one)]
 
 
 def visible(text: str) -> str:
     r"""
-    Write text that every reader takes: NUL and characters outside UTF-8 (from odd file names) become escapes.
+    Escape NUL and characters outside UTF-8 (from odd file names).
 
     Examples
     --------

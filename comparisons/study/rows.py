@@ -22,28 +22,28 @@ Format: TypeAlias = Literal[
 
 class RunColumn(NamedTuple):
     """
-    What there is to say of a run in one column.
+    One column of the tables of runs.
 
     Attributes
     ----------
     key
         Its name in files.
     kind
-        What it holds; whole numbers may be None, and numbers NaN or infinite, where there is none.
+        Type of its values; a missing whole number is None, a missing number NaN or infinite.
     value
-        Says it of a run; beside that it is given the lattice optimum of its scenario, NaN where that is not known (as
-        in the tables of the terminal and the report).
+        Computes the value from a run and the lattice optimum of its scenario (NaN where unknown, as in the tables of
+        the terminal and the report).
     head
-        Its title in tables; files alone have a column without one. Words beside names and the status are shown in the
-        report only, as a terminal has no room for them.
+        Title in tables; a column without one appears in files only. Words other than names and the status appear in
+        the report only, because a terminal has no room for them.
     format
-        How tables write it.
+        Format in tables.
     digits
-        Significant digits there, of a ``figure`` and of ``memory``.
+        Significant digits in tables, for ``figure`` and ``memory``.
     kept
-        Significant digits that the report keeps of a number, so that sorting sees what differs.
+        Significant digits of a number in the report, enough to sort by.
     spare
-        When a narrow terminal leaves it out, the least first; None: it stays.
+        Order in which a narrow terminal drops columns, the least first; None: never.
     """
 
     key: str
@@ -71,7 +71,7 @@ def excess_over(cost: float, best: float) -> float:
 
 
 def _excess(run: Run, best_exact: float) -> float:
-    # a path that may not be flown is no match for one that may
+    # infeasible paths have no excess
     return excess_over(run.solution.cost, best_exact) if run.solution.status.has_path else math.nan
 
 
@@ -88,13 +88,13 @@ def _settings(run: Run, _: float) -> str:
 
 
 def _plain(value: Any) -> Any:  # noqa: ANN401 - a solver's setting may be anything
-    """Return a setting that JSON knows; what it does not know, as text."""
+    """Return a setting as a JSON value; values of other types become text."""
     finite = not isinstance(value, float) or math.isfinite(value)
     return value if isinstance(value, (bool, int, float, str, type(None))) and finite else str(value)
 
 
 _NUMBER = RunColumn("number", "whole", lambda run, _: run.number, "number", spare=None)
-#: What every comparison says of a run, in the order of its files.
+#: Columns of every comparison, in the order of its files.
 COMPARED = (
     RunColumn("scenario", "word", lambda run, _: run.scenario.name, "scenario", "name", spare=10),
     RunColumn("solver", "word", lambda run, _: run.solver, "solver", "name", spare=None),
@@ -113,7 +113,7 @@ COMPARED = (
     RunColumn("waypoints", "whole", _waypoints),
     RunColumn("message", "word", lambda run, _: run.solution.message, "message", "message"),
 )
-#: What a study says of a run, in the order of its exports.
+#: Columns of a study, in the order of its exports.
 EXPORTED = (
     _NUMBER,
     *COMPARED,
@@ -122,9 +122,9 @@ EXPORTED = (
     RunColumn("host", "word", lambda run, _: run.host),
     RunColumn("exact", "flag", lambda run, _: run.exact),
 )
-#: Tables begin with these; other numbers follow, and then other words, which take the most room.
+#: The first columns of tables; other numbers follow, then other words, which are widest.
 _FIRST = ("number", "scenario", "solver", "seed", "status", "cost", "gap")
-#: What tables show, in order.
+#: Columns of tables, in order.
 SHOWN = tuple(
     sorted(
         (column for column in EXPORTED if column.head),
@@ -137,8 +137,8 @@ def median_run(runs: Sequence[Run]) -> Run:
     """
     Return the run that stands for a solver on a scenario: the median one by cost, of two middle ones the cheaper.
 
-    Paths count before paths that may not be flown, and those before no path at all: a failure is worse than any cost,
-    so that the shown run is neither the luckiest nor flattered by leaving failures out.
+    Feasible paths rank before infeasible ones, and those before runs without a path: a failure ranks below any cost,
+    so the shown run is neither the luckiest one nor better because failures are left out.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def row(run: Run, best_exact: float = math.nan, columns: Sequence[RunColumn] = C
     best_exact
         The lattice optimum of its scenario (see `best_exact`), which `excess` is relative to.
     columns
-        What to say of it.
+        Its columns.
 
     Returns
     -------
@@ -231,7 +231,7 @@ def trace_row(run: Run) -> dict[str, Any]:
     """
     Turn the trace of a run into a row: lists of seconds since the solver started, evaluations and costs.
 
-    Building the graph before that took `build_seconds`. The cost is None before the first path.
+    The graph was built before, in `build_seconds`. The cost is None before the first path.
     """
     trace = run.solution.trace
     return {
@@ -303,10 +303,10 @@ class Summary:
     n_runs, n_paths
         How many runs there were, and how many of them found a path.
     cost, length, risk, clearance
-        Of its path. The cost is infinite and the others NaN where the median run has none that may be flown; of a
-        solver that found none in any run, they are those of the path that may not.
+        Numbers of its path. Without a feasible path in the median run the cost is infinite and the others are NaN; if
+        no run has one, they are those of the infeasible path.
     seconds, build_seconds, evaluations
-        What the run took.
+        Effort of the run.
     gap
         See `Solution.gap`; NaN without a lower bound or a path.
     excess
@@ -336,9 +336,9 @@ class Summary:
 
 def summaries(runs: Sequence[Run]) -> list[Summary]:
     """
-    Summarise the runs of one scenario, a solver each: least gap first, of equal gaps the one that took less time.
+    Summarise the runs of one scenario by solver, the least gap first, then the least time.
 
-    Where some gaps are not known, least cost first. What found no path that may be flown comes last.
+    If a gap is unknown, the least cost comes first. Solvers without a feasible path come last.
     """
     best = best_exact(runs)
     found = [_summary(solver, group, best) for solver, group in by_solver(runs).items()]
@@ -357,7 +357,7 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
     labels = {solution.status.label for solution in solutions}
     n_paths = sum(solution.status.has_path for solution in solutions)
     median = median_run(runs).solution
-    # of a solver that found nothing that may be flown, the table shows what its path would cost
+    # without a feasible path the table shows the cost of the infeasible one
     costs = [path_cost(solution) if n_paths else solution.cost for solution in solutions]
     cost = path_cost(median) if n_paths else median.cost
     path = median if math.isfinite(cost) else Solution(Status.NOT_FOUND)
@@ -382,7 +382,7 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
 
 
 def bound_note(runs: Sequence[Run], unit: str = "") -> str:
-    """Say in one line what gaps of a scenario are relative to; empty where no bound is known and none was asked for."""
+    """Return one line that states the bound behind the gaps; empty if none is known and none was asked for."""
     bound = scenario_bound(runs)
     proof = next((run.certificate for run in runs if run.certificate is not None), None)
     if proof is None:
@@ -400,13 +400,13 @@ def bound_note(runs: Sequence[Run], unit: str = "") -> str:
 
 
 def certificate_document(run: Run) -> dict[str, Any] | None:
-    """Return what is proven of a run's scenario as JSON; None where no bound was asked for."""
+    """Return the certificate of a run's scenario as JSON; None without one."""
     proof = run.certificate
     return None if proof is None else {"scenario": run.scenario.name, **proof.document()}
 
 
 def plan_document(run: Run) -> dict[str, Any]:
-    """Return one path as JSON: its row, its waypoints (in degrees too, if the map has them), and what is proven."""
+    """Return one path as JSON: its row, waypoints (in degrees too on such maps) and certificate."""
     projection, path = run.scenario.projection, run.solution.path
     in_degrees = {} if projection is None or not len(path) else {"path_lonlat": degrees_of(path, projection).tolist()}
     return {

@@ -37,20 +37,20 @@ class Run(ShortRepr):
     solver
         The entrant's label.
     seed
-        For seeded solvers; else None.
+        Of a seeded solver; else None.
     exact
         Whether the solver promises the optimum of the graph that graph solvers share.
     solution
-        What came out; never missing, as failures are answers too. Its lower bound is the certificate's, or the solver's
-        own where that is better; on a map in longitude and latitude it holds on the Earth.
+        The result; a failure is a result, too. Its lower bound is the certificate's, or the solver's own where that is
+        higher; on a map in longitude and latitude it holds on the Earth.
     certificate
-        What is proven of every path of the scenario; None where that was not asked for.
+        The lower bound for every path of the scenario; None if none was asked for.
     settings
-        What the solver was told, its seed aside.
+        Settings of the solver, without its seed.
     megabytes
-        Memory that the run took at its peak, in units of 2**20 bytes; NaN where that is not known.
+        Peak memory of the run, in units of 2**20 bytes; NaN where unknown.
     host
-        The machine; empty where it is not known.
+        Name of the machine; empty where unknown.
     number
         Its number in the file of a study, from 1; None outside of one.
     """
@@ -77,9 +77,8 @@ def compare(
     """
     Run every entrant on every scenario; seeded ones with the seeds 1 to `n_seeds`.
 
-    All graph solvers share one graph a scenario, and one time to build it. Before them, the cost of every path of the
-    scenario is bounded from below, so that each run says how far from the best possible it is; no solver is charged
-    for that.
+    All graph solvers share one graph per scenario, and its build time. The lower bound of the scenario is proven
+    before they run, so that each run has a gap; no solver is charged for the proof.
 
     Parameters
     ----------
@@ -93,8 +92,8 @@ def compare(
     Yields
     ------
     run
-        As soon as it is done, scenario by scenario. A solver that raises is a run that failed; so is one whose path
-        undercuts the lower bound, as one of the two must be wrong.
+        As soon as it is done, scenario by scenario. A solver that raises gives a failed run; so does one whose path
+        undercuts the lower bound, because one of the two must be wrong.
 
     Examples
     --------
@@ -127,15 +126,15 @@ def _runs(
 
 
 def _is_own(entrant: Entrant, scenario: Scenario) -> bool:
-    """Say whether an entrant is the very solver whose path certificates are held against: it need not run twice."""
+    """Return whether an entrant is the solver whose path the certificate uses; then it runs once."""
     return entrant.name == "hybrid" and not entrant.refine and entrant.settings_on(scenario) == {"tolerance": None}
 
 
 def seeds_of(scenario: Scenario | None, entrant: Entrant, seeds: Sequence[int]) -> Sequence[int | None]:
     """
-    List the seeds of an entrant: none, the one that the user or the scenario set, or those of the comparison.
+    List the seeds of an entrant: `None`, the one that the user or the scenario set, or those of the comparison.
 
-    Of a mission, which brings no settings of solvers, the scenario is None.
+    For a mission, which has no settings of solvers, the scenario is None.
     """
     if not entrant.is_available or not registry.traits(entrant.name).seeded:
         return [None]
@@ -151,7 +150,7 @@ def run_of(
     certificate: Certificate | None,
     **how: Any,  # noqa: ANN401 - more fields of a run
 ) -> Run:
-    """Put an answer beside what is proven of its scenario."""
+    """Make a run of an answer and the certificate of its scenario."""
     settings = entrant.settings_on(scenario) if entrant.is_available else {}
     settings.pop("seed", None)
     answer = bounded(solution, certificate)
@@ -161,9 +160,9 @@ def run_of(
 
 def certify(scenario: Scenario, tolerance: float, known: Solution | None = None) -> Certificate:
     """
-    Bound the cost of every path, with a good one in hand; what goes wrong leaves no bound, but a reason.
+    Bound the cost of every path from below; an error gives a certificate without a bound that states the reason.
 
-    That path is `known`, if the hybrid solver's is; what it took counts.
+    The proof uses the path `known` of the hybrid solver, or finds one; the time of either counts.
     """
     began = time.perf_counter()
     try:
@@ -180,7 +179,7 @@ def certify(scenario: Scenario, tolerance: float, known: Solution | None = None)
 
 
 def no_certificate(tolerance: float, why: str, seconds: float) -> Certificate:
-    """Say why there is no bound."""
+    """Return a certificate without a bound that states the reason."""
     return Certificate(
         lower_bound=math.nan,
         upper_bound=math.inf,
@@ -193,14 +192,14 @@ def no_certificate(tolerance: float, why: str, seconds: float) -> Certificate:
 
 
 def reason(error: BaseException) -> str:
-    """Put an exception into one line: an error of ours is its message, any other one begins with its kind."""
+    """Return the first line of an exception's message, after its type's name unless it is one of our errors."""
     text = str(error) if isinstance(error, CglaError) else f"{type(error).__name__}: {error}"
     return next(iter(text.splitlines()), "")
 
 
 @dataclass(eq=False)
 class SharedGraph:
-    """A scenario and the graph of all graph solvers, laid when the first one asks."""
+    """A scenario and the graph that its graph solvers share, built on first use."""
 
     scenario: Scenario
     graph_problem: GraphProblem | None = None
@@ -208,7 +207,7 @@ class SharedGraph:
 
     @classmethod
     def lay(cls, scenario: Scenario, before: "SharedGraph | None") -> "SharedGraph":
-        """Start a scenario; the rows of one grid map share their graph, too."""
+        """Start a scenario; rows of one grid map reuse the graph of the row before."""
         ground = cls(scenario)
         if before is None or before.graph_problem is None:
             return ground
@@ -221,7 +220,7 @@ class SharedGraph:
         return ground
 
     def graph(self) -> GraphProblem:
-        """Return the shared graph, weighed."""
+        """Return the shared graph with its weights."""
         if self.graph_problem is None:
             began = time.perf_counter()
             self.graph_problem = hold_affordable_weights(self.scenario.problem.on_lattice(self.scenario.lattice))
@@ -230,7 +229,7 @@ class SharedGraph:
 
 
 def run(ground: SharedGraph, entrant: Entrant, seed: int | None) -> Solution:
-    """Run one solver; whatever it raises becomes its answer."""
+    """Run one solver; an exception becomes a failed answer."""
     missing = registry.missing(entrant.name)
     if missing is not None:
         return Solution(Status.UNAVAILABLE, solver=entrant.name, message=missing)
@@ -256,12 +255,12 @@ def _solve(problem: Problem, entrant: Entrant, settings: dict[str, Any], **how: 
 
 def warm_up(entrants: Iterable[Entrant], kind: MapKind, n_nodes: int = 0) -> None:
     """
-    Load the compiled kernels and the solvers' packages, so that no solver's first run is charged for that.
+    Load compiled kernels and the solvers' packages, so that no run is charged for loading.
 
-    `kind`: of the map; `n_nodes`: of the largest lattice that they are going to plan on.
+    `kind` is the kind of map, `n_nodes` the size of the largest lattice to plan on.
     """
     for entrant in entrants:
-        # what is wrong with a solver is told by its own run
+        # the solver's own run reports its faults
         with suppress(Exception):
             for package in registry.traits(entrant.name).needs:
                 importlib.import_module(package)
@@ -271,8 +270,8 @@ def warm_up(entrants: Iterable[Entrant], kind: MapKind, n_nodes: int = 0) -> Non
 
 
 def warm_up_proof(kind: MapKind) -> None:
-    """Load what proves lower bounds, so that the first certificate says how long its own proof took."""
-    # what is wrong with it is told by the certificate of the first scenario
+    """Load the kernels of proofs, so that the first certificate's time is that of its own proof."""
+    # the certificate of the first scenario reports faults
     with suppress(Exception):
         warm_up_solver(Hybrid(tolerance=None), kind)
         load_kernels(kind)

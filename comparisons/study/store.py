@@ -41,7 +41,7 @@ from cgla_graph.scenarios.scenario import Scenario
 
 #: The file's name in the folder of a study, and what its first line says.
 FILE, WHAT = "study.jsonl", "study"
-#: What OMPL's database of the runs is called beside it; earlier versions kept nothing else.
+#: Name of OMPL's database of the runs beside it, the only file of earlier versions.
 OMPL_FILE = "study.db"
 #: The kinds of lines, and of tasks.
 SESSION, PROOF, RUN, FLIGHT = "session", "proof", "run", "flight"
@@ -50,35 +50,34 @@ SESSION, PROOF, RUN, FLIGHT = "session", "proof", "run", "flight"
 @dataclass(frozen=True, eq=False)
 class Stored:
     """
-    What the folder of a study holds at one moment.
+    A snapshot of a study's folder.
 
     Attributes
     ----------
     folder
-        Where it is.
+        The folder.
     title
-        What the report calls it.
+        Its title in the report.
     runs
-        Those that are done, in the order of the study's cells: by scenario, solver and seed, whenever they were made.
-        Runs of one scenario share it.
+        Finished runs in the order of the study's cells: by scenario, solver and seed. Runs of one scenario share it.
     scenarios
-        All of the study, those without runs too.
+        All scenarios of the study, also those without runs.
     solvers
         Labels of all entrants.
     n_cells
-        How many runs there will be.
+        Number of runs when complete.
     sessions
-        How it was started, and gone on with.
+        Its start and resumptions.
     limits
-        Of each run.
+        Limits of each run.
     seeds
         Of solvers that draw random numbers.
     entrants
         By label.
     session_of
-        The number of the session that made a run, by the number of the run.
+        Number of the session that made a run, by number of the run.
     missions, flights, n_flights
-        The missions that are flown, the flights that are done, and how many there will be.
+        Its missions, the finished flights, and their number when complete.
     """
 
     folder: Path
@@ -109,7 +108,7 @@ def load(folder: Path) -> Stored:
     Raises
     ------
     StudyError
-        If there is no study, or it cannot be read, is damaged, another program's, or of another version.
+        If there is no study, or it cannot be read, is damaged, or comes from another program or version.
 
     Examples
     --------
@@ -144,12 +143,12 @@ def load(folder: Path) -> Stored:
 
 def load_study(folder: Path) -> Study:
     """
-    Return the study of a folder as it was asked for, with what later sessions added.
+    Return the study of a folder with the additions of later sessions.
 
     Raises
     ------
     StudyError
-        As `load`; or if the file of a mission is another one now.
+        As `load`; or if the file of a mission has changed.
     CglaError
         If the file of a mission cannot be loaded.
     """
@@ -170,7 +169,7 @@ def _content(folder: Path) -> "Content":
 
 
 def _check_not_old(folder: Path, kind: type[CglaError]) -> None:
-    """Refuse a folder that an earlier version has written."""
+    """Refuse a folder of an earlier version."""
     if os.path.exists(folder / OMPL_FILE) and not (folder / FILE).exists():  # noqa: PTH110 - no name is too long for it
         msg = (
             f"{folder}: holds a study of an earlier cgla-graph ({OMPL_FILE} without {FILE}); "
@@ -196,13 +195,13 @@ class Content:
     Attributes
     ----------
     whole
-        Whether all of each run is held; else only its status.
+        Whether runs are held whole; else only their status.
     sessions, cells
-        The last one says what the whole study is, which these runs are asked for in.
+        The session lines, of which the last describes the whole study, and its runs.
     proofs, runs, flights
         By scenario, cell and flight.
     n_runs
-        How many lines there were of runs.
+        Number of lines of runs.
     """
 
     whole: bool = True
@@ -234,7 +233,7 @@ class Content:
 
     @property
     def asked(self) -> Document:
-        """What the last session says of the study."""
+        """The last session line."""
         return self.sessions[-1]
 
     def flight_cells(self) -> set[FlightCell]:
@@ -243,12 +242,12 @@ class Content:
 
     @property
     def n_runs_asked(self) -> int:
-        """How many runs there will be: those of today's study, and those that are done already."""
+        """Number of runs when complete: those of the last session, and those done before."""
         return len(self.cells | self.runs.keys())
 
     @property
     def n_asked(self) -> int:
-        """How many runs and flights there will be."""
+        """Number of runs and flights when complete."""
         return self.n_runs_asked + len(self.flight_cells() | self.flights.keys())
 
     def missions(self) -> list[ComparedMission]:
@@ -320,7 +319,7 @@ def _session(line: Line) -> Session:
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    """Build much at once: looking for garbage in it again and again would take longer than all the rest."""
+    """Switch the garbage collector off while many objects are built: it would take most of the time."""
     was_on = gc.isenabled()
     gc.disable()
     try:
@@ -337,15 +336,15 @@ class StudyStore:
     """
     The one writer of a study's file (``study.jsonl``); a context manager.
 
-    While it is open, ``study.jsonl.lock`` is held, so that no second process writes; readers (`load`) are welcome.
-    What `add` wrote is there once it returned, even if the process is killed then.
+    While it is open, it holds ``study.jsonl.lock``, so that no second process writes; readers (`load`) may read.
+    Once `add` returns, its result is on disk, even if the process is killed.
 
     Attributes
     ----------
     path
         The file.
     study
-        The study with all requests in this folder: those of this session, then older ones.
+        The study with all requests in this folder, this session's first.
 
     Examples
     --------
@@ -385,20 +384,20 @@ class StudyStore:
         Parameters
         ----------
         folder
-            Where; made if it is not there.
+            Its folder, made if missing.
         study
-            What will be run.
+            The study.
         overwrite
-            Replace the study that is there; never another program's file.
+            Replace an existing study, but no file of another program.
         workers, command
-            For the record: how many processes make runs (or which cluster), and the command line.
+            For the record: number of worker processes (or the cluster), and the command line.
 
         Raises
         ------
         OutputError
             If the folder cannot be written, another process writes the study, or there is one already.
         StudyError
-            If the study names something twice, or has settings that cannot be kept.
+            If the study has a name twice, or settings that cannot be stored.
         """
         if not overwrite:
             _check_not_old(folder, OutputError)
@@ -410,12 +409,12 @@ class StudyStore:
     @classmethod
     def resume(cls, folder: Path, study: Study, *, workers: int | str = 1, command: str = "") -> Self:
         """
-        Go on with a study, which may have grown by scenarios, entrants, seeds and missions.
+        Resume a study, with more scenarios, entrants, seeds and missions if asked for.
 
         Parameters
         ----------
         folder
-            Where its file is.
+            Its folder.
         study
             The request of this session. A part with the name of a stored one must be equal to it.
         workers, command
@@ -426,7 +425,7 @@ class StudyStore:
         OutputError
             If the folder cannot be written, or another process writes the study.
         StudyError
-            If there is no study, it cannot be read (see `load`), or this one does not fit it.
+            If there is no study, it cannot be read (see `load`), or this one contradicts it.
         """
         _check_not_old(folder, StudyError)
         content, merged = Content(whole=False), []
@@ -449,11 +448,11 @@ class StudyStore:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Let others write, also after an error."""
+        """Release the file, also after an error."""
         self.close()
 
     def close(self) -> None:
-        """Let others write."""
+        """Release the file for other writers."""
         self._log.close()
 
     def __contains__(self, key: Key) -> bool:
@@ -461,7 +460,7 @@ class StudyStore:
         return key in self._done
 
     def __getitem__(self, key: Key) -> Certificate:
-        """Return the certificate of a scenario, which is all that tasks need of each other."""
+        """Return the certificate of a scenario, the only result that other tasks need."""
         return self._certificates[key[1]]
 
     def finished(self) -> set[Cell]:
@@ -475,14 +474,14 @@ class StudyStore:
         Returns
         -------
         result
-            As it is kept: a certificate has no grids, and a run has its number, and the certificate of its scenario.
+            The stored form: a certificate without grids; a run with its number and the certificate of its scenario.
 
         Raises
         ------
         StudyError
-            If it is not one of the study, is there already, or has settings that cannot be kept.
+            If it is not part of the study, is stored already, or has settings that cannot be stored.
         OutputError
-            If it cannot be written; earlier lines stay, and it may be tried again.
+            If it cannot be written; earlier lines stay, and the call may be repeated.
         """
         kind, *names = key
         if key not in self._open or (key in self._done and kind != PROOF):
@@ -522,7 +521,7 @@ def _merged(study: Study, before: Study) -> Study:
     for entrant in study.entrants:
         if entrant.label in known:
             _check_same("entrant", entrant.label, _differing(known[entrant.label], entrant_document(entrant)))
-    # in today's order; of equal ones, the first ones stay
+    # this session's order; of equal ones the first stays
     return dataclasses.replace(
         study,
         scenarios=list({one.name: one for one in (*study.scenarios, *before.scenarios)}.values()),
@@ -538,7 +537,7 @@ def _by_label(*entrants: Iterable[Entrant]) -> list[Entrant]:
 
 
 def _merged_missions(study: Study, before: Iterable[ComparedMission]) -> list[ComparedMission]:
-    """Merge missions; those of this session come first, and must equal stored ones of their name."""
+    """Merge missions, this session's first; each must equal the stored one of its name."""
     found = {mission.name: ComparedMission.of(mission) for mission in study.missions}
     for old in before:
         new = found.setdefault(old.name, old)
@@ -547,15 +546,15 @@ def _merged_missions(study: Study, before: Iterable[ComparedMission]) -> list[Co
 
 
 def _setting_text(setting: Limits | float | None) -> str:
-    """Write limits or a tolerance as people do."""
+    """Write limits or a tolerance in words."""
     if isinstance(setting, Limits):
         return f"limits of {setting.seconds:g} seconds and {setting.megabytes:g} megabytes"
     return "no lower bounds" if setting is None else f"a tolerance of {setting:g}"
 
 
 def _differing(old: Document, new: Document) -> list[str]:
-    """Name what differs between two documents; title and notes are words only."""
-    # a key may be in one of them alone, as that of rasters
+    """Name the keys that differ between two documents, except title and notes."""
+    # one of them may lack a key, such as that of rasters
     keys = [key for key in {**new, **old} if key not in {"title", "notes"}]
     differing = [key for key in keys if dumps(old.get(key)) != dumps(new.get(key))]
     if "problem" in differing:
@@ -565,7 +564,7 @@ def _differing(old: Document, new: Document) -> list[str]:
 
 
 def _check_same(what: str, name: str, differing: list[str]) -> None:
-    """Refuse something of a known name that is another one."""
+    """Refuse a part that differs from the stored one of its name."""
     if differing:
         msg = (
             f"{what} {name!r} is not the one in the study so far: {', '.join(differing)} differ; "
@@ -577,7 +576,7 @@ def _check_same(what: str, name: str, differing: list[str]) -> None:
 def _session_line(
     study: Study, missions: Iterable[ComparedMission], number: int, workers: int | str, command: str
 ) -> Line:
-    """Write the whole request and its origin: the last session describes the whole study."""
+    """Return the line of a session: the whole request and its origin."""
     missions = list(missions)
     for what, names in (
         ("scenario", [scenario.name for scenario in study.scenarios]),
@@ -615,7 +614,7 @@ def _session_line(
 
 
 def _with_maps_apart(document: Document, areas: dict[str, str], rasters: dict[str, str]) -> Document:
-    """Take no-fly area and values of rasters out of a scenario's document: many scenarios on one map share them."""
+    """Move no-fly area and raster values out of a scenario's document, because scenarios on one map share them."""
     problem = dict(document["problem"])
     if problem["no_fly"] is not None:
         problem["no_fly"] = _put_apart(problem["no_fly"], areas)

@@ -38,14 +38,14 @@ class FlightCell(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Study(NotebookRepr):
     """
-    A comparison as it was asked for.
+    The request of a comparison.
 
     Attributes
     ----------
     scenarios
-        With names of their own. A `Problem` becomes one that is named after its place, and a text is a name or a path.
+        With distinct names. A `Problem` is named after its position; a text is a name or a path.
     entrants
-        With labels of their own; a text is read by `Entrant.parse`.
+        With distinct labels; a text is read by `Entrant.parse`.
     seeds
         Of solvers that draw random numbers.
     tolerance
@@ -53,11 +53,11 @@ class Study(NotebookRepr):
     limits
         Of each run.
     title
-        What the report calls it.
+        Its title in the report.
     source
-        The text of its file, or the command that asked for it.
+        The text of its file, or the command.
     missions, mission_entrants
-        Missions with names of their own, and those of the entrants that fly them.
+        Missions with distinct names, and the entrants that fly them.
     """
 
     scenarios: Sequence[Scenario]
@@ -71,7 +71,7 @@ class Study(NotebookRepr):
     mission_entrants: Sequence[Entrant] = ()
 
     def __post_init__(self) -> None:
-        """Take problems for scenarios, and names for scenarios and entrants."""
+        """Turn problems and names into scenarios and entrants."""
         scenarios = [as_scenario(given, f"problem-{number}") for number, given in enumerate(self.scenarios, start=1)]
         object.__setattr__(self, "scenarios", scenarios)
         object.__setattr__(self, "entrants", [as_entrant(given) for given in self.entrants])

@@ -21,7 +21,7 @@ from cgla_graph.scenarios.scenario import Scenario, ScenarioTable
 from cgla_graph.scenarios.text_files import read_text
 from cgla_graph.solvers import registry
 
-#: What shows every key of a study file.
+#: The command that prints every key of a study file.
 COMMAND = "cgla compare --example"
 EXAMPLE = """\
 # A study: every solver on every scenario. Run it by

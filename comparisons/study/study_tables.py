@@ -1,4 +1,4 @@
-"""The tables of study files, as they are written."""
+"""Pydantic models of the tables in study files."""
 
 import ast
 import re
@@ -27,7 +27,7 @@ MOST_SECONDS, MOST_MEGABYTES = 31_536_000.0, 2.0**30
 
 
 def _table_or_text(value: object) -> str:
-    """Choose the member of a union of a table and a text, so that only its own faults are told."""
+    """Choose the member of a union of a table and a text, so that errors name only that member's faults."""
     return "=table" if isinstance(value, dict | Table) else "=text"
 
 
@@ -57,7 +57,7 @@ def _megabytes(value: object) -> object:
 
 
 def _plain(value: object) -> object:
-    """Refuse what no setting of a solver is; a list becomes a tuple, as settings do not change."""
+    """Refuse types that no setting has; a list becomes a tuple, because settings are immutable."""
     if isinstance(value, list):
         return tuple(_plain(part) for part in value)
     if not isinstance(value, bool | int | float | str):

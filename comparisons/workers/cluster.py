@@ -1,9 +1,8 @@
 """
-Calls on a Dask cluster that runs already: each in a process of its own there, too.
+Calls on a running Dask cluster, each in a process of its own.
 
-Dask keeps the books: which machine works on what, and what has to be made again when a machine is lost. Its own
-workers cannot be killed without losing all that they hold, so none of them makes a call itself: each of their threads
-has a worker process of ours beside it.
+Dask schedules calls and repeats those of lost machines. Killing one of its workers loses all that the worker holds, so
+Dask's workers make no call themselves: each of their threads uses a worker process of ours.
 """
 
 import socket
@@ -21,7 +20,7 @@ from cgla_graph.errors import WorkerError
 from cgla_graph.isolation.outcome import Failure, Outcome, Reply, one_line, packed
 from cgla_graph.isolation.process import WorkerProcess
 
-#: How long a scheduler may take to answer, in seconds.
+#: Seconds that a scheduler may take to answer.
 CONNECT_SECONDS = 10.0
 
 
@@ -29,11 +28,11 @@ def spread(
     next_call: NextCall, *, scheduler: str, seconds: float, preload: Sequence[str] = ()
 ) -> Generator[tuple[Call, Outcome]]:
     """
-    Make calls on a Dask cluster, and hand on what comes of each as soon as it ends.
+    Make calls on a Dask cluster, and yield each outcome as soon as it is known.
 
-    All its machines need the same version of this package, and of what the calls use. Machines may come and go: what a
-    lost one was working on is begun again on another one, and a call that takes several down with it has crashed. As
-    long as there is none, calls wait. Other programs on the cluster are left alone.
+    All machines need the same version of this package and of the packages that calls use. Machines may come and go:
+    calls of a lost machine start again on another one, and a call that ends several machines has crashed. Without
+    machines, calls wait. Other programs on the cluster are not affected.
 
     Parameters
     ----------
@@ -42,14 +41,14 @@ def spread(
     scheduler
         Address of the scheduler, as ``tcp://127.0.0.1:8786`` or ``127.0.0.1:8786``.
     seconds
-        When to give up a call that no `limited` has stopped, above 0: time by the wall clock from its start.
+        Wall-clock time after which a call is killed that no `limited` has stopped, above 0.
     preload
-        Modules to be loaded before the first call.
+        Modules to load before the first call.
 
     Yields
     ------
     call, outcome
-        As calls end. It is over when none is under way and `next_call` says None.
+        As calls end, until none is running and `next_call` returns None.
 
     Raises
     ------
@@ -84,7 +83,7 @@ def spread(
 
 
 def _dask() -> Any:  # noqa: ANN401 - a module that has no types
-    """Import Dask's part that is a cluster."""
+    """Import `distributed`, the package of Dask's clusters."""
     try:
         return import_module("distributed")
     except ImportError as error:
@@ -103,22 +102,22 @@ def _connect(dask: Any, scheduler: str) -> Any:  # noqa: ANN401 - a module and a
 
 
 def _ring(dask: Any, scheduler: str) -> None:  # noqa: ANN401 - a module that has no types
-    """Find out at once whether a scheduler is there, where Dask's client would try again and again."""
+    """Fail at once if there is no scheduler; Dask's client would try again and again."""
     with socket.create_connection(dask.comm.get_address_host_port(scheduler), CONNECT_SECONDS) as line:
-        # a scheduler speaks first, unless by TLS; for something else that listens, the client would wait for ever
+        # a scheduler speaks first, except over TLS; with any other server the client would wait without end
         if dask.comm.parse_address(scheduler)[0] == "tcp" and not line.recv(1):
             msg = "it hangs up"
             raise OSError(msg)
 
 
 def _capacity(client: Any) -> int:  # noqa: ANN401 - a client that has no types
-    """Count the calls that may be under way; at least one, as there are clusters that grow when there is work."""
+    """Count the calls that may be queued at once; at least one, because some clusters grow with their work."""
     n_threads: int = sum(client.nthreads().values())
     return max(1, n_threads * (1 + AHEAD))
 
 
 def _outcome(dask: Any, future: Any) -> Outcome:  # noqa: ANN401 - a module and a future that have no types
-    """Read what became of a call. A call raises nothing: what does come is the cluster's."""
+    """Read the outcome of a call; calls raise nothing, so exceptions are the cluster's."""
     try:
         reply: Reply = future.result()
         return reply.outcome()
@@ -133,10 +132,10 @@ def _outcome(dask: Any, future: Any) -> Outcome:  # noqa: ANN401 - a module and 
 
 
 def _dismiss(dask: Any, client: Any, scheduler: str, study: str, futures: Sequence[Any]) -> None:  # noqa: ANN401 - a module and a client that have no types
-    """End what is under way, and the processes of this study, if the cluster can still be reached."""
+    """Cancel calls and end the processes of this study, if the cluster can still be reached."""
     with suppress(Exception):
         if client.status == "running":
-            # a client that has not noticed yet that its scheduler is gone would wait for it
+            # the client would wait for a scheduler whose loss it has not noticed
             _ring(dask, scheduler)
             client.cancel(list(futures))
             client.run(_leave, study, on_error="ignore")
@@ -148,7 +147,7 @@ def _dismiss(dask: Any, client: Any, scheduler: str, study: str, futures: Sequen
 
 
 class _Processes:
-    """The worker processes of one study in a worker of Dask: one for each thread that has made a call."""
+    """The worker processes of one study in a Dask worker, one per thread that has made a call."""
 
     def __init__(self) -> None:
         self.all: list[WorkerProcess] = []
@@ -162,7 +161,7 @@ _processes: defaultdict[str, _Processes] = defaultdict(_Processes)
 
 
 def _run(study: str, call: bytes, seconds: float, preload: tuple[str, ...]) -> Reply:
-    """Make a call in a process beside this one."""
+    """Make a call in a worker process of ours."""
     with _lock:
         mine = _processes[study]
         if not mine.over and not mine.free:
@@ -181,7 +180,7 @@ def _run(study: str, call: bytes, seconds: float, preload: tuple[str, ...]) -> R
 
 
 def _leave(study: str) -> None:
-    """End all processes of a study in this worker, for good."""
+    """End all processes of a study in this Dask worker; later calls of it fail."""
     with _lock:
         _processes[study].over = True
         workers = list(_processes[study].all)

@@ -1,9 +1,9 @@
 """
-Calls in processes of their own: one that hangs, crashes or eats memory is an outcome, and the others go on.
+A pool of worker processes: a call that hangs, crashes or runs out of memory is an outcome, and the others go on.
 
-Two limits stand around a call. The inner one, `limited`, is set by the function
-itself around the part that counts: the kernel keeps it, even when the parent has died.
-The outer one notices that a worker died or is late, and replaces it (see `process`).
+Each call has two limits. The function itself sets the inner one, `limited`, around the part that is measured; the
+operating system enforces it even after the parent has died. The outer one replaces a worker that died or is late (see
+`cgla_graph.isolation.process`).
 """
 
 import os
@@ -17,22 +17,22 @@ from typing import Any, NamedTuple, TypeAlias
 from cgla_graph.isolation.outcome import Failure, Outcome, one_line
 from cgla_graph.isolation.process import WorkerProcess
 
-#: How many calls wait for each worker, so that it has something to do while the caller is busy with an outcome.
+#: Calls that wait for each worker, so that it stays busy while the caller handles an outcome.
 AHEAD = 1
 
 
 class Call(NamedTuple):
     """
-    A call to be made elsewhere.
+    A call for another process.
 
     Attributes
     ----------
     key
-        By which the caller knows it again.
+        The caller's name for it.
     function
-        Of a module that the other process can import.
+        From a module that the other process can import.
     args
-        What it is called with; they can be pickled.
+        Its arguments, which can be pickled.
     """
 
     key: Hashable
@@ -40,7 +40,7 @@ class Call(NamedTuple):
     args: tuple[Any, ...] = ()
 
 
-#: Asked whenever a worker can take more; answers None if there is nothing to do right now.
+#: Called whenever a worker can take a call; returns None if there is none at the moment.
 NextCall: TypeAlias = Callable[[], Call | None]
 _Asked: TypeAlias = "queue.SimpleQueue[Call | None]"
 _Ended: TypeAlias = "queue.SimpleQueue[tuple[Call, Outcome | BaseException]]"
@@ -50,29 +50,29 @@ def isolated(
     next_call: NextCall, *, workers: int, seconds: float, preload: Sequence[str] = ()
 ) -> Generator[tuple[Call, Outcome]]:
     """
-    Make calls in worker processes, several at a time, and hand on what comes of each as soon as it ends.
+    Make calls in worker processes, several at a time, and yield each outcome as soon as it is known.
 
-    A worker that dies is replaced, and so is one whose call left threads or processes behind. Workers share the cores
-    of this process out evenly and stay on theirs, so that no call slows another down. What they print goes to standard
-    error. All end with the iteration, and when this process dies.
+    A worker that dies is replaced, and so is one whose call left threads or processes behind. Each worker is bound to
+    its share of this process's cores, so that no call slows another down. Their output goes to standard error. All
+    workers end with the iteration, and when this process dies.
 
     Parameters
     ----------
     next_call
-        Asked for a call whenever a worker can take one more (at most one runs and one waits, so that they are begun in
-        the order in which they are asked for). After None it is asked again when the next call has ended.
+        Returns the next call. It is asked whenever a worker can take one (at most one runs and one waits, so that calls
+        start in this order). After None it is asked again when the next call has ended.
     workers
-        How many processes, at least 1.
+        Number of processes, at least 1.
     seconds
-        When to give up a call that no `limited` has stopped, above 0: time by the wall clock from its start.
+        Wall-clock time after which a call is killed that no `limited` has stopped, above 0.
     preload
-        Modules to be loaded before the first call. They are loaded once for all workers, but not again for the workers
-        of a later iteration, which load what is new each on their own.
+        Modules to load before the first call. They are loaded once for all workers; in later iterations each worker
+        loads modules that are new.
 
     Yields
     ------
     call, outcome
-        As calls end. It is over when none is under way and `next_call` says None.
+        As calls end, until none is running and `next_call` returns None.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def isolated(
     asked: _Asked = queue.SimpleQueue()
     ended: _Ended = queue.SimpleQueue()
     processes = [WorkerProcess(preload, cores) for cores in shares(workers)]
-    # daemons: a program that ends in the middle must not wait for them
+    # daemon threads: a program that ends early does not wait for them
     given = [(process, asked, ended, seconds) for process in processes]
     threads = [threading.Thread(target=_serve, args=each, daemon=True) for each in given]
     for thread in threads:
@@ -122,20 +122,20 @@ def isolated(
 
 
 def _serve(process: WorkerProcess, asked: _Asked, ended: _Ended, seconds: float) -> None:
-    """Hand calls to a worker process, one after the other."""
+    """Pass calls to a worker process, one after the other."""
     while (call := asked.get()) is not None:
         try:
             ended.put((call, process.make(call.function, call.args, seconds)))
         except CancelledError:
             return
-        except BaseException as error:  # noqa: BLE001 - raised where outcomes are waited for
+        except BaseException as error:  # noqa: BLE001 - `_next` raises it
             ended.put((call, error))
 
 
 def _next(ended: _Ended) -> tuple[Call, Outcome]:
     """Wait for the next call to end."""
     while True:
-        # in steps, as Ctrl-C does not break into a wait on Windows
+        # in steps: on Windows, Ctrl-C does not interrupt a wait
         with suppress(queue.Empty):
             call, outcome = ended.get(timeout=0.5)
             break
@@ -146,12 +146,12 @@ def _next(ended: _Ended) -> tuple[Call, Outcome]:
 
 def here(next_call: NextCall) -> Generator[tuple[Call, Outcome]]:
     """
-    Make calls in this process, one after the other, without any isolation: for debugging.
+    Make calls in this process, one after the other and without isolation, for debugging.
 
     Parameters
     ----------
     next_call
-        As `isolated` has it.
+        As in `isolated`.
 
     Yields
     ------
@@ -170,14 +170,14 @@ def here(next_call: NextCall) -> Generator[tuple[Call, Outcome]]:
             outcome = Outcome(call.function(*call.args))
         except MemoryError as error:
             outcome = Outcome(None, Failure.OUT_OF_MEMORY, one_line(error))
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - as in a worker; but the user's Ctrl-C ends it all
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - as in a worker, except Ctrl-C
             outcome = Outcome(None, Failure.RAISED, one_line(error))
         yield call, outcome
 
 
 def shares(workers: int) -> list[Sequence[int] | None]:
     """
-    Share the cores of this process out: as many for each worker, so that times compare; None where none can be chosen.
+    Divide this process's cores into equal shares, so that times compare; None where the system cannot bind cores.
 
     Examples
     --------

@@ -1,8 +1,8 @@
 """
-Tasks that may need each other: made here, in worker processes or on a cluster, each once, and kept as they end.
+Tasks with dependencies: run in this process, in worker processes or on a cluster, and stored as they end.
 
-Nothing here knows what the tasks are of. What a store holds already is not made again, so that work goes on after an
-interruption, and each result is in the store before it is yielded.
+This module knows nothing of studies. Results that the store holds are not computed again, so that work resumes after
+an interruption, and each result is stored before it is yielded.
 """
 
 import heapq
@@ -17,53 +17,53 @@ from cgla_graph.comparisons.workers.pool import Call, NextCall, here, isolated
 from cgla_graph.isolation.limits import NO_LIMITS, PREPARATION, Limits
 from cgla_graph.isolation.outcome import Outcome
 
-#: By what a task and its result are known: a kind, and names or numbers.
+#: Identifies a task and its result: a kind, and names or numbers.
 Key: TypeAlias = tuple[Any, ...]
 #: Results by key.
 Results: TypeAlias = Mapping[Key, Any]
 
 
 class ResultStore(Protocol):
-    """The place where results are kept."""
+    """A store of results."""
 
     def __contains__(self, key: Key) -> bool:
-        """Tell whether a result is there."""
+        """Return whether the store holds a result."""
         ...
 
     def __getitem__(self, key: Key) -> Any:  # noqa: ANN401 - any result
-        """Return a result that others may need."""
+        """Return a result that another task needs."""
         ...
 
     def add(self, key: Key, result: Any) -> Any:  # noqa: ANN401 - the same
-        """Keep a result, and return it as it is kept."""
+        """Store a result, and return its stored form."""
         ...
 
 
 def value_of(outcome: Outcome, _: Limits, __: Results) -> Any:  # noqa: ANN401 - any result
-    """Take what a function returned for the result, and None where it failed."""
+    """Return the value of an outcome, None after a failure."""
     return outcome.value
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
     """
-    Something to be made once.
+    A call to be made once, and the result to store.
 
     Attributes
     ----------
     key
-        By which the store and others know it.
+        Its name in the store and in `needs`.
     function
-        Of a module that the other process can import; called with the arguments, and with the limits that it is to
-        set around the part that counts (see `limited`).
+        From a module that the other process can import; called with the arguments and with the limits that it sets
+        around the part that is measured (see `limited`).
     arguments
-        They can be pickled. Or a function that is given the results of what it needs, and returns them: it is called
-        in this process, right before the task is made.
+        Picklable arguments, or a function that makes them of the results of `needs`, called in this process right
+        before the task starts.
     result
-        What is kept, given what came of the call (a failure, too), its limits and the results of what it needs; called
-        in this process.
+        Makes the result to store of the outcome (failures included), the limits and the results of `needs`; called in
+        this process.
     needs
-        Keys of what has to be done before.
+        Keys of tasks that end before this one starts.
     """
 
     key: Key
@@ -83,24 +83,24 @@ def run_tasks(
     preload: Sequence[str] = (),
 ) -> Generator[tuple[Task, Any]]:
     """
-    Make what the store does not hold yet: of what is ready, the first in order begins first.
+    Run the tasks that are not in the store yet; of those that are ready, the first in order starts first.
 
-    A caller who leaves the iteration early closes it, which ends the workers.
+    Closing the iteration early ends the workers.
 
     Parameters
     ----------
     tasks
-        With keys of their own. What they need is among them, or in the store.
+        With distinct keys. The tasks that they need are among them, or in the store.
     store
-        Gets each result before it is handed on; None keeps nothing.
+        Takes each result before it is yielded; None stores nothing.
     limits
-        Those that the functions set. In this process there are none, as they would kill the program.
+        Limits that the functions set. In this process there are none, because they would kill the program.
     workers
-        How many processes; 0 makes all in this one, where a task that hangs or crashes takes all with it.
+        Number of processes; 0 runs all in this one, where a task that hangs or crashes stops everything.
     scheduler
-        Address of a Dask scheduler whose cluster makes the tasks instead.
+        Address of a Dask scheduler whose cluster runs the tasks instead.
     preload
-        Modules that workers load beforehand.
+        Modules that workers load before the first task.
 
     Yields
     ------
@@ -110,7 +110,7 @@ def run_tasks(
     Raises
     ------
     ValueError
-        If a task needs what is neither among them nor in the store, or tasks need each other in a circle.
+        If a needed task is neither given nor in the store, or tasks need each other in a circle.
     OutputError
         If the store cannot be written.
     WorkerError
@@ -151,7 +151,7 @@ def run_tasks(
 def _made(
     next_call: NextCall, limits: Limits, workers: int, scheduler: str | None, preload: Sequence[str]
 ) -> Generator[tuple[Call, Outcome]]:
-    """Make calls where they are to be made: on a cluster, in worker processes, or (no workers) in this process."""
+    """Make calls on a cluster, in worker processes, or (0 workers) in this process."""
     seconds = limits.seconds + PREPARATION
     if scheduler is not None:
         return spread(next_call, scheduler=scheduler, seconds=seconds, preload=preload)
@@ -161,7 +161,7 @@ def _made(
 
 
 class _Agenda:
-    """The tasks that are left, in order, and those of them that are ready."""
+    """The tasks that are left, in order, and the ready ones among them."""
 
     def __init__(self, tasks: Sequence[Task], store: ResultStore | None) -> None:
         self.left = {task.key: task for task in tasks if store is None or task.key not in store}
@@ -180,7 +180,7 @@ class _Agenda:
         except CycleError as error:
             msg = f"{error.args[1][0]} needs what needs it in turn; let one of them begin"
             raise ValueError(msg) from error
-        #: places and keys: a heap, the first place first
+        #: a heap of places and keys
         self._ready: list[tuple[int, Key]] = []
 
     def next_task(self) -> Task | None:
@@ -195,7 +195,7 @@ class _Agenda:
         return None if self._store is None else self._store[key]
 
     def end(self, task: Task, result: Any) -> None:  # noqa: ANN401 - any result
-        """Let begin what has waited for this one alone."""
+        """Mark a task as done, so that tasks that need it become ready."""
         del self.left[task.key]
         if task.key in self._needed:
             self._results[task.key] = result
