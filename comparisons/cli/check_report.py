@@ -106,7 +106,7 @@ def _crossing_lines(checked: PlanCheck) -> Iterator[str]:
     for one in found[:MOST_ROWS]:
         name = checked.on.areas[one.area].name
         at_place = one.is_circle or one.is_upright
-        at = "" if heights is None else heights.words_at(one.leg, one.area, is_place=at_place)
+        at = "" if heights is None else heights.heights_text(one.leg, one.area, is_place=at_place)
         high = f" ({at})" if at else ""
         inside = f"{figure(one.inside, _DIGITS)}{unit}"
         stop = checked.on.stop(one.leg) if at_place else ""
@@ -171,8 +171,8 @@ def _through_line(checked: PlanCheck) -> str:
     found, unit = checked.through, _unit(checked)
     if found is None:
         return ""
-    if found.nothing:
-        return f"not known: {found.nothing}"
+    if found.message:
+        return f"not known: {found.message}"
     high = " at its heights" if checked.on.heights is not None else ""
     words = f"no clean plan through its waypoints{high} costs less than {rounded_down(found.lower_bound, 9)}{unit}"
     if checked.is_straight:

@@ -1,1 +1,1 @@
-"""Check of a flight plan: legs, crossings, heights, and a proven bracket of how much better any plan could be."""
+"""Check of a flight plan: legs, crossings, heights, and a proven bracket of the least cost of a clean plan."""

@@ -1,4 +1,4 @@
-"""Proven costs of the best clean plan: between the ends of a plan, and through its waypoints."""
+"""Proven bounds of the cost of clean plans: between the ends of a plan, and through its waypoints."""
 
 import dataclasses
 import math
@@ -15,45 +15,45 @@ from cgla_graph.errors import ProblemError
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
 
-#: Areas of more corners are simplified for the bracket, by this part of the map's longer side.
+#: Areas with more corners are simplified for the bracket, by this part of the map's longer side.
 MOST_CORNERS, _COARSE = 5000, 5e-4
-#: Corners of all areas, at most, for which legs are proven.
+#: Corners of all areas up to which bounds of legs are proven.
 _MOST_LEG_CORNERS = 20_000
 #: Cells of the grids of a leg, at most.
 _LEG_CELLS = 400_000
-#: Legs whose straight lines are measured on the Earth one by one.
+#: Legs up to which each straight line is measured on the Earth by itself.
 _MOST_GEODESICS = 5000
-#: Farther than any place of a map.
+#: Map units, beyond every map.
 _FAR = 1e30
-#: What a leg may cost more than its straight line without a proof, as a part of the tolerance.
+#: Excess of a leg's cost over its straight line up to which it needs no proof, as a part of the tolerance.
 _NEGLIGIBLE = 0.1
 
 
 @dataclass(frozen=True)
 class Through:
     """
-    What every clean plan through the same waypoints costs at least.
+    Lower bound of the cost of every clean plan through the same waypoints.
 
     Attributes
     ----------
     lower_bound
-        Proven, map units: the sum of what is proven of each leg.
+        The sum of the bounds of the legs, map units.
     legs, proven, wanting
-        How many legs there are, of how many a bound was proven, and of how many it was not, although their straight
-        lines say too little.
-    nothing
-        Why there is no such plan or no bound, or nothing.
+        Number of legs, of legs with a proven bound, and of legs whose bound is only their straight line although they
+        cost more.
+    message
+        Why there is no such plan or no bound; empty if there is one.
     """
 
     lower_bound: float
     legs: int
     proven: int
     wanting: int
-    nothing: str = ""
+    message: str = ""
 
 
-def shut_ends(on: PlanMap) -> str:
-    """Say why no plan between the same ends could be clean, if one of them is where none may be; else nothing."""
+def blocked_end(on: PlanMap) -> str:
+    """Return why no plan between the same ends can be clean, if an end is outside the map or in an area; else empty."""
     problem = on.problem
     for what, index in (("begins", 0), ("ends", -1)):
         place = shapely.Point(on.route[index])
@@ -63,18 +63,18 @@ def shut_ends(on: PlanMap) -> str:
             if shapely.contains_properly(area.shape, place):
                 return f"it {what} inside {area.name}, as every plan between its ends"
             if shapely.distance(area.shape, place) < problem.clearance:
-                return f"it {what} nearer to {area.name} than asked for, as every plan between its ends"
+                return f"it {what} nearer to {area.name} than the clearance, as every plan between its ends"
     return ""
 
 
 def bracket(on: PlanMap, tolerance: float, max_cells: int, *, is_clean: bool) -> Certificate:
     """
-    Prove what the least cost of a clean plan between the same ends is, from below and from above.
+    Bracket the least cost of a clean plan between the same ends.
 
     Raises
     ------
     ProblemError
-        If an end is where none may be.
+        If an end is outside the map or in an area.
     """
     route, problem = on.route, on.problem
     if on.has_bounds:
@@ -82,7 +82,7 @@ def bracket(on: PlanMap, tolerance: float, max_cells: int, *, is_clean: bool) ->
     for factor in WIDER:
         bounds = widened(problem.bounds, factor)
         proof = _bracket_within(on, bounds, tolerance, max_cells, is_clean=is_clean)
-        # a path that leaves the box that is laid around the plan is at least so long: the bound is one for all paths
+        # a path that leaves the box around the plan is at least this long, so that the bound holds for all paths
         outside = _on_earth(on, least_outside(route[0], route[-1], bounds), route[[0, -1]])
         if proof.lower_bound <= outside:
             break
@@ -99,9 +99,9 @@ def _bracket_within(
     leg: int | None = None,
 ) -> Certificate:
     """
-    Prove the same of all paths within bounds; of a leg, if one is given, of all paths between its ends.
+    Bracket the least cost of paths within bounds between the ends of the plan, or of a leg.
 
-    Where the plan is clean, the proof begins with its path; the bound of a clean leg is held against that leg.
+    If the plan is clean, the proof begins with its path; for a clean leg, the gap is measured against that leg.
     """
     route = on.route if leg is None else on.route[leg : leg + 2]
     first, last = ((float(x), float(y)) for x, y in route[[0, -1]])
@@ -117,10 +117,10 @@ def _bracket_within(
 
 def _coarse_bracket(problem: Problem, no_fly: BaseGeometry, tolerance: float, max_cells: int) -> Certificate:
     """
-    Prove the same where areas have very many corners: from below with smaller areas, from above with larger ones.
+    Bracket the same cost if areas have very many corners: below with smaller areas, above with larger ones.
 
-    A path that keeps out of an area keeps out of what is inside of it: a bound there is a bound here. One that keeps
-    out of what is around it keeps out of it.
+    A path that avoids an area avoids every smaller area inside, so that a lower bound with these holds here. A path
+    that avoids a larger area around it avoids the area.
     """
     x_min, y_min, x_max, y_max = problem.bounds
     step = _COARSE * max(x_max - x_min, y_max - y_min)
@@ -138,9 +138,9 @@ def _coarse_bracket(problem: Problem, no_fly: BaseGeometry, tolerance: float, ma
 
 
 def _simple(area: BaseGeometry, wider: float, step: float) -> BaseGeometry:
-    """Return an area of fewer corners: inside of another one where it is wider by less than nothing, else around it."""
+    """Return an area with fewer corners: inside the given one if `wider` is negative, else around it."""
     moved = shapely.buffer(NoFlyArea(area).geometry, wider, quad_segs=2)
-    # arcs of two chords a right angle are at cos(pi / 8) = 0.92 of the distance, and lines move by less than that
+    # arcs of two chords per right angle keep cos(pi / 8) = 0.92 of the distance, and simplifying moves lines by less
     return shapely.simplify(moved, 0.9 * step)
 
 
@@ -148,19 +148,19 @@ def through_waypoints(on: PlanMap, costs: FloatArray, faulty: BoolArray, toleran
     """
     Bound the cost of every clean plan through the waypoints of a plan, in their order.
 
-    It is a sum over legs. No way between two places is shorter than the straight line; of the legs that cost much more
-    than that, or are not clean, the costliest first, more is proven.
+    The bound is a sum over legs. Each leg costs at least the length of its straight line. For legs that cost much more
+    or are not clean, a better bound is proven, the costliest first.
 
     Parameters
     ----------
     on
         The plan on its map.
     costs, faulty
-        Of its legs, and whether each is not clean, shape ``(n,)``.
+        Costs of the legs, map units, and whether each is not clean, shape ``(n,)``.
     tolerance
-        How close the bound of a leg should come, as a ratio.
+        Wanted gap of the bound of a leg, as a ratio.
     most
-        Legs that are proven.
+        Legs with a proven bound, at most.
     """
     problem, route = on.problem, on.route
     if not problem.field.is_proper:
@@ -170,32 +170,28 @@ def through_waypoints(on: PlanMap, costs: FloatArray, faulty: BoolArray, toleran
     if len(inside):
         stop = on.stops[int(inside[0])]
         return Through(math.nan, len(costs), 0, 0, f"{f'waypoint {stop}' if stop else 'home'} is inside an area")
-    bounds = _of_lines(on)
+    bounds = _line_bounds(on)
     gain = np.where(faulty, math.inf, costs - bounds * (1.0 + _NEGLIGIBLE * tolerance))
     wanting = [leg for leg in np.argsort(-gain, kind="stable").tolist() if gain[leg] > 0.0]
     corners = sum(int(shapely.get_num_coordinates(one.shape)) for one in on.walls)
-    # (proofs around outlines of 10^5 corners take a minute each: there, straight lines have to do)
+    # (proofs around outlines of 10^5 corners take a minute each: there, straight lines must suffice)
     chosen = wanting[:most] if corners <= _MOST_LEG_CORNERS else []
     for leg in chosen:
         try:
-            found = _of_leg(on, leg, tolerance, is_clean=not faulty[leg])
+            found = _prove_leg(on, leg, tolerance, is_clean=not faulty[leg])
         except ProblemError as error:
             return Through(math.nan, len(costs), 0, 0, f"leg {leg + 1}: {error}")
         if math.isinf(found):
-            return Through(found, len(costs), 0, 0, f"proven: no clean way joins the ends of leg {leg + 1}")
+            return Through(found, len(costs), 0, 0, f"proven: no clean path joins the ends of leg {leg + 1}")
         bounds[leg] = max(bounds[leg], found)
     # (sums are rounded)
     total = math.fsum(bounds.tolist()) * (1.0 - 2.0**-50)
     return Through(total, len(costs), len(chosen), len(wanting) - len(chosen))
 
 
-def _straight(route: FloatArray) -> FloatArray:
-    return np.asarray(np.hypot(*np.diff(route, axis=0).T))
-
-
-def _of_lines(on: PlanMap) -> FloatArray:
+def _line_bounds(on: PlanMap) -> FloatArray:
     """Bound the cost of each leg by the length of the straight line between its ends."""
-    lengths, projection = _straight(on.route), on.problem.projection
+    lengths, projection = np.hypot(*np.diff(on.route, axis=0).T), on.problem.projection
     if projection is None:
         return lengths
     if len(lengths) <= _MOST_GEODESICS:
@@ -206,20 +202,20 @@ def _of_lines(on: PlanMap) -> FloatArray:
 
 
 def _on_earth(on: PlanMap, bound: float, ends: FloatArray) -> float:
-    """Turn a bound of the cost between two places on the plane into one on the Earth."""
+    """Convert a bound of the cost between two places on the plane to one on the Earth."""
     if on.problem.projection is None:
         return bound
     first, last = ((float(x), float(y)) for x, y in ends)
     return on.problem.projection.bound_on_earth(bound, first, last, on.limits)
 
 
-def _of_leg(on: PlanMap, leg: int, tolerance: float, *, is_clean: bool) -> float:
-    """Prove what every clean way between the ends of a leg costs at least, map units."""
+def _prove_leg(on: PlanMap, leg: int, tolerance: float, *, is_clean: bool) -> float:
+    """Prove a lower bound of the cost of every clean path between the ends of a leg, map units."""
     route = on.route[leg : leg + 2]
     limits = on.limits
     bound = outside = 0.0
     for factor in WIDER[:2]:
-        box = widened(wide_bounds(route, float(_straight(route)[0])), factor)
+        box = widened(wide_bounds(route, math.dist(*route)), factor)
         inner = (max(box[0], limits[0]), max(box[1], limits[1]), min(box[2], limits[2]), min(box[3], limits[3]))
         proof = _bracket_within(on, inner, tolerance, _LEG_CELLS, leg=leg, is_clean=is_clean)
         outside = _on_earth(on, _outside(route, inner, limits), route)
@@ -230,7 +226,7 @@ def _of_leg(on: PlanMap, leg: int, tolerance: float, *, is_clean: bool) -> float
 
 
 def _outside(route: FloatArray, inner: Bounds, limits: Bounds) -> float:
-    """Return how long a way between two places is that leaves a box by a side that is not one of the map's."""
+    """Return the least length of a path between two places that leaves a box by a side that is not the map's."""
     nearest = math.inf
     for side in range(4):
         if inner[side] != limits[side]:

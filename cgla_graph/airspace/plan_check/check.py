@@ -13,7 +13,7 @@ from cgla_graph._validate import point_array, positive_number
 from cgla_graph.airspace.flight_plans.crossings import crossings_of, geodesic_gaps
 from cgla_graph.airspace.flight_plans.formats import read_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint
-from cgla_graph.airspace.plan_check.bracket import bracket, shut_ends, through_waypoints
+from cgla_graph.airspace.plan_check.bracket import blocked_end, bracket, through_waypoints
 from cgla_graph.airspace.plan_check.plan_map import NamedMap, PlainMap, PlanMap, put_on_map
 from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.airspace.zones.applying import Zones
@@ -26,11 +26,11 @@ from cgla_graph.model.earth import geodesic_between
 from cgla_graph.model.problem import Problem
 from cgla_graph.untrusted.files import FilePath
 
-#: The bracket of the best possible cost is at most so wide, unless told otherwise.
+#: Default width of the bracket of the best possible cost, as a ratio.
 TOLERANCE = 0.01
-#: Legs for which a bound is proven, at most, unless told otherwise; the others count with their straight lines.
+#: Default number of legs for which a bound is proven, at most; for others, the straight line is the bound.
 MOST_PROVEN = 16
-#: Where legs are held against geodesics: at these shares of their lengths.
+#: Shares of the length of a leg at which its distance from the geodesic is measured.
 _SHARES = (0.25, 0.5, 0.75)
 
 
@@ -58,32 +58,32 @@ def check(
         A plan, the file of one (`cgla_graph.read_plan`), or waypoints, shape ``(m, 2)``: longitude and latitude,
         degrees, or x and y where the map is in a plane.
     on
-        The map: a problem or a scenario. None: zones alone, on a map that is laid around the plan, so wide that the
-        bound holds for all paths.
+        The map: a problem or a scenario. None: only zones, on a map around the plan so wide that the bound holds for
+        all paths.
     zones
-        What `cgla_graph.read_zones` gives, or files that it reads.
+        The result of `cgla_graph.read_zones`, or files that it reads.
     altitude
-        At which zones count, metres above ground, or as ``"450 AMSL"``. None: the plan's own altitudes are held against
-        floors and ceilings, leg by leg.
+        Altitude at which zones count, metres above ground, or as ``"450 AMSL"``. None: the plan's own altitudes are
+        compared with floors and ceilings, leg by leg.
     at, treat
-        As of `cgla_graph.airspace.zones.applying.Zones.apply`.
+        As in `cgla_graph.airspace.zones.applying.Zones.apply`.
     ground
-        Elevations, or the file of a raster of them, metres above sea level, by which heights above different things
-        are compared.
+        Elevations, or the file of a raster of them, metres above sea level; needed to compare heights above ground with
+        heights above sea or home.
     k, clearance
-        Instead of the map's own; 0 without a map.
+        Risk weight and clearance instead of the map's own; 0 without a map.
     tolerance
-        How wide the proven bracket of the least cost may be, as a ratio; None for no proof.
+        Wanted width of the proven bracket of the least cost, as a ratio; None for no proof.
     through
-        For so many legs at most, a bound is proven of plans through the same waypoints.
+        Legs, at most, for which the bound of plans through the same waypoints is proven.
     max_cells
         Cells of a grid of a proof, at most, about 300 bytes each.
 
     Returns
     -------
     check
-        Its legs, crossings and verdict; `PlanCheck.best` brackets the cost of the best clean plan between the same
-        ends, `PlanCheck.through` bounds that of one through the same waypoints.
+        Legs, crossings and verdict. `PlanCheck.best` brackets the least cost of a clean plan between the same ends,
+        `PlanCheck.through` bounds that of a clean plan through the same waypoints.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def check(
         raise CglaError(msg)
     for setting, value in (("altitude", altitude), ("at", at), ("treat", treat), ("ground", ground)):
         if value is not None and not has_zones:
-            msg = f"{setting} is about zones; give their files (zones)"
+            msg = f"{setting} needs zones; give their files (zones)"
             raise CglaError(msg)
     elevations = read_ground(ground) if isinstance(ground, str | os.PathLike) else ground
     applied = None
@@ -130,7 +130,7 @@ def check(
 
 
 def _plan_of(plan: FlightPlan | FilePath | ArrayLike, on: Problem | NamedMap | None) -> tuple[FlightPlan, str]:
-    """Return the plan, and what it is called; waypoints are in the coordinates of the map."""
+    """Return the plan and its name; waypoints are in the coordinates of the map."""
     if isinstance(plan, FlightPlan):
         return plan, plan.name or "plan"
     if isinstance(plan, str | os.PathLike):
@@ -146,7 +146,7 @@ def _plan_of(plan: FlightPlan | FilePath | ArrayLike, on: Problem | NamedMap | N
 
 
 def _legs_of(plan: FlightPlan, name: str, on: PlanMap) -> PlanCheck:
-    """Check each leg: what it crosses, and what it costs."""
+    """Check each leg: its crossings and its cost."""
     route = on.route
     starts, ends = (route, route) if len(route) == 1 else (route[:-1], route[1:])
     return PlanCheck(
@@ -168,9 +168,9 @@ def _with_proofs(checked: PlanCheck, tolerance: float, most_legs: int, max_cells
         through = through_waypoints(on, costs, checked.faulty, tolerance, most_legs)
         checked = dataclasses.replace(checked, through=through)
     if (on.route[0] == on.route[-1]).all():
-        return dataclasses.replace(checked, no_best="it ends where it begins: the best way there is to stay")
-    if shut := shut_ends(on):
-        return dataclasses.replace(checked, no_best=shut)
+        return dataclasses.replace(checked, no_best="it ends where it begins: the cheapest plan is to stay there")
+    if blocked := blocked_end(on):
+        return dataclasses.replace(checked, no_best=blocked)
     try:
         best = bracket(on, tolerance, max_cells, is_clean=checked.is_straight)
     except ProblemError as error:
@@ -179,7 +179,7 @@ def _with_proofs(checked: PlanCheck, tolerance: float, most_legs: int, max_cells
 
 
 def _radii(plan: FlightPlan, on: PlanMap) -> list[float]:
-    """Return the circles flown around each place of the route; of waypoints in one place, the widest."""
+    """Return the radius of the circle around each place of the route; the largest of waypoints in one place."""
     radii = [0.0] * len(on.route)
     at = 0
     for number, one in enumerate(plan.waypoints, start=1):
@@ -190,7 +190,7 @@ def _radii(plan: FlightPlan, on: PlanMap) -> list[float]:
 
 
 def _gaps(on: PlanMap, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    """Return how far legs are from geodesics."""
+    """Return the distance of each leg from the geodesic between its ends, map units."""
     projection = on.problem.projection
     if projection is None:
         return np.zeros(len(starts))

@@ -1,4 +1,4 @@
-"""A plan's own altitudes against the floors and ceilings of zones: on which parts of its legs each zone counts."""
+"""Comparison of a plan's altitudes with floors and ceilings: the parts of legs on which each zone counts."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -17,41 +17,41 @@ from cgla_graph.airspace.zones.heights import Range, difference
 from cgla_graph.airspace.zones.zone import Limits
 from cgla_graph.model.earth import LocalProjection
 
-#: What heights of plans are above, as those of zones are written.
+#: References of heights of plans, as zones write them.
 _ABOVE: Final[dict[Reference, str]] = {"home": "HOME", "ground": "AGL", "sea": "AMSL", "ellipsoid": "WGS84"}
 _WORDS: Final = {"HOME": "above home", "AGL": "above ground", "AMSL": "above the sea", "WGS84": "above the ellipsoid"}
-#: A leg over an elevation raster is taken in so many parts at most, of two cells or more.
+#: Parts into which a leg over an elevation raster is divided, at most; each spans two cells or more.
 _MOST_PARTS: Final = 64
 _HALF_TURN: Final = 180.0
-#: Entries of the table of which areas legs of a kind may meet, at most.
+#: Entries of the table of areas that legs of a kind may meet, at most.
 _MOST_TABLE: Final = 20_000_000
-#: What is so little beyond a floor or a ceiling is within, metres: sums of altitudes are rounded.
+#: Heights beyond a floor or ceiling by at most this count as within, metres, because sums of altitudes are rounded.
 _ROUNDING: Final = 1e-9
-#: Notes are given of so many reasons.
+#: Reasons for which notes are given, at most.
 _MOST_NOTES: Final = 4
 
 
 @dataclass
 class PlanHeights:
     """
-    The heights of a plan against those of areas.
+    Comparison of the heights of a plan with those of areas.
 
-    Where heights are above the same thing, they are compared as they are. Else both are turned into heights above the
-    sea, as far as is known: with the height of home, and with the least and greatest elevation of the cells of a raster
-    around a part of a leg. What cannot be compared counts at all heights, with a note.
+    Heights with the same reference are compared directly. Others are converted to heights above the sea, with the
+    height of home and the least and greatest elevation of the raster around a part of a leg. An area whose limits
+    cannot be compared counts at all heights, with a note.
 
     Parameters
     ----------
     plan, stops
-        The plan, and what each place of its route is.
+        The plan, and its stops as in `profile_of`.
     limits
-        Of each area; None where it has none.
+        Floor and ceiling of each area; None for an area without.
     ground
-        Elevations.
+        Elevations; None if unknown.
     route, boxes
         The route, shape ``(m, 2)``, and the bounds of each area, shape ``(n, 4)``, map units.
     projection
-        Of the map.
+        Projection of the map.
     """
 
     plan: FlightPlan
@@ -61,20 +61,20 @@ class PlanHeights:
     route: FloatArray
     boxes: FloatArray
     projection: LocalProjection
-    #: Why areas count at all heights, and on which legs and in which areas.
-    untold: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
+    #: Reasons why areas count at all heights, and the pairs of leg and area.
+    unresolved: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Say how high the plan and its home are."""
+        """Compute the heights of the plan and its home."""
         self.profile: Profile = profile_of(self.plan, self.stops)
         self.home = self._home()
         self._seen: dict[tuple[Heights, Limits], Shares | None] = {}
 
     def _home(self) -> Range | None:
-        """Return how high home is above the sea, at least and at most: as the plan says, and as the raster does."""
+        """Return the least and the greatest height of home above the sea, by the plan and by the raster."""
         plan, known = self.plan, []
         first = plan.home or plan.waypoints[0]
-        # (0 m is what files of autopilots say of a height that is not known)
+        # (files for autopilots write 0 m for an unknown height)
         if plan.home is not None and plan.home.altitude:
             known.append((plan.home.altitude, plan.home.altitude))
         at_home = plan.home is not None or plan.waypoints[0].role == "take-off"
@@ -83,7 +83,7 @@ class PlanHeights:
         return (min(one[0] for one in known), max(one[1] for one in known)) if known else None
 
     def _within(self, heights: Heights, limits: Limits, ground: Range | None, part: Range) -> tuple[Range | None, bool]:
-        """Return where in a part of a leg a limit lets the aircraft be inside, and whether all limits were compared."""
+        """Return the share of a part of a leg within the limits, and whether all limits could be compared."""
         (first, last), all_known = part, True
         assert heights.reference is not None  # noqa: S101 - for the type checker
         for limit, sign in limits.bounded:
@@ -91,17 +91,17 @@ class PlanHeights:
             if more is None:
                 all_known = False
                 continue
-            # above a floor by the greatest height that may be, below a ceiling by the least
+            # the greatest possible height decides whether it is above a floor, the least whether it is below a ceiling
             ends = heights.high if sign > 0.0 else heights.low
             value = sign * (np.array(ends) + more[1 if sign > 0.0 else 0] - limit.metres) + _ROUNDING
-            here = _at_least_nothing(float(value[0]), float(value[1]))
+            here = _nonnegative_part(float(value[0]), float(value[1]))
             if here is None or max(first, here[0]) > min(last, here[1]):
                 return None, True
             first, last = max(first, here[0]), min(last, here[1])
         return (first, last), all_known
 
     def _shares(self, heights: Heights, area: int, ends: FloatArray, leg: int) -> Shares:
-        """Return on which parts of a leg an area counts."""
+        """Return the parts of a leg on which an area counts."""
         limits = self.limits[area]
         if limits is None or not limits.bounded:
             return WHOLE
@@ -121,22 +121,22 @@ class PlanHeights:
             if found is None:
                 continue
             if not all_known:
-                self._note(self._not_compared(heights, limits), leg, area)
+                self._note(self._why_not_compared(heights, limits), leg, area)
             joins = bool(parts) and parts[-1][1] == found[0]
             parts[-1:] = [(parts[-1][0], found[1])] if joins else [*parts[-1:], found]
         return tuple(parts)
 
     def _grounds(self, ends: FloatArray, area: int) -> Iterator[tuple[Range, Range | None]]:
-        """Yield parts of a leg near an area, and the least and greatest elevation around each."""
+        """Yield parts of a leg near an area, and the least and the greatest elevation around each."""
         if self.ground is None:
             yield (0.0, 1.0), None
             return
-        first, last = _through(ends[0], ends[1], self.boxes[area])
+        first, last = _part_in_box(ends[0], ends[1], self.boxes[area])
         places = self.projection.inverse(ends[0] + np.array([[first], [last]]) * (ends[1] - ends[0]))
         cells = float((np.abs(places[1] - places[0]) / self.ground.cell).max())
         number = int(min(max(math.ceil(0.5 * cells), 1), _MOST_PARTS)) if math.isfinite(cells) else 1
         shares = np.linspace(first, last, number + 1)
-        # (the middles, too, as what is straight on the map is not in degrees)
+        # (middles are included because a straight line on the map is curved in degrees)
         at = np.sort(np.concatenate([shares, 0.5 * (shares[:-1] + shares[1:])]))
         lonlat = self.projection.inverse(ends[0] + at[:, None] * (ends[1] - ends[0]))
         for index in range(number):
@@ -145,35 +145,33 @@ class PlanHeights:
             yield (float(shares[index]), float(shares[index + 1])), self.ground.range_in((west, south, east, north))
 
     def _note(self, why: str, leg: int, area: int) -> None:
-        self.untold.setdefault(why, []).append((leg, area))
+        self.unresolved.setdefault(why, []).append((leg, area))
 
     def _ends(self, leg: int) -> FloatArray:
         return self.route[[leg, min(leg + 1, len(self.route) - 1)]]
 
-    # as `HeightOverlap`
+    # methods of `HeightOverlap`
 
     def on_leg(self, leg: int, area: int) -> Shares:
-        """Return on which parts of a leg the aircraft may be as high as an area is."""
+        """Return the parts of a leg on which the aircraft may be at the height of an area."""
         return self._shares(self.profile.legs[leg], area, self._ends(leg), leg)
 
     def at_place(self, place: int, area: int) -> bool:
-        """Tell whether it may be so where it goes up, down or around a place of the route."""
-        heights = self.profile.places[place]
+        """Return whether it may be at the height of an area where it climbs, descends or circles at a place."""
         leg = min(place, len(self.profile.legs) - 1)
-        if heights is None:
-            heights = self.profile.legs[leg]
+        heights = self.profile.places[place] or self.profile.legs[leg]
         return bool(self._shares(heights, area, self.route[[place, place]], leg))
 
     def goes_upright(self, place: int) -> bool:
-        """Tell whether it goes up or down there."""
+        """Return whether it climbs or descends vertically at a place."""
         return self.profile.places[place] is not None
 
     def note_all_count(self, leg: int) -> None:
-        """Take note that on a leg there is too much to tell: all areas on it count."""
-        self._note("there are too many of them to tell apart", leg, -1)
+        """Note that all areas count on a leg, because there are too many to compare."""
+        self._note("there are too many of them to compare", leg, -1)
 
     def kinds(self) -> tuple[IntArray, BoolArray] | None:
-        """Return of which kind each leg is, and which areas legs of a kind may meet somewhere."""
+        """Return the kind of each leg (legs of equal heights), and the areas that legs of a kind may meet."""
         numbers: dict[Heights, int] = {}
         kind = np.array([numbers.setdefault(heights, len(numbers)) for heights in self.profile.legs])
         if len(numbers) * len(self.limits) > _MOST_TABLE:
@@ -184,13 +182,13 @@ class PlanHeights:
         return kind, table[:, columns]
 
     def _may_meet(self, heights: Heights, limits: Limits | None) -> bool:
-        """Tell whether the heights of a leg and of an area overlap, as far as is known without the ground."""
+        """Return whether the heights of a leg and of an area may overlap, without using elevations."""
         if limits is None or heights.reference is None:
             return True
         return self._within(heights, limits, None, (0.0, 1.0))[0] is not None
 
-    def holds_all(self, area: int) -> bool:
-        """Tell whether an area counts wherever this plan may be high: none at its heights comes through it."""
+    def contains_all(self, area: int) -> bool:
+        """Return whether all heights of the plan are within the limits of an area, so that it must fly around."""
         limits = self.limits[area]
         if limits is None or not limits.bounded:
             return True
@@ -220,8 +218,8 @@ class PlanHeights:
         (west, south), (east, north) = lonlat.min(axis=0).tolist(), lonlat.max(axis=0).tolist()
         return self.ground.range_in((west, south, east, north)) if east - west < _HALF_TURN else None
 
-    def _not_compared(self, heights: Heights, limits: Limits) -> str:
-        """Say why heights of a leg and of an area cannot be compared, and what would help."""
+    def _why_not_compared(self, heights: Heights, limits: Limits) -> str:
+        """Return why heights of a leg and of an area cannot be compared, and the data that is missing."""
         ours = _ABOVE[heights.reference] if heights.reference is not None else ""
         theirs = {limit.reference for limit, _ in limits.bounded} - {ours}
         needs = ["the height of home above the sea in the plan"] if ours == "HOME" and self.home is None else []
@@ -232,19 +230,17 @@ class PlanHeights:
 
     # for reports
 
-    def words_at(self, number: int, area: int, *, is_place: bool) -> str:
-        """Say how high a leg, or a place of the route, and an area are; nothing where the area has no limits."""
+    def heights_text(self, number: int, area: int, *, is_place: bool) -> str:
+        """Return the heights of a leg, or of a place of the route, and of an area; empty for an area without limits."""
         limits = self.limits[area]
         heights = self.profile.places[number] if is_place else self.profile.legs[number]
         heights = heights or self.profile.legs[min(number, len(self.profile.legs) - 1)]
-        if limits is None or not limits.bounded:
-            return ""
-        return f"at {_high(heights)}, of {limits}"
+        return "" if limits is None or not limits.bounded else f"at {_range_text(heights)}, of {limits}"
 
     def notes(self) -> list[str]:
-        """Say why areas count at all heights, and where."""
+        """Return why areas count at all heights, and on which legs."""
         found = []
-        for why, pairs in list(self.untold.items())[:_MOST_NOTES]:
+        for why, pairs in list(self.unresolved.items())[:_MOST_NOTES]:
             legs = dict.fromkeys(leg for leg, _ in pairs)
             more = f" and {len(legs) - 1} more" if len(legs) > 1 else ""
             numbers = {area for _, area in pairs}
@@ -253,20 +249,18 @@ class PlanHeights:
         return found
 
 
-def _at_least_nothing(first: float, last: float) -> Range | None:
-    """Return where a number that changes evenly from one value to another is not below 0; exact at the ends."""
+def _nonnegative_part(first: float, last: float) -> Range | None:
+    """Return the part from 0 to 1 on which a linear function with given ends is not below 0; exact at the ends."""
     if first >= 0.0 and last >= 0.0:
         return 0.0, 1.0
     if first < 0.0 and last < 0.0:
         return None
     share = first / (first - last) if math.isfinite(first) and math.isfinite(last) else 0.5
-    # a few roundings to the safe side
-    share = share + 1e-12 if first >= 0.0 else share - 1e-12
-    share = min(max(share, 0.0), 1.0)
-    return (0.0, share) if first >= 0.0 else (share, 1.0)
+    # (widened by more than the rounding errors)
+    return (0.0, min(share + 1e-12, 1.0)) if first >= 0.0 else (max(share - 1e-12, 0.0), 1.0)
 
 
-def _through(start: FloatArray, end: FloatArray, box: FloatArray) -> Range:
+def _part_in_box(start: FloatArray, end: FloatArray, box: FloatArray) -> Range:
     """Return the part of a leg that is in a box, or all of it."""
     first, last = 0.0, 1.0
     for axis in (0, 1):
@@ -277,10 +271,10 @@ def _through(start: FloatArray, end: FloatArray, box: FloatArray) -> Range:
     return (max(first - 1e-9, 0.0), min(last + 1e-9, 1.0)) if first <= last else (0.0, 1.0)
 
 
-def _high(heights: Heights) -> str:
-    """Say how high a leg is."""
+def _range_text(heights: Heights) -> str:
+    """Write the range of heights of a leg."""
     if heights.reference is None:
-        return "heights that are not known"
+        return "unknown heights"
     above = _WORDS[_ABOVE[heights.reference]]
     low, high = heights.lowest, heights.highest
     if low == high:

@@ -1,4 +1,4 @@
-"""The map that a plan is checked on: a map with or without zones, or one laid around the plan where zones are alone."""
+"""The map on which a plan is checked: a given map with or without zones, or a map around the plan with zones only."""
 
 import dataclasses
 import math
@@ -24,23 +24,23 @@ from cgla_graph.model.clearance import ROUNDING
 from cgla_graph.model.earth import LocalProjection, geodesic_length, project_area, wrapped
 from cgla_graph.model.problem import Problem
 
-#: A map that is laid around a plan holds every path at most so many times as long as the plan, and as the way between
-#: its ends; the latter is less, as most plans are near to that.
+#: A map around a plan contains every path between its ends that is at most so many times as long as the plan, or as
+#: the distance of the ends if that is less.
 LONGER, FARTHER = 1.3, 4.0
-#: Where areas leave no way inside of it, it is made so many times as wide; zones are known as far.
+#: Factors by which this map is widened until the bound holds for all paths; zones are read as far.
 WIDER = (1.0, 4.0, 16.0)
-#: Crossings that a shift by this would undo do not count, metres: autopilots keep places to 1e-7 degrees.
+#: Crossings that a shift by this would undo do not count, metres, because autopilots round places to 1e-7 degrees.
 ROUNDED = 0.01
-#: Room around everything: part of the longer side, and metres.
+#: Margin of a map around a plan: part of the longer side, and at least so many metres.
 _MARGIN, _LEAST_ROOM = 0.02, 50.0
-#: A plan that is so much longer than the way between its ends is no way from the one to the other.
+#: A plan is a round trip if it is so many times as long as the distance of its ends.
 _ROUND = 2.0
-#: Metres of a degree of latitude, at least; and a latitude from which on all meridians may be near.
+#: Least length of a degree of latitude, metres; and a latitude beyond which a box must contain all meridians.
 _DEGREE, _NEAR_POLE = 110_500.0, 85.0
 
 
 class NamedMap(Protocol):
-    """What is known of a map, as of a `cgla_graph.Scenario`: its problem, names, and areas that have one."""
+    """A map with names, such as a `cgla_graph.Scenario`: its problem, and areas that have a name."""
 
     @property
     def name(self) -> str:
@@ -48,7 +48,7 @@ class NamedMap(Protocol):
 
     @property
     def title(self) -> str:
-        """One line that says what it shows."""
+        """A title of one line."""
 
     @property
     def problem(self) -> Problem:
@@ -56,7 +56,7 @@ class NamedMap(Protocol):
 
     @property
     def areas(self) -> Sequence[tuple[str, BaseGeometry]]:
-        """Names and shapes of no-fly areas that have a name."""
+        """Names and shapes of the named no-fly areas, map units."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class PlainMap:
     Attributes
     ----------
     name, title, problem, areas
-        As of `NamedMap`.
+        As in `NamedMap`.
     """
 
     name: str
@@ -84,23 +84,23 @@ class PlanMap:
     Attributes
     ----------
     source
-        The map as it was given, or laid around the plan.
+        The map as given, or made around the plan.
     problem
-        Its risk, weight, bounds, projection and clearance, without a no-fly area; it begins and ends anywhere.
+        Its risk, weight, bounds, projection and clearance, without no-fly areas; its start and goal are not used.
     areas
-        What no leg may cross, map units.
+        Areas that no leg may cross, map units.
     route
-        What is flown, map units, shape ``(m, 2)``: places in a row that are the same count once.
+        The places that are flown to, map units, shape ``(m, 2)``; equal neighbours count once.
     stops
-        What each place of it is: 0 for home, else the number of the waypoint, from 1.
+        For each place of the route, 0 for home, else the number of the first waypoint there, from 1.
     has_bounds
-        Whether the bounds are the map's: no leg may leave them. Else they are laid around the plan.
+        Whether the bounds are those of the given map, which no leg may leave.
     zones
-        What became of every zone; None where there are no files of zones.
+        Record of every zone; None without files of zones.
     at_all_heights
-        Whether there are zones, and all of them count, whatever their floors and ceilings.
+        Whether zones were not applied at one altitude: they count at all heights, unless `heights` compares them.
     heights
-        The plan's own altitudes against floors and ceilings; None where these are not compared.
+        Comparison of the plan's altitudes with floors and ceilings; None if they are not compared.
     """
 
     source: NamedMap
@@ -115,9 +115,9 @@ class PlanMap:
 
     @cached_property
     def walls(self) -> tuple[ClosedArea, ...]:
-        """The areas that no clean plan comes through at the heights of this one."""
+        """The areas that every clean plan at the heights of this one must fly around."""
         heights = self.heights
-        return tuple(one for number, one in enumerate(self.areas) if heights is None or heights.holds_all(number))
+        return tuple(one for number, one in enumerate(self.areas) if heights is None or heights.contains_all(number))
 
     @property
     def name(self) -> str:
@@ -131,17 +131,17 @@ class PlanMap:
 
     @property
     def limits(self) -> Bounds:
-        """The bounds that no path leaves: those of the map, if it has some."""
+        """The bounds that no path may leave: those of the given map, else infinite."""
         return self.problem.bounds if self.has_bounds else (-math.inf, -math.inf, math.inf, math.inf)
 
     @property
     def rounding(self) -> float:
-        """How much of a crossing is rounding only, map units."""
+        """Crossings that a shift by this would undo do not count, map units."""
         x_min, y_min, x_max, y_max = self.problem.bounds
         return ROUNDED if self.problem.projection is not None else ROUNDING * max(x_max - x_min, y_max - y_min)
 
     def stop(self, place: int) -> str:
-        """Return the number of the waypoint at a place of the route, or ``home``."""
+        """Return the number of the waypoint at a place of the route, or "home"."""
         return str(self.stops[place] or "home")
 
 
@@ -156,22 +156,22 @@ def put_on_map(
     at_one_height: bool = False,
 ) -> PlanMap:
     """
-    Put a plan on the map that it is checked on.
+    Put a plan on the map on which it is checked.
 
     Parameters
     ----------
     plan, name
-        The plan, and what messages call it.
+        The plan, and its name in messages.
     on
-        The map; None for one that is laid around the plan.
+        The map; None to make one around the plan.
     zones
-        What is closed.
+        The zones and their states; None without zones.
     changes
-        Weight and clearance instead of the map's own: ``k`` and ``clearance``, where they are given.
+        ``k`` and ``clearance`` instead of the map's own, if given.
     ground
-        Elevations.
+        Elevations; None if unknown.
     at_one_height
-        Whether zones were applied at an altitude; else the plan's own altitudes are held against their limits.
+        Whether zones were applied at an altitude; else the plan's own altitudes are compared with their limits.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def put_on_map(
     """
     stops, flown = _stops(plan)
     if on is None and plan.coordinates != "lonlat":
-        msg = f"{name}: it has x and y alone, and zones are in degrees; give the scenario that it is of"
+        msg = f"{name}: it has only x and y, but zones are in degrees; give the scenario of the plan"
         raise ScenarioError(msg)
     chosen = _around(plan, flown, name) if on is None else on
     problem = dataclasses.replace(chosen.problem, no_fly=None, **changes)
@@ -219,12 +219,12 @@ def put_on_map(
 
 
 def _on_plane(plan: FlightPlan, flown: FloatArray, name: str, on: NamedMap) -> FloatArray:
-    """Return what is flown in the coordinates of the map."""
+    """Return the places that are flown to in the coordinates of the map."""
     projection = on.problem.projection
     if (projection is None) is (plan.coordinates == "lonlat"):
         one, other = "in degrees", "in x and y of a plane"
         here, there = (other, one) if projection is None else (one, other)
-        msg = f"{name}: the plan is {there}, and the map {on.name} is {here}; give one of the same coordinates"
+        msg = f"{name}: the plan is {there}, and the map {on.name} is {here}; give both in the same coordinates"
         raise ScenarioError(msg)
     try:
         return flown if projection is None else projection.forward(flown)
@@ -234,7 +234,7 @@ def _on_plane(plan: FlightPlan, flown: FloatArray, name: str, on: NamedMap) -> F
 
 
 def _layers(verdict: Verdict, box: Bounds, *, apart: bool) -> list[tuple[AreaShape, Limits | None]]:
-    """Return what is closed of a zone near a map; if floors and ceilings matter, apart by these."""
+    """Return the closed area of a zone near a map, without limits; if `apart`, one area per pair of limits."""
     if verdict.area is None or isinstance(verdict.zone, NoArea):
         return []
     if not apart:
@@ -249,7 +249,7 @@ def _layers(verdict: Verdict, box: Bounds, *, apart: bool) -> list[tuple[AreaSha
 
 
 def _stops(plan: FlightPlan) -> tuple[tuple[int, ...], FloatArray]:
-    """Return the places that are flown to, each once in a row, and what they are."""
+    """Return the stops of a plan and their places, without equal neighbours."""
     flown = plan.flown
     first = 1 if len(flown) == len(plan.waypoints) else 0
     moved = np.concatenate([[True], (flown[1:] != flown[:-1]).any(axis=1)])
@@ -257,7 +257,7 @@ def _stops(plan: FlightPlan) -> tuple[tuple[int, ...], FloatArray]:
 
 
 def _own_areas(on: NamedMap) -> list[ClosedArea]:
-    """Return the no-fly areas of a map, with their names where they have some."""
+    """Return the no-fly areas of a map, with their names if they have one."""
     no_fly = on.problem.no_fly
     parts = [] if no_fly is None else list(getattr(no_fly, "geoms", [no_fly]))
     names = {shape.wkb: name for name, shape in on.areas}
@@ -265,7 +265,7 @@ def _own_areas(on: NamedMap) -> list[ClosedArea]:
 
 
 def _around(plan: FlightPlan, flown: FloatArray, name: str) -> PlainMap:
-    """Lay a map around a plan, so wide that better plans do not leave it."""
+    """Make a map around a plan, so wide that better plans do not leave it."""
     from_first = np.column_stack([wrapped(flown[:, 0] - flown[0, 0]), flown[:, 1] - flown[0, 1]])
     east, north = flown[0] + 0.5 * (from_first.min(axis=0) + from_first.max(axis=0))
     middle = LocalProjection(float(wrapped(east)), float(north))
@@ -283,9 +283,9 @@ def _around(plan: FlightPlan, flown: FloatArray, name: str) -> PlainMap:
 
 def wide_bounds(route: FloatArray, length: float) -> Bounds:
     """
-    Return a box around a route, and around every path between its ends that is not much longer.
+    Return a box around a route and around every path between its ends that is not much longer.
 
-    Paths of a length ``a`` between two points stay in an ellipse around these, whose longer axis is ``a``.
+    Paths of length ``a`` between two points stay in the ellipse with these foci and the major axis ``a``.
 
     Parameters
     ----------
@@ -314,7 +314,7 @@ def wide_bounds(route: FloatArray, length: float) -> Bounds:
 
 def widened(bounds: Bounds, factor: float) -> Bounds:
     """
-    Return a box that is so many times as wide, around the same middle.
+    Return a box with the same centre that is `factor` times as wide and high.
 
     Examples
     --------
@@ -328,7 +328,7 @@ def widened(bounds: Bounds, factor: float) -> Bounds:
 
 def least_outside(start: FloatArray, goal: FloatArray, bounds: Bounds) -> float:
     """
-    Return the length of the shortest path between two points inside of bounds that leaves these, map units.
+    Return the length of the shortest path between two points inside bounds that leaves the bounds, map units.
 
     Examples
     --------
@@ -346,7 +346,7 @@ def least_outside(start: FloatArray, goal: FloatArray, bounds: Bounds) -> float:
 
 
 def _degrees_around(projection: LocalProjection, bounds: Bounds, margin: float) -> Bounds:
-    """Return a box in degrees around all that is within bounds on the plane."""
+    """Return a box in degrees that contains the bounds on the plane and a margin."""
     x_min, y_min, x_max, y_max = bounds
     reach = math.hypot(max(-x_min, x_max), max(-y_min, y_max)) * (1.0 + _MARGIN) + margin
     high = reach / _DEGREE

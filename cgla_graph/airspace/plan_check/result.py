@@ -1,4 +1,4 @@
-"""Result of a check of a plan: legs, crossings, heights, the verdict and the proven bracket, as data."""
+"""Result of the check of a plan: legs, crossings, heights, verdict and proven bracket."""
 
 import math
 from dataclasses import dataclass, field
@@ -29,18 +29,18 @@ class Leg:
     Attributes
     ----------
     number
-        From 1.
+        Number of the leg, from 1.
     start, end
         Numbers of its waypoints, or ``home``.
     length, risk, cost
-        Length and cost in map units; metres where the map is in degrees.
+        Length and cost in map units; metres if the map is in degrees.
     clearance
         The least distance to an area at its height, map units: 0 where it crosses or touches one, infinite without
         areas.
     geodesic_gap
-        How far it is from the geodesic between its ends, metres, at most; 0 on a map in the plane.
+        The greatest distance from the geodesic between its ends, metres; 0 on a map in the plane.
     crosses, leaves_map, too_near
-        Whether it crosses an area, leaves the map, or comes nearer to an area than the clearance that is asked for.
+        Whether it crosses an area, leaves the map, or comes nearer to an area than the required clearance.
     """
 
     number: int
@@ -64,26 +64,26 @@ class Leg:
 @dataclass(frozen=True, eq=False)
 class PlanCheck(Plottable):
     """
-    What a check of a plan found.
+    Result of the check of a plan.
 
     Attributes
     ----------
     file
-        What the plan is called.
+        File or name of the plan.
     plan, on
-        The plan, and the map that it is on.
+        The plan, and its map.
     lengths, risks
-        Of each leg, shape ``(n,)``; lengths in map units.
+        Length, map units, and risk of each leg, shape ``(n,)``.
     crossings
-        What it crosses.
+        Crossings of the legs with areas.
     gaps
-        How far each leg is from the geodesic between its ends, metres, at most; 0 on a map in the plane.
+        The greatest distance of each leg from the geodesic between its ends, metres, shape ``(n,)``; 0 in the plane.
     best
-        The proven bracket of the least cost that a clean plan between the same ends may have; None without one.
+        Proven bracket of the least cost of a clean plan between the same ends; None without one.
     no_best
-        Why there is none.
+        Why there is no bracket.
     through
-        A bound of the cost of every clean plan through the same waypoints; None without one.
+        Bound of the cost of every clean plan through the same waypoints; None without one.
     """
 
     file: str
@@ -104,12 +104,12 @@ class PlanCheck(Plottable):
 
     @property
     def length(self) -> float:
-        """Of the whole plan, map units."""
+        """Length of the whole plan, map units."""
         return float(self.lengths.sum())
 
     @property
     def risk(self) -> float:
-        """Of the whole plan."""
+        """Risk of the whole plan."""
         return float(self.risks.sum())
 
     @property
@@ -119,7 +119,7 @@ class PlanCheck(Plottable):
 
     @property
     def clearance(self) -> float:
-        """The least distance of a leg to an area, map units; infinite without areas."""
+        """Least distance of a leg to an area, map units; infinite without areas."""
         return float(self.crossings.clearances.min())
 
     @cached_property
@@ -130,7 +130,7 @@ class PlanCheck(Plottable):
 
     @cached_property
     def near(self) -> BoolArray:
-        """Which legs come nearer to an area than the clearance that is asked for, shape ``(n,)``."""
+        """Which legs come nearer to an area than the required clearance, shape ``(n,)``."""
         return np.asarray(self.crossings.clearances < self.on.problem.clearance - self.on.rounding)
 
     @cached_property
@@ -147,7 +147,7 @@ class PlanCheck(Plottable):
 
     @property
     def uprights(self) -> list[Crossing]:
-        """Where it goes up or down inside an area, above one place."""
+        """Vertical climbs and descents inside an area."""
         return [one for one in self.crossings.found if one.is_upright]
 
     @property
@@ -157,12 +157,12 @@ class PlanCheck(Plottable):
 
     @property
     def most_to_gain(self) -> float:
-        """How much more it costs than the proven bound, as a ratio; infinite where nothing is proven."""
+        """Excess of its cost over the proven bound, as a ratio; infinite without a proof."""
         return self._gap_to(self.best)
 
     @property
     def most_through(self) -> float:
-        """The same for plans through its waypoints."""
+        """Excess of its cost over the bound of plans through its waypoints, as a ratio; infinite without a proof."""
         return self._gap_to(self.through)
 
     def _gap_to(self, proof: Certificate | Through | None) -> float:
@@ -171,12 +171,12 @@ class PlanCheck(Plottable):
 
     @property
     def is_straight(self) -> bool:
-        """Whether every leg is clean, flown as it is drawn."""
+        """Whether every leg is clean if it is flown straight."""
         return not (self.faulty.any() or self.circles or self.uprights)
 
     @property
     def is_clean(self) -> bool:
-        """Whether nothing is wrong with the plan, and nothing in it is flown otherwise than it was checked."""
+        """Whether the plan has no fault, and is flown straight from waypoint to waypoint as it was checked."""
         return self.is_straight and not self.plan.curves
 
     @property
@@ -203,25 +203,23 @@ class PlanCheck(Plottable):
 
     @property
     def height_notes(self) -> list[str]:
-        """How heights count, and what could not be compared."""
+        """Notes on how heights count, and on heights that could not be compared."""
         on = self.on
         if on.heights is not None:
-            held = (
-                "zones count where the plan's own altitudes, which change evenly between waypoints, are within their "
-            )
-            return [f"{held}limits", *on.heights.notes()]
+            rule = "zones count where the plan's altitudes, linear between waypoints, are within their limits"
+            return [rule, *on.heights.notes()]
         if on.at_all_heights and all(one.altitude is None for one in self.plan.waypoints):
             return ["zones count at all heights, as the plan has no altitudes; --altitude M gives one"]
         return []
 
     @property
     def verdict(self) -> list[str]:
-        """That the plan is clean, or everything that is wrong with it."""
+        """One line if the plan is clean, else one line for each kind of fault."""
         if self.is_clean:
             rounded = len(self.crossings.rounded)
             note = f"{counted(rounded, 'leg')} along the edge of an area, within a rounding" if rounded else ""
             return [f"clean{note and f' ({note})'}"]
-        # (layers of a zone are one)
+        # (all layers of a zone count as one area)
         areas = len({self.on.areas[one.area].name for one in self.crossings.found})
         upright = "inside an area where it goes up or down"
         faults = (
@@ -232,7 +230,7 @@ class PlanCheck(Plottable):
             (int((self.near & ~self.crossing).sum()), "leg", ("comes", "come"), "nearer to an area than asked for"),
         )
         said = [f"{counted(n, thing)} {verbs[n != 1]} {rest}" for n, thing, verbs, rest in faults if n]
-        said += [f"it is not known where it flies: {curve}" for curve in self.plan.curves[:_MOST_CURVES]]
+        said += [f"its path is not known: {curve}" for curve in self.plan.curves[:_MOST_CURVES]]
         return [f"not clean: {words}" for words in said]
 
     def degrees(self, places: FloatArray) -> list[list[float]] | None:
@@ -241,7 +239,7 @@ class PlanCheck(Plottable):
         return None if projection is None else degrees_of(places, projection).tolist()
 
     def document(self) -> dict[str, Any]:
-        """Return all of it as JSON; numbers that are not finite are None."""
+        """Return the result as JSON; numbers that are not finite are None."""
         on, proof, found = self.on, self.best, self.through
         lonlat = self.degrees(on.route)
         best = proof and {
@@ -259,7 +257,7 @@ class PlanCheck(Plottable):
             "legs": found.legs,
             "proven": found.proven,
             "wanting": found.wanting,
-            "message": found.nothing,
+            "message": found.message,
         }
         return {
             "plan": self.file,
