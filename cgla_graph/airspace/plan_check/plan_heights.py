@@ -13,7 +13,7 @@ from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference
 from cgla_graph.airspace.flight_plans.profile import Heights, Profile, profile_of
 from cgla_graph.airspace.flight_plans.simultaneous_areas import WHOLE, Shares
 from cgla_graph.airspace.zones.ground import Ground
-from cgla_graph.airspace.zones.heights import Range, difference
+from cgla_graph.airspace.zones.heights import Range, height_offset
 from cgla_graph.airspace.zones.zone import Limits
 from cgla_graph.model.earth import LocalProjection
 
@@ -87,7 +87,7 @@ class PlanHeights:
         (first, last), all_known = part, True
         assert heights.reference is not None  # noqa: S101 - for the type checker
         for limit, sign in limits.bounded:
-            more = difference(_ABOVE[heights.reference], limit.reference, ground, self.home)
+            more = height_offset(_ABOVE[heights.reference], limit.reference, ground, self.home)
             if more is None:
                 all_known = False
                 continue
@@ -199,7 +199,7 @@ class PlanHeights:
         if heights.reference is None:
             return True
         for limit, sign in limits.bounded:
-            more = difference(_ABOVE[heights.reference], limit.reference, ground, self.home)
+            more = height_offset(_ABOVE[heights.reference], limit.reference, ground, self.home)
             if more is None and self.ground is None:
                 continue
             ends = heights.low if sign > 0.0 else heights.high

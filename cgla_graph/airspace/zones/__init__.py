@@ -1,1 +1,1 @@
-"""Zones that authorities publish, as no-fly areas: what applies at an altitude and a time."""
+"""Zones that authorities publish, and the no-fly areas that they close at an altitude and a time."""

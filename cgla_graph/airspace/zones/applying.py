@@ -1,10 +1,10 @@
-"""What is closed at an altitude and a time, what is open, and why: every zone is accounted for."""
+"""States of zones at an altitude and a time: closed, open or left out, with the reason for every zone."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 import shapely
@@ -14,12 +14,13 @@ from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.heights import Altitude, meets
 from cgla_graph.airspace.zones.periods import moment_from
 from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near, short
-from cgla_graph.airspace.zones.sun import around, sun_over
+from cgla_graph.airspace.zones.sun import round_outwards, sun_over
 from cgla_graph.airspace.zones.zone import SPELLINGS, TREATMENTS, Format, NoArea, Validity, Zone
 from cgla_graph.errors import FileFormatError
 from cgla_graph.model.earth import LocalProjection, project_area
 
 State: TypeAlias = Literal["closed", "open", "left out"]
+STATES: tuple[State, ...] = get_args(State)
 
 OUTSIDE = "outside the map"
 NOT_COMPARED = "closed because heights above different things cannot be compared without the ground's elevation"
@@ -28,22 +29,22 @@ NOT_COMPARED = "closed because heights above different things cannot be compared
 @dataclass(frozen=True)
 class ZoneRecord:
     """
-    What became of a zone.
+    State of a zone, with the reason.
 
     Attributes
     ----------
     file, identifier, name, kind
-        Of the zone; of what is no zone in a file, `kind` is empty.
+        Data of the zone; `kind` is empty for a point or line.
     state
         ``closed``, ``open`` or ``left out``.
     reason
-        Why, in a few words.
+        Reason for the state, in a few words.
     limits
         Floors and ceilings of its layers.
     authority
-        Who may be asked.
+        Contact of the authority.
     remark
-        What else is to be known, or nothing.
+        Remark for pilots, may be empty.
     """
 
     file: str
@@ -60,14 +61,14 @@ class ZoneRecord:
 @dataclass(frozen=True)
 class ZoneAccount:
     """
-    What became of every zone of some files.
+    States of all zones of some files.
 
     Attributes
     ----------
     records
-        In the order of the files.
+        One record per zone, in the order of the files.
     remarks
-        What else is to be known of the files.
+        Remarks on the files.
 
     Examples
     --------
@@ -80,7 +81,7 @@ class ZoneAccount:
     remarks: tuple[str, ...] = ()
 
     def count(self, state: State) -> int:
-        """Count those that are closed, open or left out."""
+        """Count the zones in a state."""
         return sum(record.state == state for record in self.records)
 
     def reasons(self, state: State) -> Counter[str]:
@@ -88,10 +89,9 @@ class ZoneAccount:
         return Counter(record.reason for record in self.records if record.state == state)
 
     def summary(self) -> str:
-        """Say in one line how many are closed, open and left out, and why."""
-        states: tuple[State, ...] = ("closed", "open", "left out")
+        """Return the number of zones in each state and the reasons, in one line."""
         parts = []
-        for state in states:
+        for state in STATES:
             counted = self.reasons(state)
             if counted:
                 why = ", ".join(f"{count} {reason}" for reason, count in counted.most_common())
@@ -99,7 +99,7 @@ class ZoneAccount:
         return f"{len(self.records)} zone{'s' * (len(self.records) != 1)}: {', '.join(parts)}"
 
     def notes(self) -> list[str]:
-        """Say what else a pilot has to know: what was taken as closed as it could not be decided, and the like."""
+        """Return remarks for pilots, for example which zones are closed because heights could not be compared."""
         found = list(self.remarks)
         counted = Counter(record.remark for record in self.records if record.remark and record.state == "closed")
         for remark, count in counted.items():
@@ -109,11 +109,10 @@ class ZoneAccount:
         return found
 
     def document(self) -> dict[str, object]:
-        """Return all of it as JSON."""
-        states: tuple[State, ...] = ("closed", "open", "left out")
+        """Return the account as JSON."""
         return {
             "count": len(self.records),
-            **{state.replace(" ", "_"): self.count(state) for state in states},
+            **{state.replace(" ", "_"): self.count(state) for state in STATES},
             "notes": self.notes(),
             "list": [dict(vars(record)) for record in self.records],
         }
@@ -122,16 +121,16 @@ class ZoneAccount:
 @dataclass(frozen=True)
 class Verdict:
     """
-    What became of a zone, and where it is closed.
+    State of a zone, and its closed area.
 
     Attributes
     ----------
     zone
-        The zone, or what a file has beside zones.
+        The zone, or a point or line of the file.
     state, reason, remark
-        As of `ZoneRecord`.
+        As in `ZoneRecord`.
     area
-        What is closed, degrees; None if nothing is.
+        The closed area, degrees; None if there is none.
     """
 
     zone: Zone | NoArea
@@ -141,7 +140,7 @@ class Verdict:
     area: AreaShape | None = None
 
     def record(self) -> ZoneRecord:
-        """Return what is told of it."""
+        """Return the record of the zone."""
         zone = self.zone
         if isinstance(zone, NoArea):
             return ZoneRecord(zone.file, zone.label, "", "", self.state, self.reason)
@@ -167,9 +166,9 @@ class Applied:
     Attributes
     ----------
     verdicts
-        What became of each, in the order of the files.
+        State and closed area of each zone, in the order of the files.
     remarks
-        What else is to be known of the files.
+        Remarks on the files.
     """
 
     verdicts: tuple[Verdict, ...]
@@ -177,16 +176,16 @@ class Applied:
 
     @property
     def closed(self) -> list[Verdict]:
-        """Those that are closed."""
+        """The closed zones."""
         return [one for one in self.verdicts if one.state == "closed"]
 
     def account(self) -> ZoneAccount:
-        """Return what is told of all of them."""
+        """Return the records of all zones."""
         return ZoneAccount(tuple(one.record() for one in self.verdicts), self.remarks)
 
     def within(self, box: Bounds) -> "Applied":
         """
-        Return them on a map alone: areas are cut off at its borders, and those that are not on it are left out.
+        Return the zones on a map: areas are cut off at its borders, and zones outside are left out.
 
         Parameters
         ----------
@@ -206,12 +205,12 @@ class Applied:
 
     def no_fly(self, projection: LocalProjection) -> shapely.GeometryCollection:
         """
-        Return what is closed as a no-fly area, for `cgla_graph.Problem`.
+        Return the closed areas as the no-fly area of a `cgla_graph.Problem`.
 
         Parameters
         ----------
         projection
-            Makes metres of degrees.
+            Projection from degrees to metres.
 
         Examples
         --------
@@ -228,18 +227,18 @@ class Applied:
 @dataclass(frozen=True)
 class Zones:
     """
-    All that files of zones hold, as `read_zones` reads them.
+    Content of files of zones, as `read_zones` reads it.
 
     Parameters
     ----------
     zones
-        In the order of the files.
+        The zones, in the order of the files.
     no_areas
-        What is in them besides: points and lines of KML, which close nothing.
+        Points and lines of KML, which close no area.
     formats
-        Of each file, the format that its content says.
+        Format of each file, recognised by its content.
     validities
-        When what files say is valid, where they say so.
+        Periods in which files are valid, for files that state one.
 
     Examples
     --------
@@ -258,11 +257,11 @@ class Zones:
     validities: tuple[Validity, ...] = ()
 
     def __len__(self) -> int:
-        """How many zones there are."""
+        """Return the number of zones."""
         return len(self.zones)
 
     def __iter__(self) -> Iterator[Zone]:
-        """Go through the zones."""
+        """Iterate over the zones."""
         return iter(self.zones)
 
     def apply(
@@ -274,25 +273,24 @@ class Zones:
         ground: Ground | None = None,
     ) -> Applied:
         """
-        Say what is closed at an altitude and a time.
+        Return the state of each zone at an altitude and a time.
 
         Parameters
         ----------
         altitude
-            Metres above ground, or as ``"450 AMSL"``; None for all heights: whatever is closed somewhere above a place
-            is.
+            Metres above ground, or as ``"450 AMSL"``. None: a zone is closed if it is closed at any height.
         at
-            A moment, with its zone (ISO 8601); None for all times: whatever is closed at some time is.
+            A moment with its UTC offset (ISO 8601). None: a zone is closed if it is closed at any time.
         treat
-            Which kinds of zones are ``closed`` and which ``open``, instead of `TREATMENTS`.
+            Kinds of zones to be ``closed`` or ``open``, instead of `TREATMENTS`.
         ground
-            Elevations, with which heights above ground and above the sea are compared; without them, a zone that takes
-            such a comparison is closed.
+            Elevations to compare heights above ground with heights above the sea. Without them, a zone that needs such
+            a comparison is closed.
 
         Raises
         ------
         FileFormatError
-            If altitude, time or kinds are none.
+            If the altitude, the time or a kind is not valid.
         """
         flight = None if altitude is None else Altitude.of(altitude)
         moment = _moment(at)
@@ -305,12 +303,12 @@ class Zones:
 
 def treatments_of(given: Mapping[str, str]) -> dict[str, str]:
     """
-    Check which kinds of zones are closed and which open; both spellings of a kind are one.
+    Check which kinds of zones are to be closed or open; both spellings of a kind are accepted.
 
     Raises
     ------
     FileFormatError
-        If there is no such kind, or it is neither.
+        If there is no such kind, or its state is neither "closed" nor "open".
 
     Examples
     --------
@@ -337,17 +335,17 @@ def _moment(at: str | datetime | None) -> datetime | None:
 
 
 def _applies(zone: Zone, moment: datetime) -> bool:
-    """Whether a zone applies at a moment; its sunrise is that of all of it."""
+    """Return whether a zone applies at a moment; events of the sun are those over its whole area."""
     boxes = np.array([layer.area.bounds for layer in zone.layers])
     (west, south), (east, north) = boxes[:, :2].min(axis=0).tolist(), boxes[:, 2:].max(axis=0).tolist()
-    sun = sun_over(*around((west, south, east, north)), moment)
+    sun = sun_over(*round_outwards((west, south, east, north)), moment)
     return any(period.includes(moment, sun) for period in zone.periods)
 
 
 def _verdict(
     zone: Zone, flight: Altitude | None, moment: datetime | None, treated: Mapping[str, str], ground: Ground | None
 ) -> Verdict:
-    """Say what becomes of a zone."""
+    """Return the state of a zone."""
     if treated[zone.kind] == "open":
         return Verdict(zone, "open", zone.kind)
     if moment is not None and zone.periods and not _applies(zone, moment):
@@ -355,7 +353,7 @@ def _verdict(
     met = [(layer, answer) for layer in zone.layers if (answer := meets(layer, flight, ground)) is not False]
     if not met:
         return Verdict(zone, "open", "not at this altitude")
-    # what is known to be closed needs no remark that the rest is not known
+    # no remark if one layer is known to be closed, even if others could not be compared
     unknown = all(answer is None for _, answer in met)
     remarks = [NOT_COMPARED] if unknown else []
     remarks += dict.fromkeys(layer.remark for layer, _ in met if layer.remark)

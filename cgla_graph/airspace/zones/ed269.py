@@ -1,4 +1,4 @@
-"""ED-269 (EUROCAE, 2020): zones as JSON, each with its volumes under `geometry`."""
+"""Reader of ED-269 (EUROCAE, 2020): zones as JSON, each with its volumes under `geometry`."""
 
 import math
 from collections.abc import Sequence
@@ -12,13 +12,13 @@ from cgla_graph.untrusted.files import fault
 
 KINDS = ("PROHIBITED", "REQ_AUTHORISATION", "CONDITIONAL", "NO_RESTRICTION", "USPACE", *SPELLINGS)
 UNITS = {"M": 1.0, "FT": FOOT}
-#: What a height is above, as files write it.
+#: References of heights, as files write them.
 REFERENCES = {"AGL": "AGL", "SFC": "AGL", "AMSL": "AMSL", "MSL": "AMSL", "WGS84": "WGS84", "W84": "WGS84"}
 
 
 def is_ed269(document: object) -> bool:
     """
-    Tell whether a document is one of this standard.
+    Return whether a document is of this standard.
 
     Examples
     --------
@@ -41,14 +41,14 @@ def read_document(document: object, file: str) -> list[Zone]:
     Parameters
     ----------
     document
-        What its JSON holds.
+        The parsed JSON.
     file
-        What errors call it.
+        Name of the file in errors.
 
     Raises
     ------
     FileFormatError
-        If anything in it is not understood; the message names the zone and the key.
+        If the document is not valid; the message names the zone and the key.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def _zone(value: object, index: int, file: str) -> Zone:
 def zone_of(
     entry: Entry, identifier: str, kind: str, layers: Sequence[Layer], periods: tuple[Period, ...], file: str
 ) -> Zone:
-    """Return a zone with what both standards say of it under the same keys."""
+    """Make a zone, with the data that both standards have under the same keys."""
     conditions = entry.values.get("restrictionConditions")
     return Zone(
         identifier=identifier,
@@ -98,17 +98,15 @@ def _layer(entry: Entry) -> Layer:
     require_order(entry, lower, upper, "upperLimit")
     shape = entry.entry("horizontalProjection")
     if shape.choice("type", ["POLYGON", "CIRCLE"]) == "CIRCLE":
-        # (metres, whatever the unit of heights is: of both readings of the standard the one with the larger circle)
+        # (the standard leaves open whether the unit of heights applies to the radius; metres give the larger circle)
         circle = circle_of(shape.values.get("center"), shape.values.get("radius"), shape.where, ("center", "radius"))
         return Layer(circle, lower, upper)
-    rings = shape.items("coordinates", empty=False)
-    where = f"{shape.where}: coordinates"
-    area, remark = area_of(rings, where)
+    area, remark = area_of(shape.items("coordinates", empty=False), f"{shape.where}: coordinates")
     return Layer(area, lower, upper, remark)
 
 
 def _periods(entry: Entry) -> tuple[Period, ...]:
-    """Read when a zone applies: always if one of its periods says so, or none is said."""
+    """Read when a zone applies; empty, which means always, if one period has no limits or there is none."""
     found = []
     for one in entry.entries("applicability"):
         permanent = one.choice("permanent", ["YES", "NO"], "NO")
@@ -121,12 +119,12 @@ def _periods(entry: Entry) -> tuple[Period, ...]:
 
 def limit_of(entry: Entry, key: str, reference: str, unit: float, missing: Limit) -> Limit:
     """
-    Read a floor or a ceiling; `missing` where it is not said.
+    Read a floor or a ceiling; return `missing` if there is none.
 
     Raises
     ------
     FileFormatError
-        If it is no number, or does not say what it is above.
+        If it is not a number, or has no valid reference.
 
     Examples
     --------
@@ -145,7 +143,7 @@ def limit_of(entry: Entry, key: str, reference: str, unit: float, missing: Limit
 
 def require_order(entry: Entry, lower: Limit, upper: Limit, key: str) -> None:
     """
-    Check that a floor is not above its ceiling, where they can be compared.
+    Check that a floor is not above its ceiling, if they have the same reference.
 
     Raises
     ------
@@ -157,7 +155,7 @@ def require_order(entry: Entry, lower: Limit, upper: Limit, key: str) -> None:
 
 
 def reasons_of(entry: Entry) -> str:
-    """Return why a zone is there: words of the standard, and whatever else is said."""
+    """Return the reasons for a zone: words of the standard and free text."""
     value = entry.values.get("reason", entry.values.get("reasons"))
     words = value if isinstance(value, list) else [value]
     other = entry.wording("otherReasonInfo")
@@ -165,7 +163,7 @@ def reasons_of(entry: Entry) -> str:
 
 
 def authorities_of(entry: Entry) -> str:
-    """Return who may be asked, and how."""
+    """Return the authorities of a zone with their contact data."""
     found = []
     for one in entry.entries("zoneAuthority"):
         parts = [one.wording(key) for key in ("name", "service", "email", "phone", "siteURL")]

@@ -1,4 +1,4 @@
-"""ED-318 (EUROCAE, 2024): zones as GeoJSON, with a layer in each geometry, and circles as points with an extent."""
+"""Reader of ED-318 (EUROCAE, 2024): zones as GeoJSON with layers, and circles as points with an extent."""
 
 from cgla_graph._text import shown
 from cgla_graph.airspace.zones.ed269 import KINDS, UNITS, limit_of, require_order, zone_of
@@ -8,16 +8,16 @@ from cgla_graph.airspace.zones.shapes import area_of, circle_of, joined, short
 from cgla_graph.airspace.zones.zone import GROUND, UNLIMITED, Layer, Validity, Zone
 from cgla_graph.untrusted.files import fault
 
-#: Keys that no other GeoJSON has: those of properties, and those of geometries.
+#: Keys of properties and of geometries that no other GeoJSON has.
 OWN_PROPERTIES = {"zoneAuthority", "limitedApplicability", "variant", "restrictionConditions", "regulationExemption"}
 OWN_MEMBERS = {"layer", "extent"}
-#: What the file says of itself; Ireland calls it otherwise.
+#: Keys of the metadata of a file: of the standard, and of Ireland's files.
 METADATA = ("metadata", "datasetMetadata")
 
 
 def is_ed318(document: object) -> bool:
     """
-    Tell whether a document is GeoJSON of this standard: one of its features has a key that no other GeoJSON has.
+    Return whether a document is of this standard: a feature has a key that no other GeoJSON has.
 
     Examples
     --------
@@ -33,7 +33,7 @@ def is_ed318(document: object) -> bool:
 
 
 def _is_own(feature: dict[str, object]) -> bool:
-    """Whether a feature has a key of this standard."""
+    """Return whether a feature has a key of this standard."""
     properties, geometry = feature.get("properties"), feature.get("geometry")
     if isinstance(properties, dict) and (properties.keys() & OWN_PROPERTIES or "UASZone" in properties):
         return True
@@ -46,19 +46,19 @@ def _is_own(feature: dict[str, object]) -> bool:
 
 def read_document(document: object, file: str) -> tuple[list[Zone], list[Validity]]:
     """
-    Return the zones of a document, and when it is valid.
+    Return the zones of a document, and the period in which it is valid.
 
     Parameters
     ----------
     document
-        What its JSON holds.
+        The parsed JSON.
     file
-        What errors call it.
+        Name of the file in errors.
 
     Raises
     ------
     FileFormatError
-        If anything in it is not understood; the message names the zone and the key.
+        If the document is not valid; the message names the zone and the key.
 
     Examples
     --------
@@ -78,7 +78,7 @@ def read_document(document: object, file: str) -> tuple[list[Zone], list[Validit
 
 
 def _validity(about: Entry, file: str) -> Validity:
-    """Read when the file is valid."""
+    """Read the period in which a file is valid."""
     _, first, last = (moment_of(about, key) if about.has(key) else None for key in ("issued", "validFrom", "validTo"))
     return Validity(file, first, last)
 
@@ -96,7 +96,7 @@ def _zone(value: object, index: int, file: str) -> Zone:
 
 
 def _layers(geometry: Entry, about: Entry, *, nested: bool = False) -> list[Layer]:
-    """Read a geometry, or the several of a collection."""
+    """Read the layers of a geometry or of a collection."""
     kind = geometry.values.get("type")
     if kind == "GeometryCollection" and not nested:
         parts = geometry.entries("geometries", empty=False)
@@ -135,6 +135,6 @@ def _layers(geometry: Entry, about: Entry, *, nested: bool = False) -> list[Laye
 
 
 def _periods(about: Entry) -> tuple[Period, ...]:
-    """Read when a zone applies: always where nothing limits it."""
+    """Read when a zone applies; empty, which means always, if one period has no limits or there is none."""
     found = [period_of(one) for one in about.entries("limitedApplicability")]
     return () if Period(None, None) in found else tuple(found)

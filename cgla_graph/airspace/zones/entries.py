@@ -1,4 +1,4 @@
-"""Objects of JSON with the place they were found at: each value is checked, and errors name zone and key."""
+"""JSON objects with their place in the document: values are checked on access, and errors name zone and key."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn
@@ -9,19 +9,19 @@ from cgla_graph.untrusted.files import fault
 
 class Entry:
     """
-    An object of a document.
+    A JSON object of a document.
 
     Parameters
     ----------
     value
-        What was found there.
+        The parsed JSON, which must be an object.
     where
-        What errors call it.
+        Name of the place in errors.
 
     Raises
     ------
     FileFormatError
-        If it is no object; and by all methods if a value is not what it should be.
+        If `value` is not an object. All methods raise it if a value is not valid.
 
     Examples
     --------
@@ -36,25 +36,23 @@ class Entry:
         self.where = where
 
     def has(self, key: str) -> bool:
-        """Whether there is a value other than null."""
+        """Return whether a key has a value other than null."""
         return self.values.get(key) is not None
 
     def wrong(self, key: str, remedy: str) -> NoReturn:
-        """Raise the error of a key."""
+        """Raise the error of an invalid value of a key."""
         said = f"it is {short(self.values[key])}" if key in self.values else "it is missing"
         fault(f"{self.where}: {key}", said, remedy)
 
-    def text(self, key: str, default: str | None = None) -> str:
-        """Return a text; `default` where there is none, or else that is an error."""
+    def text(self, key: str) -> str:
+        """Return a text that is not blank."""
         value = self.values.get(key)
-        if value is None and default is not None:
-            return default
-        if not isinstance(value, str) or (not value.strip() and default is None):
+        if not isinstance(value, str) or not value.strip():
             self.wrong(key, "give a text")
         return " ".join(value.split())
 
     def choice(self, key: str, allowed: Sequence[str], default: str | None = None) -> str:
-        """Return one of the allowed words, in capitals, however it is written."""
+        """Return one of the allowed words in capitals; the file may use any case."""
         value = self.values.get(key)
         if value is None and default is not None:
             return default
@@ -66,22 +64,22 @@ class Entry:
     def number(self, key: str) -> float:
         """Return a finite number."""
         value: Any = self.values.get(key)
-        if type(value) not in {int, float} or not abs(value) <= 1e9:  # noqa: PLR2004 - NaN is not, either
+        if type(value) not in {int, float} or not abs(value) <= 1e9:  # noqa: PLR2004 - also false for NaN
             self.wrong(key, "give a number")
         return float(value)
 
     def entry(self, key: str) -> "Entry":
-        """Return an object in it."""
+        """Return the object at a key."""
         if key not in self.values:
             self.wrong(key, "give an object, {…}")
         return Entry(self.values[key], f"{self.where}: {key}")
 
     def entries(self, key: str, *, empty: bool = True) -> list["Entry"]:
-        """Return a list of objects; none where there is no list, unless that is an error."""
+        """Return the objects of a list; a missing list is empty, or an error if `empty` is false."""
         return [Entry(value, f"{self.where}: {key}[{index}]") for index, value in enumerate(self.items(key, empty))]
 
     def items(self, key: str, empty: bool = True) -> list[object]:
-        """Return a list; empty where there is none, unless that is an error."""
+        """Return a list; a missing list is empty, or an error if `empty` is false."""
         value = self.values.get(key)
         if value is None and empty:
             return []
@@ -90,7 +88,7 @@ class Entry:
         return value
 
     def wording(self, key: str) -> str:
-        """Return what is meant for people: a text, or texts in languages of which English comes first; or nothing."""
+        """Return a text for readers; of texts in several languages, the English one; empty if there is none."""
         value = self.values.get(key)
         texts = value if isinstance(value, list) else [value]
         spoken = [one if isinstance(one, dict) else {"text": one} for one in texts if one is not None]

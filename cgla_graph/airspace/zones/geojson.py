@@ -1,4 +1,4 @@
-"""GeoJSON (RFC 7946): areas."""
+"""Reader of areas in GeoJSON (RFC 7946)."""
 
 import os
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from shapely.geometry import MultiPolygon, Polygon
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
-from cgla_graph.airspace.zones.shapes import are_cut, at_the_turn_of, joined, positions_of, unwrapped
+from cgla_graph.airspace.zones.shapes import are_split, joined, positions_of, shift_hole, unwrapped
 from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import read_bytes
 from cgla_graph.untrusted.json_files import json_of
@@ -27,7 +27,7 @@ GEOMETRIES = (
     "GeometryCollection",
 )
 SHORTEST_RING = 4
-#: Properties that name an area, the first that is there; capitals do not matter.
+#: Properties that name an area, in order of preference; case is ignored.
 NAMES = ("name", "title", "designator", "ident", "label", "id")
 
 
@@ -39,7 +39,7 @@ class Area:
     Parameters
     ----------
     name
-        What the file calls it.
+        Its name in the file.
     polygon
         The area, longitude and latitude in degrees.
 
@@ -69,9 +69,9 @@ def read_areas(path: str | os.PathLike[str]) -> list[Area]:
     Raises
     ------
     FileFormatError
-        If the file is missing, unreadable, not UTF-8 or not JSON; if it is no GeoJSON or has no feature; if a
-        geometry is null or of another type; if a ring is open or shorter than 4 positions; if a coordinate is
-        no number, not finite or out of range; if a polygon is invalid (it crosses itself, say).
+        If the file is missing, unreadable, not UTF-8 or not JSON; if it is not GeoJSON or has no feature; if a
+        geometry is null or of another type; if a ring is open or shorter than 4 positions; if a coordinate is not a
+        number, not finite or out of range; if a polygon is invalid (for example, crosses itself).
 
     Examples
     --------
@@ -91,7 +91,7 @@ def read_areas(path: str | os.PathLike[str]) -> list[Area]:
 
 def areas_of(document: object, file: str) -> list[Area]:
     """
-    Return the areas of what a GeoJSON file holds; errors call it `file`, and are those of `read_areas`.
+    Return the areas of a parsed GeoJSON file, named `file` in errors; the errors are those of `read_areas`.
 
     Examples
     --------
@@ -152,7 +152,7 @@ def _geometry(geometry: object, where: str) -> Polygon | MultiPolygon:
     else:
         parts = enumerate(_list(coordinates, where, "polygons"))
         polygons = [_polygon(part, f"{where}, polygon {index}") for index, part in parts]
-        area = joined(polygons) if are_cut(polygons) else MultiPolygon(polygons)
+        area = joined(polygons) if are_split(polygons) else MultiPolygon(polygons)
     if not area.is_valid:
         reason = shapely.is_valid_reason(area).replace("[", " at [")
         wrong = f"{where} is no valid area: {reason} (longitude latitude)"
@@ -164,7 +164,7 @@ def _geometry(geometry: object, where: str) -> Polygon | MultiPolygon:
 def _polygon(rings: object, where: str) -> Polygon:
     """Return a polygon: the first ring is its border, the others are holes."""
     border, *holes = [_ring(ring, f"{where}, ring {index}") for index, ring in enumerate(_list(rings, where, "rings"))]
-    return Polygon(border, [at_the_turn_of(border, hole) for hole in holes])
+    return Polygon(border, [shift_hole(border, hole) for hole in holes])
 
 
 def _ring(ring: object, where: str) -> FloatArray:
@@ -184,12 +184,12 @@ def _ring(ring: object, where: str) -> FloatArray:
 
 def position_of(position: object, where: str) -> Position:
     """
-    Return longitude and latitude, both in range; a height behind them is dropped.
+    Return longitude and latitude of a position, both in range; a height is dropped.
 
     Raises
     ------
     FileFormatError
-        If it is anything else; the message begins with `where`.
+        If it is not a valid position; the message begins with `where`.
 
     Examples
     --------
@@ -199,7 +199,7 @@ def position_of(position: object, where: str) -> Position:
     if not isinstance(position, list) or len(position) < 2:  # noqa: PLR2004 - longitude and latitude
         _fail(f"{where} is {shown(position)}", "[longitude, latitude]", "write two numbers")
     for value, word, most in zip(position, ("longitude", "latitude"), (180, 90), strict=False):
-        # A truth value is an int to Python, but no number to JSON. NaN fails the comparison.
+        # A bool is an int in Python, but not a number in JSON. NaN fails the comparison.
         if isinstance(value, bool) or not isinstance(value, int | float) or not -most <= value <= most:
             wrong = f"{where} has the {word} {shown(value)}"
             _fail(wrong, f"a number in [-{most}, {most}]", "give degrees (WGS84), longitude first")
@@ -209,15 +209,11 @@ def position_of(position: object, where: str) -> Position:
 def _list(value: object, where: str, what: str) -> list[object]:
     """Return a list that is not empty."""
     if not isinstance(value, list) or not value:
-        _fail(
-            f"{where} has {shown(value)} for its {what}",
-            "a list of at least one",
-            f"write its {what}, or drop it",
-        )
+        _fail(f"{where} has {shown(value)} for its {what}", "a list of at least one", f"write its {what}, or drop it")
     return value
 
 
 def _fail(wrong: str, allowed: str, remedy: str) -> NoReturn:
-    """Raise the error that says in one line what is wrong and where, what is allowed, and what to do."""
+    """Raise an error of one line: the fault and its place, the allowed values, and the remedy."""
     msg = f"{wrong}; {allowed} is allowed: {remedy}"
     raise FileFormatError(" ".join(msg.split()))

@@ -1,4 +1,4 @@
-"""How high the ground is, from a raster of elevations above mean sea level."""
+"""Elevations of the ground above mean sea level, from a raster."""
 
 import os
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from cgla_graph.airspace.zones.shapes import AreaShape, part_near
 from cgla_graph.errors import FileFormatError, ProblemError
 from cgla_graph.model.raster_file import read_cells
 
-#: Cells of a raster at most, and cells of which each is held against the outline of a zone.
-MOST_CELLS, HELD = 20_000_000, 250_000
+#: Cells of a raster at most, and cells in the bounds of a zone up to which each is tested against its outline.
+MOST_CELLS, MOST_TESTED = 20_000_000, 250_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class Ground:
     Parameters
     ----------
     values
-        Metres above mean sea level, shape ``(rows, columns)``, row 0 in the north; NaN where they are not known.
+        Metres above mean sea level, shape ``(rows, columns)``, row 0 in the north; NaN where unknown.
     bounds
         West, south, east, north of the outer edges of the outer cells, degrees.
 
@@ -41,31 +41,31 @@ class Ground:
         """
         Return the least and the greatest elevation of an area.
 
-        Those of the cells that it touches and of all neighbours of these count, as the ground goes on between the
-        points where it was measured.
+        The cells that the area touches and all their neighbours count, because elevations are known only at points and
+        the ground varies between them.
 
         Parameters
         ----------
         area
-            Degrees.
+            The area, degrees.
 
         Returns
         -------
         range
-            Nothing if a part of it is beyond the raster, or a cell that counts is not known.
+            Metres; None if a part of the area is outside the raster, or a cell that counts is unknown.
         """
-        west, south, east, north = self.bounds
+        west, _, _, north = self.bounds
         here = part_near(area, self.bounds)
-        # (a part of the area that lies outside is cut off; a millionth of it may be a rounding)
+        # (parts outside the raster were cut off; up to a millionth of the area may be rounding)
         if here is None or here.area < area.area * (1.0 - 1e-6):
             return None
         rows, columns = self.values.shape
-        wide, high = (east - west) / columns, (north - south) / rows
+        wide, high = self.cell
         x_min, y_min, x_max, y_max = here.bounds
         first, last = max(0, int((x_min - west) / wide)), min(columns - 1, int((x_max - west) / wide))
         top, low = max(0, int((north - y_max) / high)), min(rows - 1, int((north - y_min) / high))
         touched = np.ones((low - top + 1, last - first + 1), dtype=bool)
-        if touched.size <= HELD:
+        if touched.size <= MOST_TESTED:
             left, above = west + wide * np.arange(first, last + 1), north - high * np.arange(top, low + 1)
             shapely.prepare(here)
             boxes = shapely.box(left[None, :], above[:, None] - high, left[None, :] + wide, above[:, None])
@@ -79,7 +79,7 @@ class Ground:
 
     def range_in(self, box: Bounds) -> tuple[float, float] | None:
         """
-        Return the least and the greatest elevation in a box, as `range_over` does, of all cells in it: soon.
+        Return the least and the greatest elevation in a box: faster than `range_over`, which tests outlines.
 
         Parameters
         ----------
@@ -92,8 +92,7 @@ class Ground:
         (200.0, 400.0)
         """
         west, south, east, north = self.bounds
-        rows, columns = self.values.shape
-        wide, high = (east - west) / columns, (north - south) / rows
+        wide, high = self.cell
         for turn in (0.0, 360.0, -360.0):
             if west <= box[0] + turn and box[2] + turn <= east and south <= box[1] and box[3] <= north:
                 first, last = int((box[0] + turn - west) / wide), int((box[2] + turn - west) / wide)
@@ -104,7 +103,7 @@ class Ground:
 
     @property
     def cell(self) -> tuple[float, float]:
-        """How wide and how high a cell is, degrees."""
+        """Width and height of a cell, degrees."""
         west, south, east, north = self.bounds
         rows, columns = self.values.shape
         return (east - west) / columns, (north - south) / rows
@@ -112,12 +111,12 @@ class Ground:
 
 def read_ground(path: str | os.PathLike[str]) -> Ground:
     """
-    Read elevations: a raster in longitude and latitude, as those of risk are (a GeoTIFF in EPSG:4326, or ``.asc``).
+    Read elevations from a raster in longitude and latitude: a GeoTIFF in EPSG:4326, or ``.asc``.
 
     Raises
     ------
     FileFormatError
-        If it cannot be read, or is not in degrees.
+        If the file cannot be read, or is not in degrees.
     """
     try:
         cells = read_cells(path, most=MOST_CELLS, coordinates="lonlat", signed=True)

@@ -1,4 +1,4 @@
-"""Heights above ground, sea and ellipsoid: whether a flight is in a layer of a zone, as far as that can be known."""
+"""Heights above ground, sea and ellipsoid, and whether a flight is in a layer of a zone: yes, no or unknown."""
 
 import re
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from cgla_graph.errors import FileFormatError
 
 Range: TypeAlias = tuple[float, float]
 
-#: How far the ellipsoid of WGS84 is above mean sea level, metres: EGM96 has it between -86 and 107.
+#: Bounds of the height of the WGS84 ellipsoid above mean sea level, metres: EGM96 is between -86 and 107.
 GEOID = (-87.0, 108.0)
 ALTITUDE = re.compile(r"([+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?)\s*(?:m\s*)?(AGL|AMSL|WGS84|HOME)?", re.IGNORECASE | re.ASCII)
 
@@ -19,15 +19,15 @@ ALTITUDE = re.compile(r"([+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?)\s*(?:m\s*)?(AGL|AMSL|
 @dataclass(frozen=True)
 class Altitude:
     """
-    How high a flight is.
+    Altitude of a flight.
 
     Parameters
     ----------
     metres
-        How high.
+        Metres above the reference.
     reference
-        Above the ground (AGL), mean sea level (AMSL), the ellipsoid (WGS84), or where the flight begins (HOME), which
-        cannot be compared with anything that is published.
+        The ground (AGL), mean sea level (AMSL), the ellipsoid (WGS84), or the start of the flight (HOME), which cannot
+        be compared with limits of zones.
 
     Examples
     --------
@@ -41,12 +41,12 @@ class Altitude:
     @classmethod
     def of(cls, value: "str | float | Altitude") -> "Altitude":
         """
-        Read a number of metres above the ground, or one followed by what it is above.
+        Read metres above the ground, or a number of metres followed by its reference.
 
         Raises
         ------
         FileFormatError
-            If it is anything else.
+            If it is neither.
         """
         if isinstance(value, Altitude):
             return value
@@ -59,16 +59,16 @@ class Altitude:
 
 def meets(layer: Layer, flight: Altitude | None, ground: Ground | None) -> bool | None:
     """
-    Tell whether a flight is in a layer somewhere; None if that cannot be known.
+    Return whether a flight is in a layer somewhere; None if unknown.
 
     Parameters
     ----------
     layer
-        Of a zone.
+        Layer of a zone.
     flight
-        None for all heights.
+        Altitude of the flight; None for all heights.
     ground
-        Elevations, with which heights above ground and above the sea are compared.
+        Elevations to compare heights above ground with heights above the sea.
 
     Examples
     --------
@@ -85,28 +85,28 @@ def meets(layer: Layer, flight: Altitude | None, ground: Ground | None) -> bool 
     for limit, sign in layer.limits.bounded:
         if limit.reference != flight.reference and not seen:
             seen.append(None if ground is None else ground.range_over(layer.area))
-        more = difference(flight.reference, limit.reference, seen[0] if seen else None)
-        # above a floor by the greatest height that may be, below a ceiling by the least
+        more = height_offset(flight.reference, limit.reference, seen[0] if seen else None)
+        # the greatest possible height decides whether it is above a floor, the least whether it is below a ceiling
         end = None if more is None else more[1 if sign > 0.0 else 0]
         answers.append(None if end is None else sign * (flight.metres + end - limit.metres) >= 0.0)
     return False if False in answers else None if None in answers else True
 
 
-def difference(reference: str, other: str, ground: Range | None, home: Range | None = None) -> Range | None:
+def height_offset(reference: str, other: str, ground: Range | None, home: Range | None = None) -> Range | None:
     """
-    Return what to add to a height above one thing to have one above another, at least and at most; None if unknown.
+    Return the offset from heights above one reference to heights above another, least and greatest; None if unknown.
 
     Parameters
     ----------
     reference, other
         ``AGL``, ``AMSL``, ``WGS84`` or ``HOME``.
     ground, home
-        How high the ground and home are above the sea, at least and at most, metres; None where that is not known.
+        Least and greatest height of the ground and of home above the sea, metres; None if unknown.
 
     Examples
     --------
-    >>> difference("AGL", "AMSL", (300.0, 350.0)), difference("AGL", "AMSL", None), difference("HOME", "HOME", None)
-    ((300.0, 350.0), None, (0.0, 0.0))
+    >>> height_offset("AGL", "AMSL", (300.0, 350.0)), height_offset("AGL", "AMSL", None)
+    ((300.0, 350.0), None)
     """
     if reference == other:
         return 0.0, 0.0

@@ -1,4 +1,4 @@
-"""KML: the polygons of placemarks, plain or in an archive; what is no polygon is listed."""
+"""Reader of areas in KML: a zone for each placemark with polygons; other geometries are listed."""
 
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element
@@ -11,31 +11,30 @@ from cgla_graph.airspace.zones.zone import Layer, NoArea, Zone
 from cgla_graph.untrusted.files import fault
 from cgla_graph.untrusted.xml_files import child_text, tag_of
 
-#: What holds placemarks, and what is drawn on a map without being an area.
+#: Elements that contain placemarks, and elements of a map that are not areas.
 FOLDERS = {"kml", "Document", "Folder"}
 PICTURES = {"GroundOverlay", "PhotoOverlay", "ScreenOverlay", "Tour"}
 #: Geometries that have no area.
 LINES = {"Point", "LineString", "LinearRing", "Model", "Track", "MultiTrack"}
-#: What is inside of areas alone, or is one.
+#: Elements of polygons.
 OUTLINES = {"Polygon", "outerBoundaryIs", "innerBoundaryIs", "coordinates"}
 
 
 def read_root(root: Element, file: str) -> tuple[list[Zone], list[NoArea]]:
     """
-    Return the polygons of a document, a zone for each placemark, and whatever else is on the map.
+    Return the polygons of a document, one zone per placemark, and its other geometries and pictures.
 
     Parameters
     ----------
     root
         The element ``kml``.
     file
-        What errors call it.
+        Name of the file in errors.
 
     Raises
     ------
     FileFormatError
-        If a polygon is not understood; the message names the placemark. So it is where areas are in another file that
-        is linked.
+        If a polygon is not valid or the document links to another file; the message names the placemark.
 
     Examples
     --------
@@ -70,7 +69,7 @@ def read_root(root: Element, file: str) -> tuple[list[Zone], list[NoArea]]:
 
 
 def _features(root: Element, file: str) -> Iterator[tuple[Element, str]]:
-    """Go through what folders hold, in their order."""
+    """Yield the placemarks, links and pictures in all folders, in order."""
     stack = [root]
     while stack:
         element = stack.pop()
@@ -105,34 +104,28 @@ def _geometries(feature: Element, where: str) -> tuple[list[Element], list[str]]
 
 def _polygon(polygon: Element, where: str) -> tuple[AreaShape, str]:
     """Read a polygon: its outer boundary, then its holes."""
-    outer = [
-        ring for one in polygon if tag_of(one) == "outerBoundaryIs" for ring in one if tag_of(ring) == "LinearRing"
-    ]
-    inner = [
-        ring for one in polygon if tag_of(one) == "innerBoundaryIs" for ring in one if tag_of(ring) == "LinearRing"
-    ]
+    outer, inner = (
+        [ring for one in polygon if tag_of(one) == kind for ring in one if tag_of(ring) == "LinearRing"]
+        for kind in ("outerBoundaryIs", "innerBoundaryIs")
+    )
     if len(outer) != 1:
         fault(f"{where}: outerBoundaryIs", f"it has {len(outer)} rings", "give one <LinearRing>")
-    rings = [_ring(ring, f"{where}: ring {number}") for number, ring in enumerate([*outer, *inner])]
-    return polygon_of(
-        [ring_of(ring, f"{where}: ring {number}", closed=False) for number, ring in enumerate(rings)], where
-    )
+    named = [(ring, f"{where}: ring {number}") for number, ring in enumerate([*outer, *inner])]
+    return polygon_of([ring_of(_positions(ring, name), name, closed=False) for ring, name in named], where)
 
 
-def _ring(ring: Element, where: str) -> list[list[float]]:
+def _positions(ring: Element, where: str) -> list[list[float]]:
     """Return the positions of a ring."""
-    text = child_text(ring, "coordinates")
-    positions = [word.split(",") for word in text.split()]
+    where = f"{where}: coordinates"
+    positions = [word.split(",") for word in child_text(ring, "coordinates").split()]
+    remedy = "give longitude,latitude with spaces between positions, none behind commas"
     if not positions:
-        fault(f"{where}: coordinates", "there are none", "give longitude,latitude with blanks between positions")
-    if min(map(len, positions)) < 2 or max(map(len, positions)) > 3:  # noqa: PLR2004 - with a height, or without
-        bad = next(one for one in positions if not 2 <= len(one) <= 3)  # noqa: PLR2004
-        wrong = f"one is {short(','.join(bad))}"
-        fault(
-            f"{where}: coordinates", wrong, "give longitude,latitude with blanks between positions, none behind commas"
-        )
+        fault(where, "there are none", remedy)
+    bad = next((one for one in positions if len(one) not in (2, 3)), None)
+    if bad is not None:
+        fault(where, f"one is {short(','.join(bad))}", remedy)
     try:
         flat = np.array([number for position in positions for number in position[:2]], dtype=np.float64)
     except ValueError as error:
-        fault(f"{where}: coordinates", f"one is no number ({str(error)[:100]})", "give degrees")
+        fault(where, f"one is no number ({str(error)[:100]})", "give degrees")
     return flat.reshape(-1, 2).tolist()

@@ -1,4 +1,4 @@
-"""When a zone applies: from a date to another, on days of the week, at times of the day."""
+"""Periods in which a zone applies: from a date to another, on days of the week, at times of the day."""
 
 import re
 from dataclasses import dataclass
@@ -23,18 +23,18 @@ _BEGINNING, _NOON = datetime(1, 1, 1, tzinfo=UTC), datetime(2000, 1, 1, 12, tzin
 @dataclass(frozen=True)
 class Daily:
     """
-    Times of a day on which a zone applies; both ends count, the last to the end of its minute or second.
+    Times of a day at which a zone applies; both ends count, the last to the end of its minute or second.
 
     Parameters
     ----------
     days
-        Of the week, Monday is 0: those on which it begins.
+        Days of the week on which it begins, Monday is 0.
     start, end
-        Since midnight; an end that is not after the start is on the next day.
+        Time since midnight; an end that is not after the start is on the next day.
     offsets
-        What the clock is ahead of UTC, the least and the most that it may be.
+        Least and greatest possible offset of the clock from UTC.
     rise, fall
-        What of the sun or the twilight it begins and ends with instead; the end is the first one after the start.
+        Events of the sun at which it begins and ends instead; the end is the first such event after the start.
 
     Examples
     --------
@@ -51,20 +51,20 @@ class Daily:
     fall: Event | None = None
 
     def includes(self, moment: datetime, sun: Sun | None = None) -> bool:
-        """Whether a moment is in it, wherever the clock may stand; without the sun, its events are at any time."""
+        """Return whether a moment is in it for any possible offset; without a sun, events may be at any time."""
         with_sun = self.rise is not None or self.fall is not None
         if with_sun and sun is not None:
             return self._includes_with(sun)
         start, end, (least, most) = self.start, self.end, self.offsets
         if with_sun:
-            # it begins on a day, and ends on the next at the latest
+            # it begins on one of the days, and ends on the next day at the latest
             start, end, least, most = timedelta(0), 2 * DAY, LATEST, EARLIEST
         elif end <= start:
             end += DAY
         end += _to_the_end_of(self.end)
         since = moment - _BEGINNING
         today = since // DAY
-        # a day began yesterday somewhere, and its times may go on into the next
+        # the date differs by a day around the Earth, and a period may end on the next day
         for day in range(max(0, today - 4), today + 3):
             # (1 January of year 1 was a Monday)
             if day % 7 in self.days and day * DAY + start - most <= since < day * DAY + end - least:
@@ -72,10 +72,10 @@ class Daily:
         return False
 
     def _includes_with(self, sun: Sun) -> bool:
-        """Whether the sun's moment is in it: from the earliest beginning that may be meant to the latest end."""
+        """Return whether the sun's moment is in it: between the earliest possible start and the latest possible end."""
         offsets = sun.clocks if self.rise is not None and self.fall is not None else self.offsets
         least, most = (offset / DAY for offset in offsets)
-        # days are counted from noon of 1 January 2000 UTC; its midnight began a day that is so many after a Monday
+        # the sun counts days from noon of 1 January 2000 UTC; the shift makes it days since Monday, 1 January 1
         shift = (_NOON - _BEGINNING) / DAY
         if self.rise is not None:
             times = sun.times(self.rise)
@@ -89,11 +89,11 @@ class Daily:
             on_day = [int(day) % 7 in self.days for day in days]
             early, late = (days - shift + self.start / DAY - offset for offset in (most, least))
         ends = self._ends_after(late, sun)
-        # (a tenth of a millisecond for the rounding of days)
+        # (1e-9 days, a tenth of a millisecond, for rounding)
         return bool((np.array(on_day) & (early - 1e-9 <= sun.now) & (sun.now <= ends + 1e-9)).any())
 
     def _ends_after(self, starts: FloatArray, sun: Sun) -> FloatArray:
-        """Return the latest end of what begins at some moments, days."""
+        """Return the latest possible end after each start, days."""
         if self.fall is None:
             minute = _to_the_end_of(self.end) / DAY
             least, most = self.offsets
@@ -103,30 +103,30 @@ class Daily:
             return end + np.floor(starts - end) + 1.0 + minute
         times = sun.times(self.fall)
         if self.rise is None:
-            # the first that is surely after the start
+            # the first event that is certainly after the start
             after = np.searchsorted(times.early, starts, side="right")
             return np.append(times.late, np.inf)[after]
-        # of two events, which comes first in a day is known
+        # the order of two events in a day is known
         same_day = EVENTS.index(self.fall) > EVENTS.index(self.rise)
         return times.late if same_day else np.append(times.late[1:], np.inf)
 
 
 def _to_the_end_of(end: timedelta) -> timedelta:
-    """Return how long an end lasts: its second if it says one, else its minute."""
+    """Return how long an end lasts: a second if it has seconds, else a minute."""
     return SECOND if end.seconds % 60 else MINUTE
 
 
 @dataclass(frozen=True)
 class Period:
     """
-    A time in which a zone applies.
+    A period in which a zone applies.
 
     Parameters
     ----------
     start, end
-        None where it has no beginning, or no end.
+        Start and end; None if it has none.
     schedule
-        Times of day; all day where there is none.
+        Times of day; empty for all day.
 
     Examples
     --------
@@ -139,7 +139,7 @@ class Period:
     schedule: tuple[Daily, ...] = ()
 
     def includes(self, moment: datetime, sun: Sun | None = None) -> bool:
-        """Whether a moment is in it; without the sun there, events of the sun and the twilight are at any time."""
+        """Return whether a moment is in it; without a sun, events of the sun may be at any time."""
         if (self.start is not None and moment < self.start) or (self.end is not None and moment > self.end):
             return False
         return not self.schedule or any(daily.includes(moment, sun) for daily in self.schedule)
@@ -147,12 +147,12 @@ class Period:
 
 def period_of(entry: Entry) -> Period:
     """
-    Read ``startDateTime``, ``endDateTime`` and ``schedule``, which both standards write alike.
+    Read ``startDateTime``, ``endDateTime`` and ``schedule``, which both standards have.
 
     Raises
     ------
     FileFormatError
-        If one of them is not what it should be.
+        If one of them is not valid.
 
     Examples
     --------
@@ -167,12 +167,12 @@ def period_of(entry: Entry) -> Period:
 
 def moment_of(entry: Entry, key: str) -> datetime:
     """
-    Read a date and time with its zone (RFC 3339).
+    Read a date and time with its UTC offset (RFC 3339).
 
     Raises
     ------
     FileFormatError
-        If it is anything else.
+        If it is not valid or has no offset.
     """
     value = entry.values.get(key)
     moment = _moment(value) if isinstance(value, str) else None
@@ -183,12 +183,12 @@ def moment_of(entry: Entry, key: str) -> datetime:
 
 def moment_from(text: str, where: str) -> datetime:
     """
-    Read a date and time that a user gives.
+    Read a date and time with its UTC offset that a user gives.
 
     Raises
     ------
     FileFormatError
-        If it is none, or has no zone.
+        If it is not valid or has no offset.
 
     Examples
     --------
@@ -202,8 +202,8 @@ def moment_from(text: str, where: str) -> datetime:
 
 
 def _moment(text: str) -> datetime | None:
-    """Return a moment, UTC; nothing for a text that is none, or has no zone."""
-    # midnight at the end of a day has two names
+    """Return a moment in UTC; None for a text that is not valid or has no UTC offset."""
+    # midnight at the end of a day may be written as 24:00
     late = re.fullmatch(r"(.{10}.)24:00(:00(?:\.0+)?)?(.*)", text.strip())
     try:
         moment = datetime.fromisoformat(f"{late[1]}00:00{late[2] or ''}{late[3]}" if late else text.strip())
@@ -225,18 +225,18 @@ def _daily(entry: Entry) -> Daily:
             fault(f"{entry.where}: day", f"it is {short(word)}", f"give some of {', '.join(DAYS)}, ANY")
         days |= set(range(7)) if name == "ANY" else {DAYS.index(name)}
     (rise, start, ahead), (fall, end, behind) = _time(entry, "start"), _time(entry, "end")
-    # a clock that is not said may stand anywhere; that of two events is the place's own
+    # a time without a UTC offset may have any offset; for two events, the offset is that of the place
     clocks = [clock for clock, event in ((ahead, rise), (behind, fall)) if event is None]
     known = [clock for clock in clocks if clock is not None]
     offsets = (min(known), max(known)) if known and len(known) == len(clocks) else (LATEST, EARLIEST)
     if (rise is not None and start is not None) or (fall is not None and end is not None):
-        # which of the two is meant is not known
+        # a time and an event for the same end contradict each other: assume the longest period
         return Daily(frozenset(days), timedelta(0), 2 * DAY, (LATEST, EARLIEST))
     return Daily(frozenset(days), start or timedelta(0), DAY if end is None else end, offsets, rise, fall)
 
 
 def _time(entry: Entry, side: str) -> tuple[Event | None, timedelta | None, timedelta | None]:
-    """Return an event, a time of day, and what its clock is ahead of UTC; nothing where it is not said."""
+    """Return the event, the time of day and its UTC offset at the start or end; None for each that is missing."""
     event: Event | None = None
     if entry.has(f"{side}Event"):
         word = entry.choice(f"{side}Event", EVENTS)

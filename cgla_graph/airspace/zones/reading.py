@@ -1,4 +1,4 @@
-"""Files of zones, whatever they are: their content says."""
+"""Reading of files of zones in all supported formats."""
 
 import os
 from collections.abc import Sequence
@@ -13,17 +13,17 @@ from cgla_graph.untrusted.files import FilePath, fault, kind_of, read_bytes
 from cgla_graph.untrusted.json_files import json_of
 from cgla_graph.untrusted.kml_files import kml_of
 
-#: Files that are remembered as long as they do not change.
-REMEMBERED = 8
-_REMEMBERED: dict[tuple[str, int, int], Zones] = {}
+#: Files that are kept in memory, at most.
+MOST_CACHED = 8
+_CACHE: dict[tuple[str, int, int], Zones] = {}
 
 
 def read_zones(files: FilePath | Sequence[FilePath]) -> Zones:
     """
     Read zones that authorities publish: ED-269 or ED-318 (JSON), KML or KMZ, GeoJSON.
 
-    The content of a file says in which format it is. No zone is dropped: what is not understood is an error that names
-    the zone and the key, and what is no area in a KML file is listed.
+    The format is recognised by the content of a file. No zone is dropped: invalid content is an error that names the
+    zone and the key, and points and lines of a KML file are listed.
 
     Parameters
     ----------
@@ -33,12 +33,12 @@ def read_zones(files: FilePath | Sequence[FilePath]) -> Zones:
     Returns
     -------
     zones
-        Those of all files; `Zones.apply` says which are closed at an altitude and a time.
+        The zones of all files; `Zones.apply` returns which are closed at an altitude and a time.
 
     Raises
     ------
     FileFormatError
-        If a file cannot be read, is of no such format, or something in it is not understood.
+        If a file cannot be read, has another format, or is not valid.
 
     Examples
     --------
@@ -64,35 +64,35 @@ def read_zones(files: FilePath | Sequence[FilePath]) -> Zones:
 
 def is_geojson(path: FilePath) -> bool:
     """
-    Tell whether a file holds plain GeoJSON, which says nothing of altitudes and times.
+    Return whether a file is plain GeoJSON, which has no altitudes and times.
 
     Raises
     ------
     FileFormatError
-        As `read_zones`.
+        As in `read_zones`.
     """
     return set(read_zones(path).formats.values()) == {"GeoJSON"}
 
 
 def _read(path: FilePath) -> Zones:
-    """Read a file, or remember it as long as it does not change: several steps of opening a map ask for it."""
+    """Read a file, from the cache if it did not change: loading a map reads it several times."""
     file = os.fspath(path)
     try:
         about = Path(path).stat()
         key = (os.path.abspath(file), about.st_mtime_ns, about.st_size)  # noqa: PTH100 - links stay what they are
     except (OSError, ValueError):
         return zones_of(read_bytes(file), file)
-    if key not in _REMEMBERED:
+    if key not in _CACHE:
         zones = zones_of(read_bytes(file), file)
-        while len(_REMEMBERED) >= REMEMBERED:
-            _REMEMBERED.pop(next(iter(_REMEMBERED)))
-        _REMEMBERED[key] = zones
-    return _REMEMBERED[key]
+        while len(_CACHE) >= MOST_CACHED:
+            _CACHE.pop(next(iter(_CACHE)))
+        _CACHE[key] = zones
+    return _CACHE[key]
 
 
 def zones_of(data: bytes, file: str) -> Zones:
     """
-    Return the zones of the bytes of a file; errors call it `file`, and are those of `read_zones`.
+    Return the zones of the bytes of a file, named `file` in errors; the errors are those of `read_zones`.
 
     Examples
     --------
@@ -124,5 +124,5 @@ def zones_of(data: bytes, file: str) -> Zones:
         else:
             fault(file, "it is none of the formats of zones", "give ED-269, ED-318, KML, KMZ or GeoJSON")
     except ShapelyError as error:
-        fault(file, f"a geometry in it cannot be worked out ({error})", "repair it (shapely.make_valid)")
+        fault(file, f"a geometry in it is not valid ({error})", "repair it (shapely.make_valid)")
     return Zones(tuple(zones), tuple(others), {file: found}, tuple(validities))

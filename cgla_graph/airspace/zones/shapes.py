@@ -1,4 +1,4 @@
-"""Outlines of zones in degrees: rings, circles as polygons that contain them, areas across the antimeridian."""
+"""Shapes of zones in degrees: rings, polygons around circles, and areas across the antimeridian."""
 
 import math
 from collections.abc import Sequence
@@ -17,16 +17,16 @@ from cgla_graph.untrusted.files import fault
 AreaShape: TypeAlias = Polygon | MultiPolygon
 
 SHORTEST_RING = 4
-#: A circle is a polygon of so many corners or more, that contains it and reaches so much beyond it at most.
+#: Least number of corners of the polygon around a circle, and its circumradius divided by the radius.
 CORNERS, BEYOND = 72, 1.001
-#: Greatest radius of a circle, metres, and corners of it.
+#: Greatest radius of a circle, metres, and corners of its polygon, at most.
 WIDEST, MOST_CORNERS = 500_000.0, 5000
-#: Edges of an outline that crosses itself whose boxes overlap with that of one edge, on average and at most.
+#: Overlaps of the boxes of edges of an outline that crosses itself, per edge on average, at most.
 OVERLAPS = 50
-#: Metres from which on outlines are simplified, and how many times as far as the tolerance they then reach.
+#: First tolerance of simplifying outlines, metres, and reach of the result beyond the outline divided by the tolerance.
 LEAST_TOLERANCE, WIDENED = 0.5, 3.0
-#: Points of an edge at which it is checked that a circle is inside, and by how much it has to be: between them, the
-#: edge of a polygon of 72 corners comes nearer by 15 millionths of the radius at most.
+#: Points per edge at which the polygon around a circle is checked, and their least distance divided by the radius.
+#: Between these points, an edge of a polygon of 72 corners comes nearer by at most 15 millionths of the radius.
 CHECKED, INSIDE = 8, 1.00002
 
 
@@ -34,21 +34,21 @@ def ring_of(value: object, where: str, *, closed: bool = True) -> FloatArray:
     """
     Return the corners of a ring, the last one equal to the first, degrees, shape ``(n, 2)``.
 
-    Longitudes of a ring across the antimeridian go on beyond 180 degrees, so that it is in one piece.
+    Longitudes of a ring across the antimeridian continue beyond 180 degrees, so that it is in one piece.
 
     Parameters
     ----------
     value
-        Lists of longitude and latitude, and of heights, which are dropped.
+        Lists of longitude, latitude and possibly height, which is dropped.
     where
-        What errors call it.
+        Name of the ring in errors.
     closed
-        Whether the last corner has to be the first.
+        Whether the last corner must equal the first.
 
     Raises
     ------
     FileFormatError
-        If it is anything else, has fewer than 3 corners, is open, or a coordinate is out of range.
+        If it is not a list of positions, has fewer than 3 corners, is open, or a coordinate is out of range.
 
     Examples
     --------
@@ -67,7 +67,7 @@ def ring_of(value: object, where: str, *, closed: bool = True) -> FloatArray:
 
 
 def _positions(value: object, where: str) -> FloatArray:
-    """Return longitudes and latitudes, all in range."""
+    """Return longitudes and latitudes of a list of positions, all in range."""
     if not isinstance(value, list) or not value:
         fault(where, f"it is {short(value)}", "give a list of positions [longitude, latitude]")
     points = positions_of(value)
@@ -80,7 +80,7 @@ def _positions(value: object, where: str) -> FloatArray:
 
 def positions_of(value: list[Any]) -> FloatArray | None:
     """
-    Return a list of positions, of which there may be millions, as an array; nothing if any of them is not in order.
+    Return a list of positions, possibly millions, as an array; None if any of them is not valid.
 
     Examples
     --------
@@ -103,7 +103,7 @@ def positions_of(value: list[Any]) -> FloatArray | None:
 
 
 def _require_position(position: object, where: str) -> None:
-    """Raise an error unless a position is one of the Earth."""
+    """Check that a position has a longitude and a latitude in range."""
     if not isinstance(position, list) or len(position) < 2:  # noqa: PLR2004 - longitude and latitude
         fault(where, f"it is {short(position)}", "give [longitude, latitude]")
     for word, number, most in zip(("longitude", "latitude"), position, (180, 90), strict=False):
@@ -113,12 +113,12 @@ def _require_position(position: object, where: str) -> None:
 
 def unwrapped(points: FloatArray, where: str) -> FloatArray:
     """
-    Let longitudes go on beyond 180 degrees where a ring crosses the antimeridian: each edge goes the shorter way.
+    Continue longitudes beyond 180 degrees if a ring crosses the antimeridian: each edge takes the shorter direction.
 
     Raises
     ------
     FileFormatError
-        If an edge is as long either way, or the ring goes around a pole.
+        If an edge spans exactly 180 degrees, or the ring goes around a pole.
 
     Examples
     --------
@@ -130,7 +130,8 @@ def unwrapped(points: FloatArray, where: str) -> FloatArray:
         return points
     if bool((np.abs(steps) == 180.0).any()):  # noqa: PLR2004
         index = int(np.argmax(np.abs(steps) == 180.0))  # noqa: PLR2004
-        fault(f"{where}[{index}]", "an edge spans 180 degrees of longitude", "add corners, so that it is clear which")
+        remedy = "add corners, so that its direction is clear"
+        fault(f"{where}[{index}]", "an edge spans 180 degrees of longitude", remedy)
     turns = np.concatenate([[0.0], -360.0 * np.cumsum(np.sign(steps) * (np.abs(steps) > 180.0))])  # noqa: PLR2004
     if turns[-1] != 0.0:
         fault(where, "it goes around a pole", "cut it along a meridian")
@@ -143,22 +144,22 @@ def unwrapped(points: FloatArray, where: str) -> FloatArray:
 
 def polygon_of(rings: list[FloatArray], where: str) -> tuple[AreaShape, str]:
     """
-    Return the area inside the first ring and outside the others, and what had to be done for it, or nothing.
+    Return the area inside the first ring and outside the others, and a remark, which may be empty.
 
-    A ring that crosses itself does not say what is inside. All that it encloses in any sense is, then, and the holes of
-    such a polygon count as inside: it may grow, but never shrinks.
+    The inside of a ring that crosses itself is ambiguous. Then all that the ring encloses counts as inside, including
+    the holes: the area may grow, but never shrinks.
 
     Parameters
     ----------
     rings
-        As `ring_of` gives them.
+        Rings as `ring_of` returns them.
     where
-        What errors call it.
+        Name of the area in errors.
 
     Raises
     ------
     FileFormatError
-        If it encloses nothing.
+        If the area is empty, or the ring crosses itself too often.
 
     Examples
     --------
@@ -168,9 +169,7 @@ def polygon_of(rings: list[FloatArray], where: str) -> tuple[AreaShape, str]:
     (0.5, 'its outline crosses itself: all that it encloses is closed')
     """
     border, *holes = rings
-    # (a hole may have been written at the other turn of a border across the antimeridian)
-    holes = [at_the_turn_of(border, hole) for hole in holes]
-    area = Polygon(border, holes)
+    area = Polygon(border, [shift_hole(border, hole) for hole in holes])
     if area.is_valid and area.area > 0.0:
         return area, ""
     if not _crosses_seldom(border):
@@ -182,20 +181,20 @@ def polygon_of(rings: list[FloatArray], where: str) -> tuple[AreaShape, str]:
     return enclosed, "its outline crosses itself: all that it encloses is closed"
 
 
-def area_of(rings: Sequence[object], where: str, *, closed: bool = True) -> tuple[AreaShape, str]:
+def area_of(rings: Sequence[object], where: str) -> tuple[AreaShape, str]:
     """
-    Read the area of lists of positions, the border and then its holes: `ring_of` and `polygon_of`.
+    Read the area of lists of positions, the border first, then holes, as `ring_of` and `polygon_of` do.
 
     Examples
     --------
     >>> area_of([[[6, 49], [7, 49], [7, 50], [6, 49]]], "a zone")[0].area
     0.5
     """
-    return polygon_of([ring_of(ring, f"{where}[{index}]", closed=closed) for index, ring in enumerate(rings)], where)
+    return polygon_of([ring_of(ring, f"{where}[{index}]") for index, ring in enumerate(rings)], where)
 
 
 def _crosses_seldom(border: FloatArray) -> bool:
-    """Whether few of the edges' boxes overlap, so that the crossings of all edges are soon found."""
+    """Return whether few boxes of edges overlap, so that finding all crossings is fast."""
     edges = np.asarray(shapely.linestrings(np.stack([border[:-1], border[1:]], axis=1)))
     tree, found = shapely.STRtree(edges), 0
     for first in range(0, len(edges), 64):
@@ -205,13 +204,13 @@ def _crosses_seldom(border: FloatArray) -> bool:
     return True
 
 
-def at_the_turn_of(border: FloatArray, hole: FloatArray) -> FloatArray:
+def shift_hole(border: FloatArray, hole: FloatArray) -> FloatArray:
     """
-    Return a hole at the turn of longitude at which the border around it is.
+    Shift the longitudes of a hole by a multiple of 360 degrees to those of its border.
 
     Examples
     --------
-    >>> at_the_turn_of(np.array([[178.0, 0.0], [184.0, 2.0]]), np.array([[-179.0, 1.0], [-178.0, 1.5]]))[:, 0].tolist()
+    >>> shift_hole(np.array([[178.0, 0.0], [184.0, 2.0]]), np.array([[-179.0, 1.0], [-178.0, 1.5]]))[:, 0].tolist()
     [181.0, 182.0]
     """
     middle = 0.5 * (float(border[:, 0].min()) + float(border[:, 0].max()))
@@ -221,7 +220,7 @@ def at_the_turn_of(border: FloatArray, hole: FloatArray) -> FloatArray:
 
 def joined(areas: Sequence[AreaShape]) -> AreaShape:
     """
-    Return the union of areas, of which those that were cut along the antimeridian come together again.
+    Return the union of areas; areas that were cut along the antimeridian are joined.
 
     Examples
     --------
@@ -231,32 +230,33 @@ def joined(areas: Sequence[AreaShape]) -> AreaShape:
     """
     if len(areas) == 1:
         return areas[0]
-    if are_cut(areas):
-        areas = [moved(area, 360.0) if area.bounds[0] < 0.0 else area for area in areas]
+    if are_split(areas):
+        areas = [shifted(area, 360.0) if area.bounds[0] < 0.0 else area for area in areas]
     union = shapely.union_all(areas)
     return union if isinstance(union, Polygon | MultiPolygon) else areas[0]
 
 
-def are_cut(areas: Sequence[AreaShape]) -> bool:
+def are_split(areas: Sequence[AreaShape]) -> bool:
     """
-    Tell whether areas are parts of one across the antimeridian, at either side of it.
+    Return whether areas are parts of one area across the antimeridian, on both sides of it.
 
     Examples
     --------
-    >>> are_cut([shapely.box(179, 0, 180, 1), shapely.box(-180, 0, -179, 1)]), are_cut([shapely.box(-180, 0, -179, 1)])
+    >>> east, west = shapely.box(179, 0, 180, 1), shapely.box(-180, 0, -179, 1)
+    >>> are_split([east, west]), are_split([west])
     (True, False)
     """
     least, most = min(area.bounds[0] for area in areas), max(area.bounds[2] for area in areas)
     return least < 0.0 and (most > 180.0 or (least == -180.0 and most == 180.0))  # noqa: PLR2004 - degrees
 
 
-def moved(area: AreaShape, degrees: float) -> AreaShape:
+def shifted(area: AreaShape, degrees: float) -> AreaShape:
     """
-    Return an area at another turn of longitude.
+    Return an area shifted in longitude.
 
     Examples
     --------
-    >>> moved(shapely.box(-180, 0, -179, 1), 360.0).bounds
+    >>> shifted(shapely.box(-180, 0, -179, 1), 360.0).bounds
     (180.0, 0.0, 181.0, 1.0)
     """
     return shapely.transform(area, lambda points: np.column_stack([points[:, 0] + degrees, points[:, 1]]))
@@ -266,7 +266,7 @@ def circle_of(centre: object, radius: object, where: str, keys: tuple[str, str])
     """
     Return a polygon around all points whose geodesic distance from a centre is at most a radius.
 
-    Its edges, straight in longitude and latitude, are outside of the circle, by up to 0.1 % of the radius.
+    Its edges, straight in longitude and latitude, are outside the circle by up to 0.1 % of the radius.
 
     Parameters
     ----------
@@ -275,14 +275,14 @@ def circle_of(centre: object, radius: object, where: str, keys: tuple[str, str])
     radius
         Metres, above 0, at most 500 km.
     where
-        What errors call it.
+        Name of the circle in errors.
     keys
-        What errors call centre and radius.
+        Names of centre and radius in errors.
 
     Raises
     ------
     FileFormatError
-        If either is anything else, or there is a pole inside.
+        If either is not valid, or the circle is too near to a pole.
 
     Examples
     --------
@@ -315,12 +315,12 @@ def circle_of(centre: object, radius: object, where: str, keys: tuple[str, str])
 
 def part_near(area: AreaShape, box: Bounds) -> AreaShape | None:
     """
-    Return the part of an area in a box, at the turn of longitude of the box; nothing if there is none.
+    Return the part of an area in a box, with longitudes shifted to the box; None if there is none.
 
     Parameters
     ----------
     area
-        Degrees.
+        The area, degrees.
     box
         West, south, east, north, degrees; west less than east, which may be beyond 180 degrees.
 
@@ -337,9 +337,9 @@ def part_near(area: AreaShape, box: Bounds) -> AreaShape | None:
     for turn in (-360.0, 0.0, 360.0):
         if west + turn > box[2] or east + turn < box[0] or south > box[3] or north < box[1]:
             continue
-        here = moved(area, turn) if turn else area
+        here = shifted(area, turn) if turn else area
         inside = box[0] <= west + turn and east + turn <= box[2] and box[1] <= south and north <= box[3]
-        # (a cut through millions of corners may be invalid by a rounding; what is valid stays so)
+        # (cutting an area with millions of corners may make it invalid by a rounding, so areas inside are not cut)
         cut: BaseGeometry = here if inside else shapely.intersection(here, shapely.box(*box))
         found += [part for part in shapely.get_parts(cut).tolist() if isinstance(part, Polygon) and part.area > 0.0]
     return joined(found) if found else None
@@ -347,24 +347,24 @@ def part_near(area: AreaShape, box: Bounds) -> AreaShape | None:
 
 def with_fewer_corners(area: AreaShape, most: int, reach: float) -> tuple[AreaShape, float]:
     """
-    Return an area around another that has too many corners: it may grow, but never shrinks.
+    Return an area with fewer corners around another: it may grow, but never shrinks.
 
-    Its outline is simplified (Douglas and Peucker) to tolerances that double until it has few corners, and then widened
-    by their sum, so that what it lost is inside again.
+    The outline is simplified (Douglas and Peucker) with tolerances that double until it has few corners, and then
+    widened by their sum, so that the result contains the given area.
 
     Parameters
     ----------
     area
-        On a plane.
+        The area, map units.
     most
-        Corners, about.
+        Wanted number of corners.
     reach
-        How far it may reach beyond, map units.
+        Distance that the result may reach beyond the area, map units.
 
     Returns
     -------
     area, beyond
-        How far it reaches beyond at most; 0 where it is as it was.
+        The area, and the greatest distance that it reaches beyond, map units; 0 if it is unchanged.
 
     Examples
     --------
@@ -384,10 +384,10 @@ def with_fewer_corners(area: AreaShape, most: int, reach: float) -> tuple[AreaSh
 
 def _around(area: AreaShape, simple: AreaShape, off: float) -> AreaShape:
     """
-    Return an area of fewer corners around another, or itself if there is none.
+    Return an area with fewer corners around another, or the area itself if there is none.
 
-    What is between an outline and one of its chords is within the tolerance of that chord; so what a simplified area
-    has lost is no farther away from it than the sum of all tolerances.
+    An outline stays within the tolerance of its simplified outline; so after several steps, the parts that the
+    simplified area lost are within the sum of all tolerances.
     """
     if simple is area:
         return area
@@ -399,7 +399,7 @@ def _around(area: AreaShape, simple: AreaShape, off: float) -> AreaShape:
 
 def short(value: object) -> str:
     """
-    Write a value that is not what it should be, in a few words.
+    Describe an invalid value in a few words.
 
     Examples
     --------
@@ -417,6 +417,6 @@ def short(value: object) -> str:
     try:
         text = repr(value)
     except ValueError:
-        # of thousands of digits
+        # (raised for integers of more than 4300 digits)
         return "a number of thousands of digits"
     return text if len(text) <= 60 else f"{text[:58]}…{text[-1]}"  # noqa: PLR2004 - one line

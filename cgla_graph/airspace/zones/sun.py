@@ -1,8 +1,8 @@
 """
-When the sun rises and sets, and when civil twilight begins and ends, over an area: as early and as late as it may be.
+Earliest and latest times of sunrise, sunset and civil twilight over an area.
 
-The sun's position is that of Meeus, "Astronomical Algorithms", in the short form of NOAA's solar calculator: good to
-0.01 degrees in the centuries around 2000.
+The position of the sun is that of Meeus, "Astronomical Algorithms", in the short form of NOAA's solar calculator,
+accurate to 0.01 degrees in the centuries around 2000.
 """
 
 import math
@@ -18,21 +18,21 @@ from cgla_graph._types import Bounds, FloatArray
 #: Beginning of morning civil twilight, sunrise, sunset, end of evening civil twilight: in the order of a day.
 Event: TypeAlias = Literal["BMCT", "SR", "SS", "EECT"]
 EVENTS: Final[tuple[Event, ...]] = get_args(Event)
-#: How high the sun's middle is then, degrees: its rim at the horizon, with usual refraction; civil twilight.
+#: Height of the sun's centre at each event, degrees: its rim at the horizon with mean refraction, and civil twilight.
 HEIGHTS: Final[dict[Event, float]] = {"BMCT": -6.0, "SR": -5.0 / 6.0, "SS": -5.0 / 6.0, "EECT": -6.0}
-#: What is earlier or later than computed by less than this counts, and the sun may be so much higher or lower (degrees)
-#: than it should: refraction differs from day to day, and tables are rounded to minutes.
+#: Margins of time and of the sun's height (degrees): refraction differs from day to day, and tables are rounded to
+#: minutes.
 MARGIN, SLACK = timedelta(minutes=5), 0.25
-#: Legal clocks against the sun's, hours: Mendoza, Xinjiang and Galicia are ahead of it, few places behind. Beyond the
-#: longitude, near the date line, a clock may be any.
+#: Bounds of legal time minus solar time, hours: it is ahead in Mendoza, Xinjiang and Galicia, and behind in few places.
+#: Beyond this longitude, near the date line, any legal time is possible.
 _BEHIND, _AHEAD, _DATE_LINE = -1.5, 3.5, 140.0
-#: Where on the Earth it is earliest and latest, against UTC.
+#: Greatest and least offset of a legal time from UTC.
 EARLIEST, LATEST = timedelta(hours=14), timedelta(hours=-12)
 _NOON: Final = datetime(2000, 1, 1, 12, tzinfo=UTC)
 _DAY: Final = timedelta(days=1)
 #: Days around a moment for which events are computed.
 _DAYS: Final = 3
-#: Areas are widened to whole multiples of this, degrees, less than half a minute: many zones share a sun.
+#: Areas are widened to whole multiples of this, degrees (less than half a minute), so that many zones share a sun.
 _GRID: Final = 0.1
 _STEPS: Final = 6
 
@@ -40,13 +40,13 @@ _STEPS: Final = 6
 @dataclass(frozen=True)
 class Times:
     """
-    When something happens, day by day.
+    Times of an event, day by day.
 
     Attributes
     ----------
     early, late
-        At the earliest and at the latest over the area, days since noon of 1 January 2000 UTC, shape ``(n,)``, with
-        the margin.
+        Earliest and latest time over the area including the margin, days since noon of 1 January 2000 UTC, shape
+        ``(n,)``.
     """
 
     early: FloatArray
@@ -58,15 +58,15 @@ class Sun:
     """
     The sun over an area, on the days around a moment.
 
-    On a day without the event, it is at the limit that it has as such days come near: while the sun does not set, it
-    rises at one midnight and sets at the next; while it does not rise, it does both at noon.
+    On a day without an event, its time is the limit of the days before: in polar day, the sun rises at one midnight and
+    sets at the next; in polar night, it does both at noon.
 
     Parameters
     ----------
     box
         West, south, east, north, degrees; longitudes may be beyond 180.
     moment
-        With its zone.
+        Moment with its UTC offset.
 
     Examples
     --------
@@ -87,7 +87,7 @@ class Sun:
 
     @property
     def today(self) -> int:
-        """Which of the days is that of the moment, by the sun's own clock."""
+        """Index of the day of the moment, in solar time."""
         return _DAYS
 
     @staticmethod
@@ -97,7 +97,7 @@ class Sun:
 
     @property
     def clocks(self) -> tuple[timedelta, timedelta]:
-        """What clocks in the area may be ahead of UTC, at least and at most: legal ones, and UTC itself."""
+        """Least and greatest offset of clocks in the area from UTC: of legal times, and of UTC itself."""
         west, _, east, _ = self.box
         middle = (0.5 * (west + east) + 180.0) % 360.0 - 180.0
         half = 0.5 * (east - west)
@@ -107,11 +107,11 @@ class Sun:
         return timedelta(hours=min(0.0, least)), timedelta(hours=max(0.0, most))
 
     def times(self, event: Event) -> Times:
-        """Return when an event is on the days around the moment."""
+        """Return the times of an event on the days around the moment."""
         if event not in self._times:
             west, south, east, north = self.box
             noon = round(self.now + 0.5 * (west + east) / 360.0) + np.arange(-_DAYS, _DAYS + 1)
-            # earlier in the east at every latitude; between latitudes, it is between, but for seconds
+            # events are earlier in the east at every latitude; between two latitudes, times are between, up to seconds
             latitudes = np.clip(np.linspace(south, north, 3 if north - south < 1.0 else 9), -90.0, 90.0)
             heights = HEIGHTS[event] + np.array([-SLACK, 0.0, SLACK])
             grid = np.meshgrid(noon, [west, east], latitudes, heights, indexing="ij")
@@ -128,19 +128,19 @@ def sun_over(west: int, south: int, east: int, north: int, moment: datetime) -> 
 
     Examples
     --------
-    >>> sun_over(*around((6.12, 49.61, 6.18, 49.69)), datetime(2026, 8, 2, 12, tzinfo=UTC)).box
+    >>> sun_over(61, 496, 62, 497, datetime(2026, 8, 2, 12, tzinfo=UTC)).box
     (6.1, 49.6, 6.2, 49.7)
     """
     return Sun((_GRID * west, _GRID * south, _GRID * east, _GRID * north), moment)
 
 
-def around(box: Bounds) -> tuple[int, int, int, int]:
+def round_outwards(box: Bounds) -> tuple[int, int, int, int]:
     """
-    Return the bounds of the area of whole multiples of a tenth of a degree around another one.
+    Return bounds rounded outwards to whole multiples of a tenth of a degree.
 
     Examples
     --------
-    >>> around((6.12, 49.61, 6.18, 49.69))
+    >>> round_outwards((6.12, 49.61, 6.18, 49.69))
     (61, 496, 62, 497)
     """
     west, south, east, north = (side / _GRID for side in box)
@@ -150,11 +150,11 @@ def around(box: Bounds) -> tuple[int, int, int, int]:
 def _crossings(
     noon: FloatArray, longitude: FloatArray, latitude: FloatArray, height: FloatArray, *, rises: bool
 ) -> FloatArray:
-    """Return when the sun passes a height on its way up or down; see `Sun` for days on which it does not."""
+    """Return when the sun passes a height, rising or setting; see `Sun` for days on which it does not."""
     mean_noon = noon - longitude / 360.0
     sine, cosine = np.sin(np.radians(latitude)), np.maximum(np.cos(np.radians(latitude)), 1e-12)
     found = mean_noon
-    # (how fast the sun climbs in the year is told by where it is then: the steps settle this to seconds)
+    # (declination and equation of time depend on the time found: the iteration converges to seconds)
     for _ in range(_STEPS):
         declination, ahead = _position(found)
         ratio = (np.sin(np.radians(height)) - sine * np.sin(declination)) / (cosine * np.cos(declination))
@@ -164,7 +164,7 @@ def _crossings(
 
 
 def _position(days: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the sun's declination, rad, and how much it is ahead of the mean sun, days (the equation of time)."""
+    """Return the sun's declination, rad, and the equation of time, days."""
     century = days / 36525.0
     longitude = np.radians(280.46646 + century * (36000.76983 + 0.0003032 * century))
     anomaly = np.radians(357.52911 + century * (35999.05029 - 0.0001537 * century))

@@ -1,4 +1,4 @@
-"""A zone: what an authority publishes about a piece of airspace."""
+"""Zones: pieces of airspace with floor, ceiling, kind and times, as authorities publish them."""
 
 import math
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from cgla_graph.airspace.zones.shapes import AreaShape
 Reference: TypeAlias = Literal["AGL", "AMSL", "WGS84"]
 Format: TypeAlias = Literal["ED-269", "ED-318", "KML", "GeoJSON"]
 
-#: What is asked of those who want to fly in a zone, and whether it is closed unless it is said otherwise. Areas of KML
-#: and GeoJSON do not say.
+#: Kinds of zones by the requirement for flights, and whether they are closed by default. Areas of KML and GeoJSON have
+#: no kind and are UNCLASSIFIED.
 TREATMENTS = {
     "PROHIBITED": "closed",
     "REQ_AUTHORISATION": "closed",
@@ -21,9 +21,9 @@ TREATMENTS = {
     "UNCLASSIFIED": "closed",
     "NO_RESTRICTION": "open",
 }
-#: Spellings of them: ED-318 has a z where ED-269 has an s.
+#: Other spellings of kinds: ED-318 writes a z.
 SPELLINGS = {"REQ_AUTHORIZATION": "REQ_AUTHORISATION"}
-#: Limits from here on, in metres or feet, say that there is none.
+#: Ceilings from here on, in metres or feet, mean that there is none.
 NO_CEILING = 99_999.0
 FOOT = 0.3048
 
@@ -36,9 +36,9 @@ class Limit:
     Parameters
     ----------
     metres
-        How high it is; infinite where there is none.
+        Metres above the reference; infinite if there is no limit.
     reference
-        Above what: the ground (AGL), mean sea level (AMSL), or the ellipsoid (WGS84).
+        The ground (AGL), mean sea level (AMSL), or the ellipsoid (WGS84).
 
     Examples
     --------
@@ -50,7 +50,7 @@ class Limit:
     reference: Reference
 
     def __str__(self) -> str:
-        """Write it with its unit."""
+        """Return the limit with unit and reference."""
         return f"{self.metres:.6g} m {self.reference}" if math.isfinite(self.metres) else "unlimited"
 
 
@@ -69,18 +69,18 @@ class Limits:
     upper: Limit
 
     def __str__(self) -> str:
-        """Write both."""
+        """Return floor and ceiling."""
         return f"{self.lower} to {self.upper}"
 
     @property
     def bounded(self) -> list[tuple[Limit, float]]:
-        """The floor (1) and the ceiling (-1), where there are any; nobody flies below the ground."""
+        """The floor with sign 1 and the ceiling with sign -1, if they exclude any height above the ground."""
         from_ground = self.lower.reference == "AGL" and self.lower.metres <= 0.0
         floor = [] if from_ground or math.isinf(self.lower.metres) else [(self.lower, 1.0)]
         return floor + ([] if math.isinf(self.upper.metres) else [(self.upper, -1.0)])
 
 
-#: Where nothing is said: from the ground up.
+#: Default limits: from the ground up.
 GROUND, UNLIMITED = Limit(0.0, "AGL"), Limit(math.inf, "AGL")
 
 
@@ -92,11 +92,11 @@ class Layer:
     Parameters
     ----------
     area
-        Longitude and latitude, degrees; longitudes beyond 180 where it goes across the antimeridian.
+        Longitude and latitude, degrees; longitudes beyond 180 if it crosses the antimeridian.
     lower, upper
         Its floor and ceiling.
     remark
-        What had to be done to its outline, or nothing.
+        Remark on a repair of its outline; may be empty.
 
     Examples
     --------
@@ -119,24 +119,24 @@ class Layer:
 @dataclass(frozen=True)
 class Zone:
     """
-    A zone that an authority publishes, or an area that somebody draws.
+    A zone that an authority publishes, or an area of KML or GeoJSON.
 
     Parameters
     ----------
     identifier
-        What its authority calls it.
+        Identifier of its authority.
     name
-        What people call it.
+        Its name, may be empty.
     kind
-        What is asked of those who want to fly there: one of `TREATMENTS`.
+        Requirement for flights: one of `TREATMENTS`.
     layers
-        Where it is; at least one.
+        Its layers, at least one.
     periods
-        When it applies; always where there is none.
+        Periods in which it applies; empty for always.
     file
-        Where it was read from.
+        The file from which it was read.
     reason, conditions, message, authority
-        Why it is there, what is asked in a conditional one, what pilots are told, and who may be asked.
+        Reason, conditions of a conditional zone, message for pilots, and contact of the authority.
 
     Examples
     --------
@@ -158,14 +158,14 @@ class Zone:
 
     @property
     def label(self) -> str:
-        """Identifier and name."""
+        """Its identifier, and its name if it differs."""
         return f"{self.identifier} ({self.name})" if self.name not in {"", self.identifier} else self.identifier
 
 
 @dataclass(frozen=True)
 class NoArea:
     """
-    What a file has beside zones: a point or a line of KML, which closes nothing.
+    A point, line or picture of KML, which closes no area.
 
     Examples
     --------
@@ -181,14 +181,14 @@ class NoArea:
 @dataclass(frozen=True)
 class Validity:
     """
-    When the zones of a file are valid, as it says.
+    Period in which the zones of a file are valid.
 
     Parameters
     ----------
     file
         The file.
     first, last
-        None where it does not say.
+        First and last moment; None if the file has none.
 
     Examples
     --------
@@ -202,7 +202,7 @@ class Validity:
     last: datetime | None
 
     def remark(self, moment: datetime) -> str:
-        """Say that a moment is not in it, or nothing."""
+        """Return a remark if a moment is outside the period, else empty."""
         if self.first is not None and moment < self.first:
             return f"{self.file} is valid from {self.first:%Y-%m-%d %H:%M} UTC only"
         if self.last is not None and moment > self.last:

@@ -1,4 +1,4 @@
-"""Sunrise and twilight: against an ephemeris of the sun, and never less strict than it."""
+"""Sunrise and twilight: compared with an ephemeris, and never less strict."""
 
 import math
 from datetime import UTC, datetime, timedelta
@@ -16,7 +16,7 @@ from cgla_graph.airspace.zones.sun import EARLIEST, LATEST, MARGIN, Event, Sun
 
 moments = st.datetimes(datetime(1990, 1, 1), datetime(2060, 1, 1)).map(lambda one: one.replace(tzinfo=UTC))  # noqa: DTZ001
 longitudes, latitudes = st.floats(-180.0, 180.0), st.one_of(st.floats(-90.0, 90.0), st.floats(-68.0, 68.0))
-#: Of the sun's middle, degrees: its rim at the horizon with 34' of refraction, and civil twilight.
+#: Height of the sun's centre, degrees: its rim at the horizon with 34' of refraction, and civil twilight.
 HEIGHTS: dict[Event, float] = {"BMCT": -6.0, "SR": -50.0 / 60.0, "SS": -50.0 / 60.0, "EECT": -6.0}
 PAIRS: list[tuple[Event, Event]] = [("SR", "SS"), ("BMCT", "EECT"), ("SS", "SR"), ("EECT", "BMCT")]
 
@@ -31,7 +31,7 @@ def observer(longitude: float, latitude: float, moment: datetime) -> ephem.Obser
 @usual
 @given(moment=moments, longitude=longitudes, latitude=st.floats(-65.0, 65.0), event=st.sampled_from(sorted(HEIGHTS)))
 def test_events_are_those_of_an_ephemeris(moment: datetime, longitude: float, latitude: float, event: Event) -> None:
-    """Within the margin on either side; what it adds for refraction is a few minutes more."""
+    """Times agree within the margin on both sides; the slack for refraction adds a few minutes."""
     sun = Sun((longitude, latitude, longitude, latitude), moment)
     times = sun.times(event)
     early, late = (sun.moment_of(float(one[sun.today])) for one in (times.early, times.late))
@@ -52,7 +52,7 @@ def test_events_are_those_of_an_ephemeris(moment: datetime, longitude: float, la
 def test_a_zone_of_the_day_is_closed_while_the_sun_is_up(
     moment: datetime, longitude: float, latitude: float, pair: tuple[Event, Event]
 ) -> None:
-    """And one of the night while it is not; at the poles as well, where it is so for months."""
+    """A zone of the night is closed while the sun is down; both also hold at the poles."""
     altitude = math.degrees(ephem.Sun(observer(longitude, latitude, moment)).alt)
     daily = Daily(frozenset(range(7)), timedelta(0), timedelta(0), (LATEST, EARLIEST), *pair)
     includes = daily.includes(moment, Sun((longitude, latitude, longitude, latitude), moment))
@@ -60,10 +60,10 @@ def test_a_zone_of_the_day_is_closed_while_the_sun_is_up(
     above = altitude - HEIGHTS[pair[0]] if by_day else HEIGHTS[pair[0]] - altitude
     if above > 0.0:
         assert includes
-    # (within 5 minutes of noon, a day without sun has some)
+    # (with the margin, a day in polar night has 5 minutes of sun around noon)
     if above < -1.7 and abs(latitude) < 60.0:
         assert not includes
-    # without a place, it is any time of these days
+    # without a place, the events may be at any time of the day
     assert daily.includes(moment)
 
 

@@ -1,4 +1,4 @@
-"""What is closed at an altitude and a time."""
+"""States of zones at an altitude and a time."""
 
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -65,9 +65,9 @@ def test_heights(
 @pytest.mark.parametrize(
     ("lower", "upper", "altitude", "state"),
     [
-        ((0, "AGL"), (450, "AMSL"), 100, "closed"),  # 400 AMSL in the west
+        ((0, "AGL"), (450, "AMSL"), 100, "closed"),  # at 400 m AMSL in the west
         ((0, "AGL"), (450, "AMSL"), 151, "open"),
-        ((0, "AGL"), (100, "AGL"), "450 AMSL", "closed"),  # 50 above the east
+        ((0, "AGL"), (100, "AGL"), "450 AMSL", "closed"),  # at 50 m AGL in the east
         ((0, "AGL"), (100, "AGL"), "501 AMSL", "open"),
         ((520, "AMSL"), (900, "AMSL"), 119, "open"),
         ((520, "AMSL"), (900, "AMSL"), 121, "closed"),
@@ -79,7 +79,7 @@ def test_the_ground_resolves_heights(
     zone = limited(lower, upper)
     assert verdict(zone, altitude=altitude, ground=GROUND).state == state
     assert verdict(zone, altitude=altitude, ground=GROUND).remark == ""
-    # beyond the raster, and where it has no data, nothing is known
+    # elevations outside the raster and in cells without data are unknown
     for unknown in (Ground(GROUND.values, (6.05, 48.9, 6.3, 49.3)), Ground(np.full((40, 40), np.nan), GROUND.bounds)):
         assert verdict(zone, altitude=altitude, ground=unknown).remark == NOT_COMPARED
 
@@ -94,7 +94,7 @@ def test_the_ground_resolves_heights(
 def test_a_flight_that_is_in_a_layer_somewhere_is_never_open(
     heights: list[int], above: list[str], x: float, y: float
 ) -> None:
-    """With elevations or without: at any place of the zone, at that place's own elevation."""
+    """The zone is closed for a flight inside it at any place, with that place's elevation, with a raster or without."""
     lower, upper = sorted(heights[:2])
     zone = limited((lower, above[0]), (upper, above[1]))
     row, column = int((49.3 - y) * 100), int((x - 5.9) * 100)
@@ -135,7 +135,7 @@ def test_several_layers_close_what_they_cover_alone() -> None:
             ["2026-08-02T08:00Z", "2026-08-02T12:00+02:00"],
             ["2026-08-02T07:59Z", "2026-08-02T12:01+02:00"],
         ),
-        # a clock of no zone may stand anywhere
+        # a time without a UTC offset may have any
         (
             {"schedule": [{"day": "SUN", "startTime": "10:00", "endTime": "12:00"}]},
             ["2026-08-01T20:00Z", "2026-08-03T00:00Z"],
@@ -157,7 +157,7 @@ def test_several_layers_close_what_they_cover_alone() -> None:
             ["2026-08-01T01:00Z", "2026-08-01T04:08Z"],
             ["2026-08-01T00:59Z", "2026-08-01T04:30Z", "2026-08-02T03:00Z"],
         ),
-        # which of the two is meant is not known: all day, and what may be left of it on the next
+        # a time and an event for the start contradict each other: all day, and into the next
         (
             {"schedule": [{"day": ["SUN"], "startTime": "10:00Z", "startEvent": "SR", "endEvent": "SS"}]},
             ["2026-08-02T00:00Z", "2026-08-03T10:00Z"],
@@ -176,7 +176,7 @@ def test_several_layers_close_what_they_cover_alone() -> None:
     ],
 )
 def test_times(period: dict[str, object], inside: list[str], outside: list[str]) -> None:
-    """In both standards, that write them alike."""
+    """Both standards write periods alike."""
     for document in (ed269(applicability=[{"permanent": "NO", **period}]), ed318(limitedApplicability=[period])):
         (zone,) = zones_of(data_of(document), "mine").zones
         assert {verdict(zone, at=at).state for at in inside} == {"closed"}
@@ -193,7 +193,7 @@ def test_times(period: dict[str, object], inside: list[str], outside: list[str])
     after=st.integers(0, 10_079),
 )
 def test_schedules_are_those_of_the_clock(start: int, length: int, day: int, ahead: int, after: int) -> None:
-    """Against minutes of a week, counted."""
+    """Compare with counted minutes of a week."""
     days = ("MON", "TUE", "WED", "THU", "FRI", "SAT", "SUN")
     clock = [f"{minute // 60 % 24:02}:{minute % 60:02}{ahead:+03}:00" for minute in (start, start + length)]
     period = {"schedule": [{"day": [days[day]], "startTime": clock[0], "endTime": clock[1]}]}
@@ -247,7 +247,7 @@ def test_a_file_that_is_not_valid_then_says_so() -> None:
 
 
 def test_elevations_come_from_rasters(tmp_path: Path) -> None:
-    """Below the sea as well; a GeoTIFF is read as those of risk are."""
+    """Elevations of a GeoTIFF may be below the sea."""
     rasterio = pytest.importorskip("rasterio")
     from rasterio.transform import Affine  # noqa: PLC0415 - needs rasterio
 

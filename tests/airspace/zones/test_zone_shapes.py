@@ -1,4 +1,4 @@
-"""Outlines of zones: circles, the antimeridian, rings that cross themselves, and many corners."""
+"""Shapes of zones: circles, the antimeridian, rings that cross themselves, and many corners."""
 
 import math
 
@@ -20,7 +20,7 @@ KEYS = ("center", "radius")
 @few
 @given(longitude=st.floats(-180, 180), latitude=st.floats(-80, 80), radius=st.floats(0.5, 200_000.0))
 def test_a_circle_is_inside_its_polygon(longitude: float, latitude: float, radius: float) -> None:
-    """By geodesics to points along its edges, straight in degrees and straight on a map."""
+    """Check geodesics to points along its edges, which are straight in degrees, and on a map."""
     polygon = circle_of([longitude, latitude], radius, "a zone", KEYS)
     rim = shapely.get_coordinates(shapely.segmentize(polygon, polygon.length / 2000))
     lengths = geodesic_lengths((longitude, latitude), rim)
@@ -31,7 +31,7 @@ def test_a_circle_is_inside_its_polygon(longitude: float, latitude: float, radiu
 
 
 def test_circles_near_a_pole_have_more_corners() -> None:
-    """There, edges that are straight in degrees bend inwards by more than what 72 corners leave."""
+    """Edges that are straight in degrees bend inwards there by more than the margin of 72 corners."""
     place, radius = (10.0, 80.0), 300_000.0
     polygon = circle_of(list(place), radius, "a zone", KEYS)
     assert len(polygon.exterior.coords) > 73
@@ -52,7 +52,7 @@ def test_rings_across_the_antimeridian_are_in_one_piece() -> None:
         )
         assert area.bounds == (179.0, 0.0, 181.0, 1.0)
         assert area.area == pytest.approx(2.0 - 0.03)
-    # as RFC 7946 wants it: cut in two, which come together again
+    # areas that are cut in two as in RFC 7946 are joined
     cut = [shapely.box(179, 0, 180, 1), shapely.box(-180, 0, -179, 1)]
     assert joined(cut).equals(shapely.box(179, 0, 181, 1))
     assert joined(cut[:1]).equals(cut[0])
@@ -65,7 +65,7 @@ def test_rings_across_the_antimeridian_are_in_one_piece() -> None:
         ([[0, 80], [120, 80], [-120, 80], [0, 80]], "goes around a pole"),
     ],
 )
-def test_rings_that_nobody_understands(ring: list[list[float]], said: str) -> None:
+def test_ambiguous_rings_are_refused(ring: list[list[float]], said: str) -> None:
     with pytest.raises(FileFormatError, match=said):
         ring_of(ring, "a zone")
 
@@ -73,7 +73,7 @@ def test_rings_that_nobody_understands(ring: list[list[float]], said: str) -> No
 @few
 @given(seed=seeds)
 def test_a_ring_that_crosses_itself_grows(seed: int) -> None:
-    """What is inside by any rule, even and odd or otherwise, is inside."""
+    """Points that are inside by the even-odd rule stay inside."""
     ring = np.random.default_rng(seed).random((8, 2))
     ring[-1] = ring[0]
     area, remark = polygon_of([ring, ring * 0.01], "a zone")
@@ -84,7 +84,7 @@ def test_a_ring_that_crosses_itself_grows(seed: int) -> None:
 
 
 def test_all_that_a_ring_encloses_is_inside() -> None:
-    """Of a star, the middle as well, which is outside by the rule of even and odd."""
+    """The middle of a star is inside, although it is outside by the even-odd rule."""
     angle = np.radians(144.0 * np.arange(6))
     area, remark = polygon_of([np.column_stack([np.sin(angle), np.cos(angle)])], "a zone")
     assert area.contains(shapely.Point(0, 0))
