@@ -191,14 +191,15 @@ def through_waypoints(on: PlanMap, costs: FloatArray, faulty: BoolArray, toleran
 
 def _line_bounds(on: PlanMap) -> FloatArray:
     """Bound the cost of each leg by the length of the straight line between its ends."""
-    lengths, projection = np.hypot(*np.diff(on.route, axis=0).T), on.problem.projection
+    projection = on.problem.projection
+    lengths: FloatArray = np.hypot(*np.diff(on.route, axis=0).T)
     if projection is None:
         return lengths
     if len(lengths) <= _MOST_GEODESICS:
         return np.array([_on_earth(on, length, on.route[leg : leg + 2]) for leg, length in enumerate(lengths.tolist())])
     away = np.hypot(*on.route.T)
     reach = float((0.5 * (lengths + away[:-1] + away[1:])).max())
-    return lengths / projection.stretch(reach)
+    return np.asarray(lengths / projection.stretch(reach))
 
 
 def _on_earth(on: PlanMap, bound: float, ends: FloatArray) -> float:
