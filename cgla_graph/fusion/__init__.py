@@ -1,1 +1,1 @@
-"""The other readings of Eq. 5 when several UAVs have seen something, and searches under them."""
+"""Readings of Eq. 5 for the knowledge of several UAVs, and searches under them."""

@@ -1,14 +1,14 @@
 """
-What several UAVs know together: the readings of Eq. 5's ``max_j`` and of its line integral.
+Weights from the knowledge of several UAVs: readings of Eq. 5's ``max_j`` and of its line integral.
 
 Eq. 5 weighs a segment with ``length + k max_j (integral of F^j)``, where ``F^j`` is the field that UAV ``j`` knows. The
 paper also says that the UAVs plan on all threats detected by any of them, and that the map is updated by "the UAV of
-the maximum risk value". `Fusion` names what can be meant. For every segment
+the maximum risk value". `Fusion` names the possible readings. For every segment
 
 ``max_integral <= integral_max <= union <=`` the sum of the integrals of all ``F^j``.
 
-Only `union` and `integral_max` are integrals of a field, and so add up over the pieces of a segment; `max_integral`
-may make it more expensive to pass through a point on the way.
+Only `union` and `integral_max` are integrals of a field, and so add up over the pieces of a segment; with
+`max_integral`, a segment may cost less than its two halves.
 """
 
 import dataclasses
@@ -35,13 +35,13 @@ from cgla_graph.model.risk import RiskField, Threat
 #: field; ``riskiest``: the integral of the one field whose integrals are the largest in total, for all segments.
 Fusion: TypeAlias = Literal["union", "max_integral", "integral_max", "riskiest"]
 #: How a field is integrated. ``exact``: as `RiskField.line_integral`; ``raster``: summed up over the far ends of equal
-#: parts of the segment, which weighs a segment differently there and back.
+#: parts of the segment, which weighs the two directions of a segment differently.
 Integral: TypeAlias = Literal["exact", "raster"]
 
 #: Upper limit of the parts of a segment.
 MOST_SAMPLES = 10**6
 
-#: Fields whose largest is integrated.
+#: Fields whose pointwise maximum is integrated.
 Group: TypeAlias = tuple[RiskField, ...]
 
 
@@ -64,7 +64,7 @@ def fused_weights(
     starts, ends
         The segments' ends, both of shape ``(n, 2)``, map units.
     fields
-        What each UAV knows; none at all is no risk.
+        The field that each UAV knows; an empty list means no risk.
     k
         Risk weight, at least 0.
     no_fly
@@ -83,11 +83,12 @@ def fused_weights(
     Raises
     ------
     ProblemError
-        If an array does not hold finite pairs, a field is none or improper, or a setting is unknown or out of range.
+        If an array does not hold finite pairs, a field is not a proper `RiskField`, or a setting is unknown or out of
+        range.
 
     Examples
     --------
-    Two UAVs know one threat each. Over a segment past both, Eq. 5 to the letter forgets one of them.
+    Two UAVs know one threat each. Over a segment past both, Eq. 5 to the letter counts only one of them.
 
     >>> known = [RiskField([Threat(0.2, 0, spread=0.01)]), RiskField([Threat(0.8, 0, spread=0.01)])]
     >>> [float(fused_weights([(0, 0)], [(1, 0)], known, 10, fusion=f)[0].round(3)) for f in ("max_integral", "union")]
@@ -136,7 +137,7 @@ def fused_graph(
     -------
     graph
         With ``union`` and ``exact``, `GeometricGraph.complete` on the field of all known threats. Else a dense graph
-        of weights, which has no cost model; directed if ``raster`` weighs any pair differently there and back.
+        of weights, which has no cost model; directed if ``raster`` weighs the two directions of any pair differently.
 
     Raises
     ------
@@ -180,7 +181,7 @@ def fused_graph(
 
 def proper(fields: Sequence[RiskField]) -> Group:
     """
-    Return the fields, or raise `ProblemError` unless each is a proper one; none at all is one without threats.
+    Return the fields, or raise `ProblemError` unless each is proper; an empty list becomes one empty field.
 
     Examples
     --------
@@ -218,7 +219,7 @@ def _samples(integral: str, samples: int) -> int:
 
 def united(fields: Group) -> RiskField:
     """
-    Make the union of fields as multisets of threats; one of `fields` where that has all of them.
+    Return the union of fields as multisets of threats; this is one of `fields` if that has all threats.
 
     Examples
     --------
@@ -230,14 +231,14 @@ def united(fields: Group) -> RiskField:
     for field in fields:
         counts |= Counter(field.threats)
     for field in fields:
-        # one that has them all keeps the order of its threats, and so the last bits of its integrals
+        # a field with all threats keeps their order, and so the last bits of its integrals
         if Counter(field.threats) == counts:
             return field
     return RiskField(counts.elements())
 
 
 def _groups(fields: Group, fusion: str) -> list[Group]:
-    """Split the fields into groups: of each the largest is integrated, and the integrals make one weight."""
+    """Split the fields into groups: the maximum of each group is integrated, and the integrals make one weight."""
     if fusion not in get_args(Fusion):
         msg = f"unknown fusion {shown(fusion)}; choose one of {', '.join(get_args(Fusion))}"
         raise ProblemError(msg)
@@ -249,7 +250,7 @@ def _groups(fields: Group, fusion: str) -> list[Group]:
 def _fused(
     lengths: FloatArray, groups: list[Group], weigh: Callable[[Group], FloatArray], fusion: Fusion
 ) -> FloatArray:
-    """Make one weight of the groups' weights; `lengths` are infinite where a segment crosses the no-fly area."""
+    """Combine the groups' weights; `lengths` are infinite where a segment crosses the no-fly area."""
     edges = np.isfinite(lengths)
     # no weight is below its length, so that the maximum changes only what crosses
     fused, most = lengths, -np.inf
@@ -263,7 +264,7 @@ def _fused(
 
 
 def kernel_fields(group: Group) -> envelope_kernels.Fields:
-    """Hand fields to a kernel: what they have in common is said once."""
+    """Return fields as arrays for a kernel: the table of different threats, counts, all threats, and offsets."""
     counts = [Counter(field.threats) for field in group]
     different = list(dict.fromkeys(threat for field in group for threat in field.threats))
     return (

@@ -1,9 +1,8 @@
 """
-Plans with raster weights (E20), from the few weights that matter.
+Plans with raster weights (E20) that compute only few weights.
 
-`fused_graph` weighs every pair. Here a plan is a search for one path, and what keeps it short is a lower bound of what
-is still to come: the cost matrix of a field whose **exact** integrals are nowhere above the raster sums, which is
-repaired when threats are detected.
+`fused_graph` weighs every pair. Here a plan is an A* search for one path. Its lower bound of the cost-to-go is the cost
+matrix of a field whose **exact** integrals are nowhere above the raster sums; it is repaired when threats are detected.
 """
 
 import math
@@ -27,11 +26,11 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.risk import RiskField, Threat
 
-#: A peak below this adds nothing to a bound that is worth its time.
+#: Threats of a lower peak are left out of the bound.
 FAINT = 1e-6
-#: Rounding of one raster sum and its length, relative to the length, with room to spare.
+#: Upper bound of the rounding of one raster sum and its length, relative to the length.
 ROUNDING = 1e-14
-#: Rounding of the distance to a start.
+#: Rounding of the distance to a start, relative to the reach.
 SLACK = 1e-9
 
 
@@ -40,11 +39,11 @@ def understated(risk: RiskField, part: float) -> RiskField:
     Return a field whose exact integral over a segment is at most the raster sum of `risk`.
 
     The raster samples the far ends of parts of a segment, so that no point of a part is farther than the part's
-    length ``h`` from its sample. What understates the risk at a distance of up to ``h`` therefore integrates, part by
-    part, to at most the sum. For one threat, ``(d + h)^2 <= (1 + e) d^2 + (1 + 1/e) h^2`` for any ``e > 0``, and so
-    ``exp(-(d + h)^2 / 2 s^2)`` is at least a Gaussian again, of spread ``s / sqrt(1 + e)`` and peak
-    ``exp(-(1 + 1/e) h^2 / 2 s^2)``. The ``e`` chosen has the greatest integral. Eq. 2 grows with every threat, so that
-    what holds for each holds for the field.
+    length ``h`` from its sample. A field that is nowhere above the risk at any distance of up to ``h`` therefore
+    integrates, part by part, to at most the sum. For one threat, ``(d + h)^2 <= (1 + e) d^2 + (1 + 1/e) h^2`` for any
+    ``e > 0``, and so ``exp(-(d + h)^2 / 2 s^2)`` is at least a Gaussian of spread ``s / sqrt(1 + e)`` and peak
+    ``exp(-(1 + 1/e) h^2 / 2 s^2)``. The ``e`` chosen has the greatest integral. As Eq. 2 grows with every threat, the
+    bounds of all threats bound the field.
 
     Parameters
     ----------
@@ -56,7 +55,7 @@ def understated(risk: RiskField, part: float) -> RiskField:
     Returns
     -------
     field
-        One threat for each, or none where hardly anything is left of it.
+        One threat for each; threats whose peak falls below `FAINT` are left out.
 
     Raises
     ------
@@ -86,10 +85,10 @@ def understated(risk: RiskField, part: float) -> RiskField:
 @dataclass(eq=False)
 class RasterGuide:
     """
-    What guides searches with raster weights to one goal, for as long as the nodes stay the same.
+    Lower bounds that guide searches with raster weights to one goal, on a fixed set of nodes.
 
-    It learns: what a search from one point found bounds the searches from others (adaptive A*, Koenig & Likhachev
-    2006), and its path is the next one's first guess.
+    Each search improves the bounds for the next ones (adaptive A*, Koenig & Likhachev 2006), and its path is their
+    first guess.
 
     Attributes
     ----------
@@ -100,7 +99,7 @@ class RasterGuide:
     samples
         Parts of a segment.
     reach
-        No segment is longer, map units.
+        Upper bound of the length of a segment, map units.
 
     Examples
     --------
@@ -129,11 +128,11 @@ class RasterGuide:
         Parameters
         ----------
         lattice, goal
-            The nodes; the goal is one of its own unless it is on the lattice.
+            The nodes; the goal becomes a further node unless it is on the lattice.
         model
             The known map.
         bounds
-            Box that later starts are in, map units; None: that of the nodes.
+            Box of later starts, map units; None: that of the nodes.
         samples
             Parts of a segment, at least 1.
 
@@ -153,7 +152,7 @@ class RasterGuide:
 
     def knowing(self, model: CostModel) -> "RasterGuide":
         """
-        Return the guide for the map known now, repaired from this one, which stays as it is.
+        Return the guide for another known map, repaired from this one, which does not change.
 
         Raises
         ------
@@ -176,15 +175,15 @@ class RasterGuide:
         Parameters
         ----------
         start
-            Where to plan from, map units; a node for this plan.
+            The start of the path, map units; a node for this plan.
         obstacles
-            Threats on top of the known map.
+            Threats in addition to the known map.
 
         Returns
         -------
         matrix
-            G of the nodes of the path, on the graph of the path alone: of all other nodes and edges it is only known
-            that they do not lead to less. Its labels are those of the guide's graph.
+            G of the nodes of the path, on the graph of the path alone; no path over other nodes and edges costs less.
+            Its labels are those of the guide's graph.
         node
             The node at `start`.
 
@@ -195,9 +194,9 @@ class RasterGuide:
 
         Notes
         -----
-        The weights are those of `fused_graph` with ``union`` and ``raster``, and the cost is, to rounding, what
-        Dijkstra's algorithm finds on them: this is A* with a lower bound. The bound is off by the error of exact
-        integrals, 2e-11 of the widest spread at worst; the cost may be above the least by so much times k and the
+        The weights are those of `fused_graph` with ``union`` and ``raster``, and the cost equals that of Dijkstra's
+        algorithm on them up to rounding: this is A* with a lower bound. The error of the bound is that of exact
+        integrals, at most 2e-11 of the widest spread; the cost may be above the least by this error times k and the
         number of segments. Each plan adds 1e-14 of the cost, too little to search anything twice.
         """
         known = self.model.field
@@ -211,7 +210,7 @@ class RasterGuide:
         way = np.array([bound.graph.index_of(one) for one in bound.path_from(node)], dtype=np.int64)
         if len(way) == 0:
             return _path_matrix(bound.graph, np.array([at, bound.target]), np.array([np.inf])), node
-        # known threats alone come first: what that search learns holds for the next plans, and under any obstacles
+        # known threats alone come first: the bounds of that search hold for the next plans, and under any obstacles
         way, weights, costs = self._search(bound, known, [way, *self._detours(at)])
         n_nodes = len(self._bounds)
         learned = weights.sum() - costs[:n_nodes]
@@ -228,13 +227,13 @@ class RasterGuide:
         return (_positions(graph), *graph.lattice_shape), (lengths, self.model.k, kernel_fields((risk,)), self.samples)
 
     def _detours(self, at: int) -> list[IntArray]:
-        """Return the ways from a node straight to a node of the last path, and along that."""
+        """Return the paths from a node straight to each node of the last path, and on along that path."""
         return [self._last[i:] if node == at else np.append(at, self._last[i:]) for i, node in enumerate(self._last)]
 
     def _search(
         self, bound: CostMatrix, risk: RiskField, guesses: list[IntArray]
     ) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Return the least-cost path, the weights of its segments and the costs to the nodes, given some paths."""
+        """Return the least-cost path, the weights of its segments and the costs to the nodes, from first guesses."""
         graph = bound.graph
         arguments = self._kernel_arguments(graph, risk)
 
@@ -261,19 +260,15 @@ def _positions(graph: GeometricGraph) -> FloatArray:
     return np.empty((0, 2)) if graph.positions is None else graph.positions
 
 
-def _allowance(matrix: CostMatrix, reach: float) -> float:
-    """Bound how far the values of a matrix of exact integrals may be off, and the rounding of raster sums."""
+def _lowered(matrix: CostMatrix, reach: float) -> FloatArray:
+    """Return the values of a matrix less a bound of the error of exact integrals and of the rounding of sums."""
     model = matrix.graph.model or CostModel()
     segment = model.k * float(risk_error(model.field.table)) + ROUNDING * (1.0 + model.k) * reach
-    return matrix.graph.n_nodes * segment
-
-
-def _lowered(matrix: CostMatrix, reach: float) -> FloatArray:
-    return matrix.values - _allowance(matrix, reach)
+    return matrix.values - matrix.graph.n_nodes * segment
 
 
 def _path_matrix(graph: GeometricGraph, path: IntArray, weights: FloatArray) -> CostMatrix:
-    """Return the cost matrix of the graph that is one path."""
+    """Return the cost matrix on the graph of one path."""
     matrix = np.full((len(path), len(path)), np.inf)
     matrix[np.arange(len(path) - 1), np.arange(1, len(path))] = weights
     labels = [graph.labels[i] for i in path.tolist()]

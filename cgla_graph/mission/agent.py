@@ -1,4 +1,4 @@
-"""UAVs under way: place, belief and plan of each, the record of its flight, and how near they come to each other."""
+"""State of UAVs in flight, records of their flights, and their separations."""
 
 import math
 from collections.abc import Mapping
@@ -34,25 +34,26 @@ class Agent:
     Attributes
     ----------
     number, uav, planner
-        Which UAV it is, and what plans for it.
+        Its number, the UAV and its planner.
     position, heading
-        Where it is, map units, and the direction of its last displacement: length 1, or (0, 0) before the first.
+        Its position, map units, and the direction of its last displacement: length 1, or (0, 0) before the first.
     belief
-        What it knows.
+        Its knowledge of threats and areas.
     status, message, ended
-        Its end, once there is one.
+        How, why and when its flight ended; `status` is None before.
     in_air
-        Whether it has taken off and not come to its end.
+        Whether it has taken off and its flight has not ended.
     plan, plan_since
-        What it is going to fly, on a clock that is 0 at tick `plan_since`: so equal states make equal moves, whenever.
+        The planned motion, on a clock that is 0 at tick `plan_since`, so that equal states make equal moves at any
+        tick.
     planned_on
-        What the plan was made on; as long as that stays, so does the plan.
+        The knowledge that the plan was made on; the plan stays until it changes.
     visited
-        The lattice points nearest to where it was, if plans must not use them again.
+        The lattice points nearest to its past positions, if plans must not use them again.
     leg
-        What it flew on its last tick, on the clock of its plan; None before the first.
+        Its motion on the last tick, on the clock of its plan; None before the first.
     near
-        The numbers of the others within its safe distance.
+        The numbers of the other UAVs within its safe distance.
     """
 
     number: int
@@ -80,20 +81,20 @@ class Agent:
 
     @property
     def is_done(self) -> bool:
-        """Whether it has come to its end."""
+        """Whether its flight has ended."""
         return self.status is not None
 
     def end(self, status: MissionStatus, tick: int, message: str = "") -> None:
-        """Leave the mission."""
+        """End the flight."""
         self.status, self.ended, self.message = status, tick, message
         self.in_air = False
 
     def follow(self, plan: Trajectory, tick: int) -> None:
-        """Fly a plan, on a clock that is 0 now, from now on."""
+        """Follow a plan from now on; its clock is 0 now."""
         self.plan, self.plan_since, self._committed = plan, tick, plan.shifted(tick)
 
     def motion(self, since: float) -> Trajectory | None:
-        """Return what it is committed to, on the mission's clock; None if nothing of it is left from a tick on."""
+        """Return the committed motion, on the mission's clock; None if it ends before tick `since`."""
         return self._committed if self._committed is not None and self._committed.ends >= since else None
 
     def move(self, tick: int) -> None:
@@ -109,14 +110,14 @@ class Agent:
             self.heading = (east - x) / length, (north - y) / length
 
     def motion_along(self, path: FloatArray) -> Trajectory:
-        """Return how it flies along a path, on a clock that is 0 when it begins."""
+        """Return the motion along a path, on a clock that is 0 at its beginning."""
         mission = self.planner.mission
         if mission.movement == "vertex":
             return Trajectory(np.arange(len(path), dtype=np.float64), path)
         return Trajectory.along(path, 0.0, mission.step_of(self.uav))
 
     def can_go_on(self, tick: int, no_fly: BaseGeometry | None, *, ticks: float = math.inf) -> bool:
-        """Return whether it has a plan, and so many more ticks of it (all) cross no area that is known now."""
+        """Return whether the next `ticks` of its plan (default: all of them) exist and cross no known area."""
         since = tick - self.plan_since
         rest = None if self.plan is None else self.plan.part(since, since + ticks)
         return rest is not None and not indexed_area(no_fly).crosses(rest.points[:-1], rest.points[1:]).any()
@@ -133,13 +134,13 @@ class Agent:
         return frozenset(before[-1:] if mission.exclude == "last" else before)
 
     def has_arrived(self, tick: int, radius: float) -> bool:
-        """Return whether the plan is flown to its end, or the goal is within a radius."""
+        """Return whether it flew the plan to its end, or the goal is within a radius."""
         flown = self.plan is not None and tick - self.plan_since >= self.plan.ends
         at_goal = flown and self.position == self.uav.goal
         return at_goal or math.dist(self.position, self.uav.goal) <= radius
 
     def state(self, tick: int) -> tuple[Any, ...]:
-        """Return all that decides what it does from a tick on, whenever that is; journals apart, which only grow."""
+        """Return the state that decides all further moves, relative to a tick; without journals, which only grow."""
         plan = b"" if self.plan is None else self.plan.points.tobytes() + self.plan.times.tobytes()
         place = self.number, self.position, self.heading
         return *place, plan, tick - self.plan_since, self.planned_on, tuple(self.visited), self.planner.memory
@@ -165,31 +166,31 @@ class Recorder:
     planning_seconds: float = 0.0
 
     def departed(self, position: Point, tick: int) -> None:
-        """Note where and when it takes off."""
+        """Record the position and the tick of take-off."""
         self.trace.append(position)
         self.path.append(np.array([position]))
         self.times.append(np.array([float(tick)]))
 
     def flew(self, agent: Agent) -> None:
-        """Note what it flew on its last tick."""
+        """Record the motion on the last tick."""
         if agent.leg is not None:
-            # the first point is where it already was
+            # the first point is recorded already
             self.path.append(agent.leg.points[1:])
             self.times.append(agent.leg.times[1:] + agent.plan_since)
 
     def believes(self, tick: int, threats: Mapping[int, Threat], areas: Mapping[int, BaseGeometry]) -> None:
-        """Note what it believes in now, if that is new."""
+        """Record the threats and areas it believes in, if they have changed."""
         last = self.knowledge[-1] if self.knowledge else None
         if last is None or last.threats != threats or last.areas != areas:
             self.knowledge.append(Knowledge(tick, threats, areas))
 
     def avoids(self, tick: int, obstacles: tuple[Threat, ...]) -> None:
-        """Note the virtual obstacles that it plans around now, if they are new."""
+        """Record the virtual obstacles that it plans around, if they have changed."""
         if (self.obstacles[-1][1] if self.obstacles else ()) != obstacles:
             self.obstacles.append((tick, obstacles))
 
     def flight(self, agent: Agent, world: World, tick: int, step: float) -> UavFlight:
-        """Return the flight until a tick; `step` is what the UAV flies in a tick, map units."""
+        """Return the flight until a tick; `step` is the length flown in a tick, map units."""
         took_off = bool(self.trace)
         ended = agent.ended if agent.is_done else tick
         departed = agent.uav.departs if took_off else ended
@@ -318,9 +319,9 @@ class Encounters:
     Parameters
     ----------
     names
-        Of the UAVs, by their number.
+        The names of the UAVs, in the order of their numbers.
     goals
-        Their terminal discs: while both of a pair are in their own, their distance does not count.
+        Their terminal discs: while both UAVs of a pair are in their own, their distance does not count.
     collision_distance
         Closer than this is a collision, map units.
     """
@@ -335,7 +336,7 @@ class Encounters:
 
     @property
     def separations(self) -> tuple[Separation, ...]:
-        """The least so far, pair by pair."""
+        """The least separation of each pair so far."""
         never = Approach(math.inf, math.nan, (math.nan, math.nan))
         found = {pair: self._approach(pair, *legs) for pair, legs in self._nearest.items()}
         return tuple(
@@ -350,17 +351,17 @@ class Encounters:
         Parameters
         ----------
         legs
-            What each UAV in the air flew on the tick, by its number, rising.
+            The motion of each UAV in the air on the tick, by its number, rising.
 
         Returns
         -------
         collisions
-            By the numbers of a pair: the approach, and whether it has just begun.
+            By the numbers of a pair: the approach, and whether the collision begins on this tick.
         """
         numbers = list(legs)
         starts = np.array([leg.start for leg in legs.values()]).reshape(-1, 2)
         lengths = np.array([leg.length for leg in legs.values()])
-        # nothing of interest comes of motions that are too far from each other, which are most of many
+        # most pairs are too far apart to matter
         matters = np.maximum(self._least[np.ix_(numbers, numbers)], self._collision_distance)
         apart = np.hypot(*(starts[:, None] - starts).T) - lengths[:, None] - lengths
         collisions = {}
@@ -376,5 +377,5 @@ class Encounters:
         return collisions
 
     def _approach(self, pair: tuple[int, int], first: Trajectory, second: Trajectory) -> Approach:
-        # (there is one: these two were near each other)
+        # (not None: these two were near each other)
         return cast("Approach", closest_approach(first, second, outside=(self._goals[pair[0]], self._goals[pair[1]])))

@@ -1,4 +1,4 @@
-"""Keeping UAVs apart for sure: plans around what all others are committed to fly."""
+"""Guaranteed separation: plans around the committed motions of all other UAVs."""
 
 import dataclasses
 
@@ -11,7 +11,7 @@ from cgla_graph.motion.trajectory import Trajectory, least_distance
 
 def stays_clear(motion: Trajectory, others: Others) -> bool:
     """
-    Return whether a motion keeps its distance from all others, with room for rounding later on.
+    Return whether a motion keeps its distance from all others, with a margin for rounding.
 
     Examples
     --------
@@ -26,19 +26,19 @@ def plan_around(
     problem: Problem, matrix: CostMatrix, others: Others, tick: int, step: float, unit: float
 ) -> SpaceTimePlan:
     """
-    Search in space and time until all others are gone and a detour after that is flown.
+    Search in space and time until all others are gone, and a detour longer.
 
-    The search waits in ticks and tells arrivals apart in ticks. Here it runs on a clock that goes with the speed, one
-    tick for 0.4 units, so that its work does not depend on how finely a mission divides its time.
+    The search waits in ticks and distinguishes arrivals by ticks. Here its clock has one tick for 0.4 units flown, so
+    that its work does not depend on the step of the mission.
 
     Parameters
     ----------
     problem, matrix
         As `plan_in_space_time` takes them.
     others
-        What the others are going to fly, on the mission's clock.
+        The committed motions of the others, on the mission's clock, and the distances to keep.
     tick
-        Now.
+        The current tick.
     step
         Map units flown in a tick.
     unit

@@ -1,4 +1,4 @@
-"""A UAV's knowledge: its own sightings and what others shared, apart from the truth; and how it senses."""
+"""Knowledge of a UAV: its own sightings and the shared ones, separate from the truth; and its sensor."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -25,13 +25,13 @@ class Report:
     Attributes
     ----------
     thing
-        The things seen.
+        The threat or area that was seen.
     content
         The threat as it was seen; None for an area, which has only one place.
     is_there
-        Whether it was seen there, or found missing.
+        True if it was seen there, False if it was found missing.
     tick
-        When.
+        The tick of the sighting.
     origin
         The number of the UAV that saw it.
     """
@@ -44,7 +44,7 @@ class Report:
     _hash: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Hash the parts once: every UAV looks for every report among those it knows."""
+        """Hash the parts once, as every UAV looks up every report."""
         object.__setattr__(self, "_hash", hash((self.thing, self.content, self.is_there, self.tick, self.origin)))
 
     def __hash__(self) -> int:
@@ -55,10 +55,10 @@ class Report:
 @dataclass
 class Belief:
     """
-    The reports of one UAV, in the order in which they reached it, and what follows from them.
+    The reports of one UAV, in the order of arrival, and the threats and areas it believes in.
 
-    Of one thing, the newest report that it is there counts; if a later one says that just that is not so, nothing is
-    believed of it.
+    The newest sighting of a thing counts. If a later report says that the thing is not where that sighting saw it, the
+    UAV does not believe in it.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Belief:
 
     @property
     def things(self) -> Mapping[Thing, Threat | None]:
-        """All that is believed in, threats before areas, in the order of the numbers."""
+        """The threats believed in, then the areas, each in the order of the numbers."""
         return self._things
 
     @property
@@ -97,7 +97,7 @@ class Belief:
 
     @property
     def known(self) -> AbstractSet[Report]:
-        """All reports that reached it."""
+        """The reports that reached it, as a set."""
         return self._known
 
     def hear(self, reports: Iterable[Report]) -> list[Report]:
@@ -120,7 +120,7 @@ class Belief:
         return new
 
     def _note(self, report: Report) -> None:
-        """Keep the newest sighting of a thing, and when each of its places was last found empty."""
+        """Keep the newest sighting of a thing, and the last tick at which each of its places was found empty."""
         thing = report.thing
         if not report.is_there:
             place = thing, report.content
@@ -129,7 +129,7 @@ class Belief:
             self._newest[thing] = report
 
     def _settle(self, things: set[Thing]) -> None:
-        """Compute the belief about some things."""
+        """Update the belief in some things."""
         if not things:
             return
         believed = dict(self._things)
@@ -145,9 +145,9 @@ class Belief:
 
     def fields_by_origin(self) -> list[RiskField]:
         """
-        Return the risk field of each UAV that saw anything still believed in: the ``F^j`` of Eq. 5.
+        Return the ``F^j`` of Eq. 5: for each UAV, the field of the threats that it saw and that are still believed in.
 
-        Threats keep the place where they are believed to be now.
+        Threats are where they are believed to be now.
         """
         by_origin: dict[int, dict[int, Threat]] = {}
         for report in self.journal:
@@ -158,7 +158,7 @@ class Belief:
 
 
 def _is_newer(one: Report, other: Report) -> bool:
-    """Order sightings by time; of two on one tick, the same one always counts, in any order of arrival."""
+    """Order sightings by tick, then by origin and content, so that the order of arrival does not matter."""
     if one.tick != other.tick:
         return one.tick > other.tick
     if one.origin != other.origin:
@@ -170,19 +170,19 @@ def sightings(
     world: World, tick: int, belief: Belief, seen_from: FloatArray, radius: float, origin: int
 ) -> list[Report]:
     """
-    Return the things that a UAV sees and did not know.
+    Return reports of the things that a UAV sees and did not know.
 
     Parameters
     ----------
     world, tick
-        The truth, and when.
+        The truth, and the current tick.
     belief
-        What it believed before.
+        Its belief before.
     seen_from
-        Where it is, or the waypoints that it looks along, shape ``(m, 2)`` with ``m >= 1``, map units.
+        Its position, or the waypoints that it looks along, shape ``(m, 2)`` with ``m >= 1``, map units.
     radius
-        A threat is seen when its centre is so near, an area when any part of it is, map units. So is the absence of one
-        that is believed in.
+        Map units. It sees a threat when the centre is within the radius, an area when any part is, and likewise that
+        one it believes in is missing.
     origin
         The number of the UAV.
 
@@ -216,7 +216,7 @@ def sightings(
 
 
 def _from(seen_from: FloatArray, place: Point) -> float:
-    """Return how near a place is to the waypoints, or to the way along them."""
+    """Return the distance from a place to a single point, or to the polyline of several."""
     return math.dist(seen_from[0], place) if len(seen_from) == 1 else _from_area(seen_from, shapely.Point(place))
 
 

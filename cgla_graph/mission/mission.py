@@ -1,4 +1,4 @@
-"""Mission: UAVs with limited sensing that share what they see, keep their distance and replan on the way."""
+"""Missions of UAVs with limited sensing that share sightings, keep their distance and replan in flight."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -23,13 +23,13 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solver import Solver
 
-#: A lattice of 200 x 200 takes seconds a plan.
+#: Most lattice points: a plan over 200 x 200 takes seconds.
 MOST_POINTS = 40_000
-#: Of each setting that is one of some words: which.
+#: The allowed words of each setting that has some.
 CHOICES = {name: get_args(kind) for name, kind in get_type_hints(Rules).items() if get_origin(kind) is Literal}
-#: Settings that only graph solvers can choose, and the value for the others.
+#: Settings that only graph solvers can change, with the value that all other solvers need.
 OF_GRAPHS = {"fusion": "union", "integral": "exact", "exclude": "none", "start": "exact"}
-#: What planning in space and time leaves no choice of.
+#: Settings that planning in space and time cannot change.
 OF_SPACE_TIME = {
     **OF_GRAPHS,
     "movement": "step",
@@ -47,7 +47,7 @@ def check(rules: Rules) -> None:
     ------
     MissionError
         If an option is unknown, a UAV's start or goal is outside the bounds, in a no-fly area or nearer to one than the
-        clearance, two UAVs share a name or start closer than their safe distance, or two settings do not go together.
+        clearance, two UAVs share a name or start closer than their safe distance, or two settings cannot be combined.
     """
     _check_options(rules)
     _check_uavs(rules)
@@ -59,7 +59,7 @@ def check(rules: Rules) -> None:
 
 
 def _check_options(rules: Rules) -> None:
-    """Refuse words that a setting does not know."""
+    """Refuse unknown options."""
     for name, allowed in CHOICES.items():
         given = getattr(rules, name)
         if not (isinstance(given, str) and given in allowed):
@@ -119,7 +119,7 @@ def _check_solver(rules: Rules) -> None:
 
 
 def _check_steps(rules: Rules) -> None:
-    """Refuse a lattice beside the map or too fine to plan on, and steps too small to make progress."""
+    """Refuse a lattice with other bounds than the map or too many points, and steps too small to make progress."""
     lattice, on_lattice = rules.lattice, rules.solver.traits.domain == "graph" or rules.avoidance != "none"
     if on_lattice and lattice.n_points > MOST_POINTS:
         msg = (
@@ -149,7 +149,7 @@ def _check_obstacles(rules: Rules) -> None:
 
 
 def _check_avoidance(rules: Rules) -> None:
-    """Refuse what planning in space and time cannot keep, or cannot be combined with."""
+    """Refuse settings that planning in space and time cannot keep or be combined with."""
     avoidance = f"avoidance={rules.avoidance!r}"
     _check_probability(rules, avoidance)
     below = [uav.name for uav in rules.uavs if uav.safe_distance < rules.collision_distance]
@@ -179,16 +179,16 @@ def _changed(rules: Rules, defaults: dict[str, Any]) -> list[str]:
 @dataclass(frozen=True, eq=False, init=False)
 class Mission(Rules):
     """
-    UAVs, the world they fly in, and the rules, ready to be flown.
+    UAVs, their world and the rules, ready to be flown.
 
-    All settings are those of `Rules`. They are read and checked once, and kept in full: a `Sharing` instead of
+    The settings are those of `Rules`. They are read and checked once, and kept in full: a `Sharing` instead of
     ``"none"``, map units instead of None. So `dataclasses.replace` keeps `collision_distance`, `terminal_radius` and
-    `max_ticks`; where a new map or lattice needs others, replace them by None as well.
+    `max_ticks`; if a new map or lattice needs others, replace them by None as well.
 
     Raises
     ------
     MissionError
-        If a setting is malformed, or two do not go together.
+        If a setting is malformed, or two cannot be combined.
 
     Examples
     --------
@@ -229,11 +229,11 @@ class Mission(Rules):
         incremental: bool = True,
         clearance: float = 0.0,
     ) -> None:
-        """Read everything and check it once, so that no tick has to."""
+        """Read and check all settings once."""
         if not isinstance(world, World):
             msg = f"world is {shown(world)}; give a World"
             raise MissionError(msg)
-        # as it is frozen, its attributes are set from behind
+        # (a frozen dataclass refuses assignments)
         keep = self.__dict__.update
         keep(world=world, uavs=_team(uavs), solver=solver, resolution=resolution)
         keep(sharing=Sharing.parse(sharing), virtual_obstacle=VirtualObstacle.parse(virtual_obstacle))
@@ -251,7 +251,7 @@ class Mission(Rules):
         keep(max_ticks=self._enough_ticks() if max_ticks is None else whole_tick("max_ticks", max_ticks, at_least=1))
 
     def _enough_ticks(self) -> int:
-        """Return a tick by which everybody has flown twenty times the way around the map."""
+        """Return a tick by which every UAV can have flown twenty times the perimeter of the map."""
         # a long step saves no ticks: a UAV that has to turn often, or goes from vertex to vertex, needs as many
         step = min([UNITS_A_STEP * self.unit, *(self.step_of(uav) for uav in self.uavs)])
         begins = max([*self.world.changes, *(uav.departs for uav in self.uavs), 0])
@@ -268,12 +268,12 @@ class Mission(Rules):
         Parameters
         ----------
         watch
-            Called with each tick that is done.
+            Called after each tick, with its number.
 
         Returns
         -------
         flight
-            What it came to. Same mission, same flight: all but the seconds of planning.
+            The flight. The same mission gives the same flight, except for the seconds of planning.
         """
         return fly(self, watch)
 

@@ -1,4 +1,4 @@
-"""What a mission came to: each UAV's flight, how near they came to each other, and who learned what from whom."""
+"""Records of a flown mission: the flight of each UAV, separations, and events."""
 
 import dataclasses
 import math
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
 
-#: A flight is exposed where the risk is above this.
+#: Risk above which a flight is exposed.
 EXPOSED_ABOVE = 0.1
 
 Entry = TypeVar("Entry", bound=tuple[Any, ...])
@@ -70,30 +70,30 @@ class MissionStatus(Enum):
 
     @property
     def label(self) -> str:
-        """The short form for tables and files."""
+        """The short name for tables and files."""
         return self.name.lower().replace("_", "-")
 
 
 @dataclass(frozen=True)
 class Event:
     """
-    Something that happened on a mission.
+    An event of a mission.
 
     Attributes
     ----------
     tick
-        When.
+        The tick of the event.
     kind
-        ``departed``: a UAV took off; ``started-in-risk``: it did so within a spread of a threat; ``detected``: it saw
-        a threat or area that it did not know; ``refuted``: it saw that one it believed in is not there; ``learned``:
-        another UAV (`source`) told it; ``planned``: it has a new plan; ``kept``: it found no better one and keeps its
-        old; ``near``: another UAV is within the safe distance, terminal discs or not; ``appeared-on``: a threat or
-        area came up around it; ``collision``, ``arrived``, ``no-path``, ``stuck``, ``livelock``, ``out-of-ticks``,
-        ``interrupted``: its end.
+        ``departed``: the UAV took off; ``started-in-risk``: it took off within a spread of a threat; ``detected``: it
+        saw an unknown threat or area; ``refuted``: it saw that one it believed in is missing; ``learned``: it heard of
+        one from another UAV (`source`); ``planned``: it has a new plan; ``kept``: no new plan keeps the safe distances,
+        and it keeps the last one; ``near``: another UAV is within the safe distance, inside terminal discs too;
+        ``appeared-on``: a threat or area appeared around it; ``collision``, ``arrived``, ``no-path``, ``stuck``,
+        ``livelock``, ``out-of-ticks``, ``interrupted``: its flight ended.
     uav
-        To whom.
+        The name of the UAV.
     detail
-        What else there is to say: names, numbers and points.
+        Further names, numbers and points.
 
     Examples
     --------
@@ -113,12 +113,12 @@ class Event:
 
 class Knowledge(NamedTuple):
     """
-    What a UAV believes in from a tick on.
+    The threats and areas that a UAV believes in from a tick on.
 
     Attributes
     ----------
     tick
-        Since when.
+        The first tick.
     threats
         The threats, by their number in the world, where the UAV believes them to be.
     areas
@@ -133,12 +133,12 @@ class Knowledge(NamedTuple):
 @dataclass(frozen=True, kw_only=True)
 class Separation(Approach):
     """
-    How near two UAVs came to each other while both were in the air, outside their terminal discs.
+    The least separation of two UAVs while both were in the air, outside their terminal discs.
 
     Attributes
     ----------
     first, second
-        Their names. (The distance is infinite if there was no such time.)
+        Their names. (The distance is infinite if they were never in the air together.)
     """
 
     first: str
@@ -148,7 +148,7 @@ class Separation(Approach):
 @dataclass(frozen=True)
 class Livelock:
     """
-    A proof that a mission never ends: its whole state at one tick came back.
+    A proof that a mission never ends: its whole state at one tick repeats.
 
     Attributes
     ----------
@@ -165,12 +165,12 @@ class Livelock:
 @dataclass(frozen=True, eq=False)
 class Measures:
     """
-    What a flown polyline met in the true world of each moment.
+    Measures of a flown polyline in the true world of each tick.
 
     Attributes
     ----------
     length, risk
-        Map units. Who waits circles: it flies a step a tick through the risk where it is, and that counts.
+        Length, map units, and risk. A UAV that waits circles: it flies a step a tick, and its length and risk count.
     risk_sum
         The paper's measure: the sum of the true ``F`` over the positions at whole ticks.
     max_risk
@@ -189,36 +189,36 @@ class Measures:
 @dataclass(frozen=True, eq=False)
 class UavFlight(ShortRepr, Measures):
     """
-    The flight of one UAV, and what it met on its way (see `Measures`).
+    The flight of one UAV, with its `Measures`.
 
     Attributes
     ----------
     uav
         The UAV.
     status, message
-        How the flight ended, and why in one line.
+        How the flight ended, and why, in one line.
     took_off
-        Whether it was ever in the air.
+        Whether it took off.
     departed, ended
-        The ticks of take-off and end; of one that never took off, both are the tick of the end.
+        The ticks of take-off and end; both are the tick of the end if it never took off.
     trace
         Positions at the ticks from `departed` to `ended`, shape ``(t, 2)``, map units.
     path
         The flown polyline with its bends between ticks, shape ``(m, 2)``, map units.
     times
-        When it was at each waypoint of the path, shape ``(m,)``, ticks.
+        The time at each waypoint of the path, shape ``(m,)``, ticks.
     waited
         Ticks of waiting, which only ``avoidance="prioritized"`` plans.
     plans
-        ``(tick, waypoints)``: what it was going to fly from that tick on; the first is the plan of take-off.
+        ``(tick, waypoints)``: the plan from that tick on; the first is the plan of take-off.
     knowledge
-        What it believed in, each from a tick on.
+        The threats and areas that it believed in, each from a tick on.
     obstacles
         ``(tick, threats)``: the virtual obstacles that it planned around, each from a tick on.
     planning_seconds
         Time spent on its plans.
     remark
-        What its planner says of the flight; empty if nothing.
+        A remark of its planner on the flight; may be empty.
     """
 
     uav: Uav
@@ -249,7 +249,7 @@ class UavFlight(ShortRepr, Measures):
 
     @property
     def replans(self) -> tuple[int, ...]:
-        """The ticks at which it got a new plan; the first is the plan of take-off."""
+        """The ticks of new plans; the first is that of take-off."""
         return tuple(tick for tick, _ in self.plans)
 
     def plan_at(self, tick: int) -> FloatArray:
@@ -257,7 +257,7 @@ class UavFlight(ShortRepr, Measures):
         return _last(self.plans, tick, (tick, np.empty((0, 2))))[1]
 
     def knowledge_at(self, tick: int) -> Knowledge:
-        """Return what it believed in at a tick."""
+        """Return the threats and areas that it believed in at a tick."""
         return _last(self.knowledge, tick, Knowledge(tick, {}, {}))
 
     def obstacles_at(self, tick: int) -> tuple[Threat, ...]:
@@ -265,7 +265,7 @@ class UavFlight(ShortRepr, Measures):
         return _last(self.obstacles, tick, (tick, ()))[1]
 
     def position_at(self, tick: int) -> Point | None:
-        """Return where it was at a tick; None on the ground."""
+        """Return its position at a tick; None on the ground."""
         if not self.took_off or not self.departed <= tick <= self.ended:
             return None
         x, y = self.trace[tick - self.departed].tolist()
@@ -275,26 +275,26 @@ class UavFlight(ShortRepr, Measures):
 @dataclass(frozen=True, eq=False)
 class Flight(Plottable):
     """
-    What a mission came to.
+    A flown mission.
 
     Attributes
     ----------
     mission
-        The mission that was flown.
+        The mission.
     uavs
         Each UAV's flight, by its name.
     separations
         The least separation of each pair of UAVs.
     events
-        What happened, in order of time.
+        The events, in order of time.
     ticks
-        How many ticks were flown.
+        The number of ticks flown.
     livelock
         The proof that the mission never ends, if there is one.
     fly
-        Flies a mission, for what would have been under other rules.
+        The function that flies a mission, for flights under other rules.
     interrupted
-        Whether it was stopped before its end.
+        Whether the mission was stopped before its end.
     """
 
     mission: Rules
@@ -313,7 +313,7 @@ class Flight(Plottable):
 
     @property
     def cost(self) -> float:
-        """The cost of all flights together, map units; infinite unless all arrived."""
+        """The sum of the costs of all flights, map units; infinite unless all arrived."""
         return math.fsum(flight.cost for flight in self.uavs.values()) if self.all_arrived else math.inf
 
     @property
@@ -329,12 +329,12 @@ class Flight(Plottable):
 
     def animate(self, *, ax: "Axes | None" = None) -> "FuncAnimation":
         """
-        Draw it as a film, as `cgla_graph.animate` does.
+        Animate the flight, as `cgla_graph.animate` does.
 
         Parameters
         ----------
         ax
-            Matplotlib axes that show the film; None makes a figure of its size.
+            Matplotlib axes of the animation; None makes a figure.
 
         Returns
         -------
@@ -346,7 +346,7 @@ class Flight(Plottable):
         return animation
 
     def fly_informed(self) -> "Flight":
-        """Fly the mission with UAVs that know the world as it is from the start, and at every change."""
+        """Fly the mission with UAVs that always know the true world."""
         if self.mission.knowledge == "all":
             return self
         return self.fly(dataclasses.replace(self.mission, knowledge="all"))
@@ -361,7 +361,7 @@ class Flight(Plottable):
         """
         Return the cost of each UAV over its cost in another flight of the same UAVs.
 
-        Infinite where it arrives only in the other, NaN where it does not arrive there either.
+        It is infinite if the UAV arrives only in the other flight, NaN if it does not arrive there.
         """
         ratios = {}
         for name in self.uavs:
@@ -378,20 +378,20 @@ class Flight(Plottable):
     @cached_property
     def price_of_ignorance(self) -> dict[str, float]:
         """
-        What not knowing cost each UAV: ``costs_over(fly_informed())``. The first time, this flies the mission again.
+        The cost of each UAV over its cost with full knowledge: ``costs_over(fly_informed())``.
 
-        Below 1 where ignorance happened to pay, which it may do in company: the others fly other ways, too. Infinite
-        where the UAV did not arrive, NaN where it does not arrive with full knowledge either.
+        The first access flies the mission again. The value may be below 1 with several UAVs, as the others fly other
+        paths too. It is infinite if the UAV did not arrive, NaN if it does not arrive with full knowledge either.
         """
         return self.costs_over(self.fly_informed())
 
     @cached_property
     def value_of_sharing(self) -> dict[str, float]:
         """
-        What sharing was worth to each UAV: ``fly_unshared().costs_over(self)``. The first time, this flies it again.
+        The cost of each UAV without sharing over its cost with it: ``fly_unshared().costs_over(self)``.
 
-        Above 1 where sharing paid, infinite where the UAV arrives only with sharing, NaN where it does not arrive or
-        nothing is shared.
+        The first access flies the mission again. The value is above 1 if sharing lowers the cost, infinite if the UAV
+        arrives only with sharing, NaN if it does not arrive or nothing is shared.
         """
         if not self.mission.sharing.is_on:
             return dict.fromkeys(self.uavs, math.nan)

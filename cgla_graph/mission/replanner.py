@@ -1,4 +1,4 @@
-"""How a UAV of a mission plans: the solver it was given, on what it knows, with as little work as a change needs."""
+"""Incremental planning for a UAV of a mission: its solver, on its knowledge, repairing the last cost matrix."""
 
 import dataclasses
 from collections import Counter
@@ -25,9 +25,9 @@ from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Remarks, StepByStep, Traits, next_move, run, trivial_solution
 
-#: A bend by less than this, in radians, is rounding.
+#: Bends of a smaller angle, in radians, are rounding.
 IN_LINE = 1e-9
-#: What rounding may add to the length of a step, relative to it.
+#: Rounding of the length of a step, relative to it.
 ROUNDING = 1e-9
 
 
@@ -45,20 +45,20 @@ class CostMatrixReader(Protocol):
 @dataclass(frozen=True, eq=False)
 class Situation:
     """
-    What a UAV plans on.
+    The input of a plan.
 
     Attributes
     ----------
     position
-        Where it is, map units.
+        The position of the UAV, map units.
     field
-        The threats it knows.
+        The known threats.
     no_fly
-        What its plans keep out of: the areas it knows, widened by the clearance.
+        The known areas, widened by the clearance.
     obstacles
-        Virtual obstacles, which it forgets after the plan.
+        Virtual obstacles, for this plan only.
     fields
-        What each UAV saw of the threats, the ``F^j`` of Eq. 5; only other fusions than the union need them.
+        The known threats that each UAV saw, the ``F^j`` of Eq. 5; only other fusions than the union need them.
     excluded
         Lattice points that the plan may not use.
     """
@@ -74,18 +74,18 @@ class Situation:
 @dataclass(eq=False)
 class Replanner:
     """
-    Plans for one UAV, and keeps what the last plan computed: G, or for solvers that want all weights, the graph.
+    Planner of one UAV, which keeps the cost matrix of its last plan, or the weighted graph for solvers that need it.
 
-    None of it holds virtual obstacles, or the node of a start between lattice points: they change with every plan.
+    Both leave out virtual obstacles and starts between lattice points, which change with every plan.
 
     Attributes
     ----------
     mission, uav
-        The rules, and whose plans these are.
+        The rules, and the UAV.
     memory
-        Of a solver that decides step by step: what it remembers.
+        The memory of a solver that decides step by step.
     counts
-        And what it counted so far.
+        The counts of a solver that decides step by step.
     """
 
     mission: Rules
@@ -98,26 +98,25 @@ class Replanner:
 
     @property
     def stepper(self) -> StepByStep | None:
-        """The solver, if it decides each tick anew; plans that are kept to, or that others rely on, are whole paths."""
+        """The solver, if it decides step by step; None where the rules need plans that are whole paths."""
         mission = self.mission
         whole = mission.avoidance != "none" or mission.movement != "step" or mission.replan == "never"
         return mission.solver if isinstance(mission.solver, StepByStep) and not whole else None
 
     @property
     def remark(self) -> str:
-        """What a solver that decides step by step says of the flight so far; empty if nothing."""
+        """The remark of a solver that decides step by step on the flight so far; may be empty."""
         solver = self.mission.solver
         return solver.remark(self.counts) if self.stepper is not None and isinstance(solver, Remarks) else ""
 
     def plan(self, situation: Situation) -> Solution:
         """
-        Plan from where the UAV is to its goal, on what it knows.
+        Plan from the position of the UAV to its goal, on its knowledge.
 
         Returns
         -------
         solution
-            Judged by the oracle, on what is known. That there is no path is a status, and so is whatever the solver
-            raises.
+            Evaluated by the oracle on the known map. If there is no path, or the solver raises, the status says so.
         """
         area = indexed_area(situation.no_fly)
         if area.contains(situation.position):
@@ -152,13 +151,13 @@ class Replanner:
             return problem.judge(solution)
         if not solution.status.has_path:
             return solution
-        # its weights are another reading of Eq. 5: what its path costs here is the oracle's word, not the solver's
+        # the weights are another reading of Eq. 5: the oracle gives the cost, not the solver
         cost = problem.evaluate(solution.path).cost
         return problem.judge(dataclasses.replace(solution, cost=cost, status=Status.FOUND))
 
     def problem(self, situation: Situation) -> Problem:
         """
-        Return the problem as the UAV sees it.
+        Return the problem on the UAV's knowledge.
 
         Raises
         ------
@@ -179,7 +178,7 @@ class Replanner:
         """
         Return G towards the goal on the union of all known maps, repaired from the last one.
 
-        Virtual obstacles are put on top, and forgotten.
+        Virtual obstacles are added for this plan only.
         """
         known = CostModel(situation.field, self.uav.k, situation.no_fly)
         if self._matrix is None or not self.mission.incremental:
@@ -197,7 +196,7 @@ class Replanner:
         solver = self.mission.solver
         if solver.traits.domain == "plane":
             return run(solver, problem, self.mission.lattice)
-        # what runs in another process has the graph sent there, and not the matrix
+        # a solver in another process is sent the graph, not the matrix
         reader = solver if isinstance(solver, CostMatrixReader) and not solver.traits.isolated else None
         plain = not self._is_fused and self.mission.exclude == "none" and problem.field.is_proper
         if plain and reader is not None:
@@ -216,7 +215,7 @@ class Replanner:
         return self._solve_on_graph(problem, situation)
 
     def _step(self, problem: Problem, stepper: StepByStep) -> Solution:
-        """Ask for one step; the oracle sees that it may be flown, and the mission that it is no longer than a step."""
+        """Ask for one step, and check that it is feasible and no longer than the UAV's step."""
         step = self.mission.step_of(self.uav)
         move = next_move(stepper, problem, self.memory, step)
         self.memory = move.memory
@@ -230,11 +229,11 @@ class Replanner:
         return Solution(Status.FOUND, path=move.path, cost=judged.cost, length=judged.length, risk=judged.risk)
 
     def _complete(self, model: CostModel, *extra: Point) -> GeometricGraph:
-        """Lay the complete graph over the mission's lattice and some more points."""
+        """Return the complete graph over the mission's lattice and some more points."""
         return GeometricGraph.complete(self.mission.lattice, model.field, model.k, no_fly=model.no_fly, extra=extra)
 
     def _solve_restricted(self, problem: Problem) -> Solution:
-        """Have a solver that needs no weights beforehand plan on a graph too large to keep all of G up to date."""
+        """Plan with a solver that reads weights on demand, on a graph too large to repair all of G."""
         first = self._first(problem)
         graph = self._complete(problem.model, self.uav.goal, first)
         on = GraphProblem(graph, graph.node_at(first), graph.node_at(self.uav.goal))
@@ -273,7 +272,7 @@ class Replanner:
         return self._from(problem, run(self.mission.solver, on), graph)
 
     def _weighed(self, problem: Problem, situation: Situation) -> tuple[GeometricGraph, Node]:
-        """Return the graph with all its weights, brought up to date from the last one, and the node to plan from."""
+        """Return the graph with all its weights, updated from the last one, and the node to plan from."""
         mission, first = self.mission, self._first(problem)
         if self._is_fused:
             fields = [one.with_threats(situation.obstacles) for one in situation.fields or (RiskField(),)]
@@ -296,7 +295,7 @@ class Replanner:
         return with_node(graph, first)
 
     def _first(self, problem: Problem) -> Point:
-        """Return the first node of a plan: where the UAV is, or the lattice point nearest to it (E18)."""
+        """Return the first node of a plan: the position of the UAV, or the lattice point nearest to it (E18)."""
         if self.mission.start == "exact":
             return problem.start
         lattice = self.mission.lattice
@@ -304,14 +303,14 @@ class Replanner:
         return problem.start if problem.model.area.contains((x, y)) else (x, y)
 
     def _from(self, problem: Problem, answer: Solution, graph: GeometricGraph) -> Solution:
-        """Turn nodes into waypoints, beginning where the UAV is, and weigh the way to a snapped start as well."""
+        """Turn nodes into waypoints that begin at the UAV, and count the way to a snapped start."""
         if not answer.status.has_path or graph.positions is None:
             return answer
         path = graph.positions[[graph.index_of(node) for node in answer.nodes]]
         if tuple(path[0]) == problem.start:
             return dataclasses.replace(answer, path=path)
-        # the snapped point itself is passed by, as the paper's code does, unless an area is in the way; which points in
-        # line a path names is a matter of rounding, so only its bends count
+        # the path skips the snapped point, as in the paper's code, unless an area is in the way; only bends count, as
+        # rounding decides which points in line a path names
         bends = _bends(path)
         for rest in (bends[1:], bends):
             bent = np.vstack([problem.start, rest])
@@ -322,7 +321,7 @@ class Replanner:
 
 
 def _bends(path: FloatArray) -> FloatArray:
-    """Leave out the waypoints in line with their neighbours, which change nothing but the count."""
+    """Leave out the waypoints in line with their neighbours."""
     before, after = np.diff(path[:-1], axis=0), np.diff(path[1:], axis=0)
     turn = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
     kept = turn > IN_LINE * np.hypot(*before.T) * np.hypot(*after.T)

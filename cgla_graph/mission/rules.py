@@ -1,4 +1,4 @@
-"""What decides a mission: the world, the UAVs, what plans, and the rules that they follow, each said once."""
+"""Rules of a mission: all settings that decide the flight."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from cgla_graph.mission.world import World
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solver import Solver
 
-#: The paper asks that the safe distance is more than this much of the detection radius (Section 4.1).
+#: Least ratio of safe distance to detection radius in the paper (Section 4.1); the ratio must be above it.
 LEAST_GAMMA = 0.1
 
 Replan: TypeAlias = Literal["change", "tick", "never"]
@@ -30,66 +30,68 @@ KnowledgeRule: TypeAlias = Literal["sensed", "all"]
 @dataclass(frozen=True, eq=False, init=False)
 class Rules(Plottable):
     """
-    UAVs, the world they fly in, and the rules: everything that decides the flight, as `cgla_graph.Mission` reads it.
+    World, UAVs, solver and rules: all settings that decide the flight of a `cgla_graph.Mission`.
 
-    A default that depends on the map is in units: a unit is a side of the map over the lattice points on it.
+    Defaults that depend on the map are in units: a unit is a side of the map over the lattice points on it.
 
     Attributes
     ----------
     world
         The truth.
     uavs
-        One or more. Where an order matters, it is this one.
+        One or more. Rules that depend on an order use this one.
     solver
-        What plans: any graph or plane solver, such as ``cg.solvers.get("cgla")``. One that reads cost matrices
-        (``cgla``) gets G repaired after each change instead of computed anew.
+        The planner: any graph or plane solver, such as ``cg.solvers.get("cgla")``. For one that reads cost matrices
+        (``cgla``), G is repaired after each change instead of computed anew.
     resolution
         Points a side of a closed lattice over the bounds, or a `Lattice`.
     sharing
-        Who hears whom; given as ``"global"``, ``"none"``, or a `Sharing` with radius, delay and loss.
+        Which UAVs hear each other; given as ``"global"``, ``"none"``, or a `Sharing` with radius, delay and loss.
     fusion
-        How a UAV puts together what several have seen (E6, E7): ``union`` of the threats; ``max_integral``, the
-        greatest of the integrals, Eq. 5 to the letter; ``integral_max``, the integral of the greatest; ``riskiest``.
+        How a UAV combines the sightings of several (E6, E7): ``union`` of the threats; ``max_integral``, the greatest
+        of the integrals, Eq. 5 to the letter; ``integral_max``, the integral of the greatest field; ``riskiest``, the
+        field of the greatest total.
     integral
         ``exact``, or the ``raster`` sum of E20.
     knowledge
-        ``sensed``: nothing but the chart (bounds, `World.no_fly`) is known at first. ``all``: everybody always knows
-        the world as it is.
+        ``sensed``: only the chart (bounds, `World.no_fly`) is known at first. ``all``: every UAV always knows the true
+        world.
     virtual_obstacle
-        How they plan around each other; None: they do not. Given as True: a `VirtualObstacle` with its defaults.
+        How UAVs plan around each other; None: they do not. Given as True: a `VirtualObstacle` with its defaults.
     avoidance
-        ``none``, or ``prioritized``: each UAV plans in space and time around what the others are going to fly, so that
-        no two are ever closer than the greater of their safe distances. A UAV that finds no such plan keeps its last
-        one, which is safe; without one it does not take off.
+        ``none``, or ``prioritized``: each UAV plans in space and time around the committed motions of the others, so
+        that no two are ever closer than the greater of their safe distances. A UAV that finds no such plan keeps its
+        last one, which is safe; without one it does not take off.
     replan
-        ``change``: when what it knows has changed. ``tick``: on every tick. ``never``: the first plan is flown whatever
-        comes up; where its next step would enter an area that is known by then, the flight ends.
+        ``change``: a UAV plans again when its knowledge has changed. ``tick``: on every tick. ``never``: it flies its
+        first plan; the flight ends before a step into a known area.
     exclude
         Nodes that a new plan may not use (E17): ``none``, the ``last`` one visited, ``all`` visited.
     movement
-        ``step``: so much of the path a tick (E16). ``vertex``: to the next waypoint, however far, seeing along the way.
+        ``step``: a UAV flies one step a tick (E16). ``vertex``: it flies to the next waypoint, at any distance, and
+        sees along the way.
     start
-        ``exact``: a plan starts where the UAV is. ``snapped``: at the lattice point nearest to it (E18).
+        ``exact``: a plan starts at the position of the UAV. ``snapped``: at the lattice point nearest to it (E18).
     update
-        ``simultaneous``: all move at once. ``sequential``: one after the other, seeing where those before have moved.
+        ``simultaneous``: all move at once. ``sequential``: one after the other, and each sees the moves before its own.
     arrival_radius
         Map units around the goal that count as arrived; 0: the goal itself. (The paper's code: half a unit.)
     collision_distance
         Closer than this is a collision, map units; given as None: 0.6 units.
     collisions
-        ``end``: both UAVs end there. ``record``: they fly on.
+        ``end``: the flights of both UAVs end. ``record``: they fly on.
     terminal_radius
-        Of the discs around goals, map units; a pair of which both are in the disc of their own goal is not counted
-        as near; given as None: 1.2 units.
+        Radius of the discs around goals, map units: the distance of two UAVs does not count while both are in the disc
+        of their own goal; given as None: 1.2 units.
     max_ticks
-        When to stop; given as None: enough for a flight of twenty times the way around the map.
+        The last tick; given as None: enough for a flight of twenty times the perimeter of the map.
     incremental
-        False: every plan is computed from scratch, for comparison: the same plans, but for which of the points in line
-        they name.
+        False: every plan is computed from scratch, for comparison: the plans are the same, except that they may name
+        other points in line.
     clearance
-        How far plans stay from the no-fly areas that the UAV knows, map units: as that of a `Problem`. An area that it
-        is already nearer to when it plans counts with half of it, or a quarter, …, the most that leaves the UAV
-        outside. Seeing, and entering an area, go by the outline itself.
+        How far plans stay from the no-fly areas that the UAV knows, map units, as in a `Problem`. For an area that is
+        nearer than this when the UAV plans, half of the clearance counts, or a quarter, …, the most that leaves the UAV
+        outside. Sensing, and entering an area, go by the outline itself.
     """
 
     world: World
@@ -131,10 +133,10 @@ class Rules(Plottable):
 
     @property
     def way_around(self) -> float:
-        """The way around the map, map units."""
+        """The perimeter of the map, map units."""
         x_min, y_min, x_max, y_max = self.world.bounds
         return 2.0 * (x_max - x_min + y_max - y_min)
 
     def step_of(self, uav: Uav) -> float:
-        """Return what a UAV flies in a tick, map units."""
+        """Return the length that a UAV flies in a tick, map units."""
         return UNITS_A_STEP * self.unit if uav.step is None else uav.step

@@ -1,4 +1,4 @@
-"""How UAVs share what they see: not at all, with everybody, within a radio range, late, or with losses."""
+"""Sharing of sightings between UAVs: radio range, delay and losses."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,23 +17,23 @@ from cgla_graph.mission.validate import error_context, whole_tick
 @dataclass(frozen=True)
 class Sharing:
     """
-    Who hears whom, when, and how surely.
+    Radio range, delay and loss of messages between UAVs.
 
-    On every tick, each UAV sends what the others have not got from it yet. What it hears it passes on from the next
-    tick on, so knowledge spreads over several hops.
+    On every tick, each UAV sends the reports that it has not yet sent to the others. It passes on received reports from
+    the next tick on, so knowledge spreads over several hops.
 
     Attributes
     ----------
     is_on
         False: nothing is shared.
     radius
-        Radio range, map units; None: everybody hears everybody.
+        Radio range, map units; None: unlimited.
     delay
         Ticks that a message takes, at least 0.
     loss
         The chance that a message is lost, in [0, 1); lost messages are sent again on the next tick.
     seed
-        Of the losses: the same seed loses the same messages.
+        Seed of the losses: the same seed loses the same messages.
 
     Raises
     ------
@@ -70,12 +70,12 @@ class Sharing:
     @classmethod
     def parse(cls, value: object) -> "Sharing":
         """
-        Read what a user gives: ``"none"``, ``"global"``, or a `Sharing`.
+        Return the `Sharing` that a user gives, as ``"none"``, ``"global"`` or itself.
 
         Raises
         ------
         MissionError
-            If it is none of these.
+            If `value` is none of these.
         """
         if isinstance(value, Sharing):
             return value
@@ -86,19 +86,19 @@ class Sharing:
 
     def heard(self, tick: int, positions: FloatArray) -> BoolArray:
         """
-        Say whose message reaches whom.
+        Return which UAVs receive the messages of which others.
 
         Parameters
         ----------
         tick
-            When it is sent.
+            The tick of sending.
         positions
-            Of all UAVs, shape ``(n, 2)``, map units.
+            Positions of all UAVs, shape ``(n, 2)``, map units.
 
         Returns
         -------
         heard
-            Shape ``(n, n)``: ``[i, j]`` if `j` gets what `i` sends; never oneself.
+            Shape ``(n, n)``: ``[i, j]`` is True if `j` receives the message of `i`; False on the diagonal.
 
         Examples
         --------
@@ -111,7 +111,7 @@ class Sharing:
             apart = np.hypot(*(positions[:, None, :] - positions[None, :, :]).transpose(2, 0, 1))
             heard &= apart <= self.radius
         if self.loss > 0.0:
-            # of the tick alone, so that the same messages are lost in every run
+            # drawn from seed and tick alone, so that the same messages are lost in every run
             heard &= np.random.default_rng([self.seed, tick]).random((n, n)) >= self.loss
         np.fill_diagonal(heard, val=False)
         return heard
@@ -120,14 +120,14 @@ class Sharing:
 @dataclass
 class Radio:
     """
-    The messages of one mission: sent by each UAV to each other one, and still in flight.
+    The messages of one mission, sent and in flight.
 
     Attributes
     ----------
     sharing
         The rules.
     sent
-        How much of each sender's journal each receiver has been sent, by the pair of their numbers.
+        The number of reports of the sender's journal sent to the receiver, by the pair of their numbers.
     under_way
         ``(tick of arrival, sender, receiver, reports, the same as a set)``, in the order of sending.
     """
@@ -145,11 +145,11 @@ class Radio:
         Parameters
         ----------
         tick
-            Now.
+            The current tick.
         beliefs
-            Of the UAVs that take part, by their number; they learn.
+            Beliefs of the UAVs that take part, by their number; they are updated.
         positions
-            Theirs, in the order of `beliefs`, map units.
+            Positions in the order of `beliefs`, map units.
 
         Returns
         -------
@@ -175,7 +175,7 @@ class Radio:
         due = [message for message in self.under_way if message[0] <= tick]
         self.under_way = [message for message in self.under_way if message[0] > tick]
         for _, sender, receiver, reports, each in due:
-            # who has arrived hears nothing any more; most messages of a swarm are known by then
+            # UAVs that have arrived hear nothing; most messages of a swarm are known already
             if receiver in beliefs and not each <= beliefs[receiver].known:
                 learned.append((receiver, sender, beliefs[receiver].hear(reports)))
         return learned

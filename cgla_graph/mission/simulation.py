@@ -1,8 +1,8 @@
 """
 The tick loop of a mission: sense, share, plan, move.
 
-A tick begins with what the UAVs see where they are, then they tell each other, then those plan whose knowledge has
-changed, then all move. Nothing depends on the time of day or on the order of anything but the UAVs themselves.
+On each tick, the UAVs first sense from their positions, then share, then those whose knowledge has changed plan, then
+all move. The flight depends on the mission alone, not on the clock.
 """
 
 import math
@@ -30,25 +30,25 @@ from cgla_graph.model.solution import Solution, Status
 from cgla_graph.motion.trajectory import Trajectory
 from cgla_graph.motion.trajectory_kernels import Disc
 
-#: A position that rounding put inside a no-fly area is moved out by so many units.
+#: How far a position that rounding put inside a no-fly area is moved out, units.
 NUDGE = 1e-9
 
 
 class Simulation:
     """
-    A mission under way.
+    A mission in flight.
 
     Parameters
     ----------
     mission
-        What to fly.
+        The mission to fly.
 
     Attributes
     ----------
     tick
-        How many ticks are done.
+        The number of ticks flown.
     events
-        The records so far.
+        The events so far.
     livelock
         The proof that the mission never ends, if there is one.
 
@@ -87,12 +87,12 @@ class Simulation:
 
     @property
     def is_over(self) -> bool:
-        """Whether every UAV has come to an end."""
+        """Whether the flights of all UAVs have ended."""
         return all(agent.is_done for agent in self._agents)
 
     @property
     def n_done(self) -> int:
-        """How many UAVs have come to an end."""
+        """The number of UAVs whose flights have ended."""
         return sum(agent.is_done for agent in self._agents)
 
     def advance(self) -> None:
@@ -101,7 +101,7 @@ class Simulation:
             return
         self._depart()
         if self.is_over:
-            # everybody was where they wanted to be
+            # every UAV started at its goal
             return
         self._notice_what_came_up()
         for agent in self._flying():
@@ -119,14 +119,14 @@ class Simulation:
             for agent in self._flying():
                 self._move(agent)
         if self.is_over:
-            # no UAV was left to fly in this tick
+            # no UAV is left in the air on this tick
             return
         collided = self._meet()
         self.tick += 1
         self._end_tick(collided)
 
     def flight(self, *, interrupted: bool = False) -> Flight:
-        """Return what the mission came to so far; where it is `interrupted`, UAVs that still fly are marked so."""
+        """Return the flight so far; if it is `interrupted`, UAVs in the air get that status."""
         events = list(self.events)
         if interrupted:
             events += [Event(self.tick, "interrupted", agent.name) for agent in self._agents if not agent.is_done]
@@ -165,7 +165,7 @@ class Simulation:
             self._arrive(agent)
 
     def _notice_what_came_up(self) -> None:
-        """Log threats and areas that come up around a UAV."""
+        """Log threats and areas that appear around a UAV."""
         world = self.mission.world
         if self.tick not in world.changes:
             return
@@ -214,7 +214,7 @@ class Simulation:
             self._recorders[agent.number].believes(self.tick, agent.belief.threats, closed)
 
     def _plan(self, agent: Agent) -> None:
-        """Plan again if there is a reason to."""
+        """Plan if the rules of replanning ask for it."""
         obstacles = self._obstacles(agent)
         self._recorders[agent.number].avoids(self.tick, obstacles)
         excluded = agent.excluded()
@@ -262,10 +262,10 @@ class Simulation:
 
     def _commit(self, agent: Agent, situation: Situation, solution: Solution) -> None:
         """
-        Follow a plan only if it stays clear of what all others are going to fly.
+        Follow a plan only if it stays clear of the committed motions of all others.
 
-        A UAV that keeps its last plan stays clear as well: the others planned around it. So every tick begins with
-        plans for all that keep all safe distances, and no new plan ever gives that up.
+        A UAV that keeps its last plan stays clear as well, as the others planned around it. So the plans at the
+        beginning of every tick keep all safe distances.
         """
         others = [
             (motion, max(agent.uav.safe_distance, other.uav.safe_distance))
@@ -289,7 +289,7 @@ class Simulation:
             self._give_up(agent, f"no plan keeps the safe distances: {reason}")
 
     def _obstacles(self, agent: Agent) -> tuple[Threat, ...]:
-        """Place the virtual obstacles, and log who is within the safe distance."""
+        """Return the virtual obstacles, and log UAVs that come within the safe distance."""
         others = [other for other in self._flying() if other is not agent]
         apart = {other.number: math.dist(agent.position, other.position) for other in others}
         near = {number for number, distance in apart.items() if distance < agent.uav.safe_distance}
@@ -308,14 +308,14 @@ class Simulation:
         )
 
     def _known_areas(self, numbers: frozenset[int]) -> BaseGeometry | None:
-        """Return the chart and the known timed areas: the same object for the same areas, which is indexed once."""
+        """Return the chart and the known timed areas; equal numbers give the same object, which is indexed once."""
         if numbers not in self._areas:
             world = self.mission.world
             self._areas[numbers] = union_of(world.no_fly, [world.polygons[number] for number in sorted(numbers)])
         return self._areas[numbers]
 
     def _kept_out_of(self, agent: Agent) -> tuple[Point, BaseGeometry | None]:
-        """Return from where a UAV plans, and what its plan keeps out of: what it knows, widened by the clearance."""
+        """Return the position from which a UAV plans, and the areas it knows, widened by the clearance."""
         numbers, clearance = agent.belief.areas, self.mission.clearance
         known = self._known_areas(numbers)
         if known is None or clearance == 0.0:
@@ -325,13 +325,13 @@ class Simulation:
         closed = self._widened[numbers]
         position = self._outside(agent.position, closed)
         if indexed_area(closed).contains(position):
-            # an area came up, or was seen, when it was nearer than the clearance already
+            # an area appeared, or was first seen, nearer than the clearance
             closed = widened_clear_of(known, clearance, position)
             position = self._outside(position, closed)
         return position, closed
 
     def _outside(self, position: Point, no_fly: BaseGeometry | None) -> Point:
-        """Move a position that only rounding put inside an area, or outside the bounds, back by next to nothing."""
+        """Move a position that rounding put inside an area or outside the bounds back by the rounding."""
         x_min, y_min, x_max, y_max = self.mission.world.bounds
         x, y = min(max(position[0], x_min), x_max), min(max(position[1], y_min), y_max)
         if no_fly is None or not (area := indexed_area(no_fly)).contains((x, y)):
@@ -345,13 +345,13 @@ class Simulation:
         return x, y
 
     def _find_livelock(self) -> None:
-        """End the mission if its whole state repeats: from then on it would loop."""
+        """End the mission if its whole state repeats, as it would loop."""
         agents = self._flying()
         waiting = any(not agent.is_done and not agent.in_air for agent in self._agents)
         if not agents or waiting or self.tick < max(self.mission.world.changes, default=0):
             return
         if self.mission.sharing.loss > 0.0 and self._radio.can_teach({agent.number: agent.belief for agent in agents}):
-            # whose message is lost next, the state does not say
+            # the state does not include the next losses
             return
         # journals only grow: equal sizes mean equal contents, and messages in flight carry nothing new
         radio = (
@@ -371,7 +371,7 @@ class Simulation:
             agent.end(MissionStatus.LIVELOCK, self.tick, message)
 
     def _meet(self) -> dict[int, str]:
-        """Measure how near the UAVs came to each other; return why it is the end for whom."""
+        """Measure the separations on this tick; return the reason of each flight that ends by a collision."""
         legs = {agent.number: agent.leg.shifted(agent.plan_since) for agent in self._flying() if agent.leg is not None}
         collided: dict[int, str] = {}
         for (i, j), (approach, is_new) in self._encounters.measure(legs).items():
@@ -390,7 +390,7 @@ class Simulation:
             agent.end(MissionStatus.ARRIVED, self.tick)
 
     def _end_tick(self, collided: dict[int, str]) -> None:
-        """Note where everybody is, and who has come to an end."""
+        """Record the positions, and end the flights that arrived, collided or ran out of ticks."""
         is_last = self.tick >= self.mission.max_ticks
         for agent in self._agents:
             if agent.in_air:
@@ -405,7 +405,7 @@ class Simulation:
 
 
 def fly(mission: Rules, watch: Callable[[int], None] | None = None) -> Flight:
-    """Fly a mission to its end; `watch` is called with each tick that is done."""
+    """Fly a mission to its end; `watch` is called after each tick, with its number."""
     with showing("flight", total=len(mission.uavs)) as tell:
         simulation = Simulation(mission)
         while not simulation.is_over:

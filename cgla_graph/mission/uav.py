@@ -1,4 +1,4 @@
-"""One UAV of a mission: from where to where, how far it sees, how it weighs risk."""
+"""UAVs of a mission."""
 
 import re
 from dataclasses import dataclass
@@ -10,25 +10,25 @@ from cgla_graph._validate import non_negative_number, point, positive_number
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.validate import error_context, whole_tick
 
-#: How a colour is written.
+#: Pattern of a colour.
 COLOUR = r"#[0-9a-fA-F]{6}"
 
 
 @dataclass(frozen=True, init=False)
 class Uav:
     """
-    One UAV: from where to where, how far it sees, how it weighs risk.
+    A UAV: its start and goal, its sensor and its risk weight.
 
     Attributes
     ----------
     name
-        Its name; names in a mission differ.
+        Its name, unique in a mission.
     start, goal
         ``(x, y)``, map units.
     detection_radius
-        The paper's OR, map units: a threat is seen when its centre is so near, a no-fly area when any part of it is.
+        The paper's OR, map units: it sees a threat when the centre is within it, a no-fly area when any part is.
     step
-        What it flies in a tick, map units; None: the paper's 0.4 units (0.4/N on a unit map).
+        The length it flies in a tick, map units; None: the paper's 0.4 units (0.4/N on a unit map).
     k
         Its risk weight, at least 0.
     safe_distance
@@ -36,7 +36,7 @@ class Uav:
     departs
         The tick of take-off. On the ground it hears others but does not see, and no UAV can collide with it.
     colour
-        Its colour in pictures, as ``"#0072B2"``; None: the next one of a palette.
+        Its colour in pictures, as ``"#0072B2"``; None: the next colour of a palette.
 
     Raises
     ------
@@ -81,7 +81,7 @@ class Uav:
                 raise MissionError(msg)
             radius = positive_number("detection_radius", detection_radius)
             safe = 0.5 * radius if safe_distance is None else safe_distance
-            # as it is frozen, its attributes are set from behind
+            # (a frozen dataclass refuses assignments)
             self.__dict__.update(
                 name=name,
                 start=point("start", start),

@@ -1,4 +1,4 @@
-"""What all checks of a mission's parts share: where a fault is, and what a tick is."""
+"""Shared checks of a mission's parts: the place of a fault, and ticks."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from cgla_graph._validate import whole_number
 from cgla_graph.errors import CglaError, MissionError
 
-#: Ticks beyond this are a mistake.
+#: Larger ticks are refused.
 MOST_TICKS = 1_000_000
 
 

@@ -1,4 +1,4 @@
-"""Virtual obstacles (Section 5.2.1): other UAVs as threats, where they are or where they will soon be."""
+"""Virtual obstacles (Section 5.2.1): other UAVs as threats, at their positions or ahead of them."""
 
 import math
 from collections.abc import Iterable
@@ -12,10 +12,10 @@ from cgla_graph.errors import MissionError
 from cgla_graph.mission.validate import error_context
 from cgla_graph.model.risk import Threat
 
-#: The paper's look-ahead is this much of a unit for each of its steps; a UAV's step has the same length.
+#: Length of a step of a UAV, and of the paper's look-ahead, in units.
 UNITS_A_STEP = 0.4
 
-#: A look-ahead beyond this is a mistake.
+#: A longer look-ahead is refused.
 MOST_STEPS = 10_000
 
 Placement: TypeAlias = Literal["replace", "add"]
@@ -25,11 +25,11 @@ Zones: TypeAlias = Literal["two", "near"]
 @dataclass(frozen=True)
 class VirtualObstacle:
     """
-    The two-zone rule: how a UAV plans around the others that it sees.
+    The two-zone rule, by which a UAV plans around the others that it sees.
 
-    Farther than the safe distance SD, yet within the detection radius, another UAV is a threat at its position. Nearer
-    than SD it is one `stepnum` steps ahead of it, along its last displacement. It is a rule, not a guarantee: UAVs
-    that follow it may still meet, and may block each other without end (`avoidance="prioritized"` keeps them apart).
+    Another UAV between the safe distance SD and the detection radius is a threat at its position. Nearer than SD, the
+    threat is `stepnum` steps ahead of it, along its last displacement. The rule guarantees nothing: UAVs that follow it
+    may still collide, or block each other without end (`avoidance="prioritized"` keeps them apart).
 
     Attributes
     ----------
@@ -81,12 +81,12 @@ class VirtualObstacle:
     @classmethod
     def parse(cls, value: object) -> "VirtualObstacle | None":
         """
-        Read what a user gives: a `VirtualObstacle`, True for its defaults; None or False for no rule.
+        Return the rule that a user gives: itself, True for its defaults, None or False for no rule.
 
         Raises
         ------
         MissionError
-            If it is none of these.
+            If `value` is none of these.
         """
         if isinstance(value, VirtualObstacle):
             return value
@@ -110,7 +110,7 @@ class VirtualObstacle:
         Parameters
         ----------
         position
-            Where it is, map units.
+            Its position, map units.
         others
             Position and heading of each other UAV in the air; a heading has length 1, or is (0, 0) before the first
             move.

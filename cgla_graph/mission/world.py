@@ -1,4 +1,4 @@
-"""The world of a mission: the true threats and no-fly areas, which may come, move and go while UAVs fly."""
+"""Worlds of missions: the true threats and no-fly areas, which may appear, move and vanish during the flight."""
 
 from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,23 +21,24 @@ from cgla_graph.model.risk import RiskField, Threat
 @dataclass(frozen=True)
 class TimedThreat(ShortRepr):
     """
-    A threat that is not there all the time, or not always in the same place.
+    A threat that appears, moves or vanishes.
 
     Attributes
     ----------
     threat
-        The threat as it first appears.
+        The threat at its first tick.
     appears
-        The first tick when it is there.
+        Its first tick.
     vanishes
-        The first tick when it is gone; None: never.
+        The first tick after its last; None: it stays.
     moves
-        ``(tick, x, y)``: from that tick on its centre is there, map units. Ticks rise.
+        ``(tick, x, y)``: the centre from that tick on, map units. Ticks rise.
 
     Raises
     ------
     MissionError
-        If `threat` is no threat, a tick no whole number of at least 0, a move no triple, or ticks do not rise.
+        If `threat` is not a threat, a tick is not a whole number of at least 0, a move is not a triple, or ticks do not
+        rise.
 
     Examples
     --------
@@ -76,7 +77,7 @@ class TimedThreat(ShortRepr):
         object.__setattr__(self, "moves", tuple(moves))
 
     def at(self, tick: int) -> Threat | None:
-        """Return the threat as it is at a tick, None where it is not there."""
+        """Return the threat at a tick; None before it appears and after it vanishes."""
         if not _is_there(tick, self.appears, self.vanishes):
             return None
         places = [(x, y) for since, x, y in self.moves if since <= tick]
@@ -87,7 +88,7 @@ class TimedThreat(ShortRepr):
 
     @property
     def changes(self) -> list[int]:
-        """The ticks at which it comes, moves or goes."""
+        """The ticks at which it appears, moves or vanishes."""
         ends = [] if self.vanishes is None else [self.vanishes]
         return [self.appears, *(tick for tick, _, _ in self.moves), *ends]
 
@@ -95,19 +96,19 @@ class TimedThreat(ShortRepr):
 @dataclass(frozen=True, eq=False)
 class TimedArea(ShortRepr):
     """
-    A no-fly area that is not there all the time.
+    A no-fly area that appears or vanishes.
 
     Attributes
     ----------
     polygon
         A shapely polygon or multipolygon, map units.
     appears, vanishes
-        The first ticks when it is there, and when it is gone (None: never).
+        Its first tick, and the first tick after its last (None: it stays).
 
     Raises
     ------
     MissionError
-        If the polygon is none, or a tick is no whole number of at least 0.
+        If `polygon` is not a polygon, or a tick is not a whole number of at least 0.
 
     Examples
     --------
@@ -134,7 +135,7 @@ class TimedArea(ShortRepr):
 
     @property
     def changes(self) -> list[int]:
-        """The ticks at which it comes or goes."""
+        """The ticks at which it appears or vanishes."""
         return [self.appears] if self.vanishes is None else [self.appears, self.vanishes]
 
 
@@ -142,7 +143,7 @@ Timed: TypeAlias = TimedThreat | TimedArea
 
 
 class _State(NamedTuple):
-    """What there is in a world from one change to the next."""
+    """The threats and areas of a world from one change to the next."""
 
     threats: Mapping[int, Threat]
     areas: Mapping[int, BaseGeometry]
@@ -152,18 +153,18 @@ class _State(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class World(ShortRepr):
     """
-    The true map of a mission, known to the UAVs or not.
+    The true map of a mission; UAVs know only parts of it.
 
     Parameters
     ----------
     field
-        The threats that are always there; None: none.
+        The threats that stay; None: none.
     bounds
         ``(x_min, y_min, x_max, y_max)``, map units; no UAV may leave them.
     no_fly
         Shapely polygons that no UAV may cross, known to all from the start (they are on the chart); None: none.
     timed
-        Threats and areas that come, move or go (`TimedThreat`, `TimedArea`).
+        Threats and areas that appear, move or vanish (`TimedThreat`, `TimedArea`).
 
     Raises
     ------
@@ -205,20 +206,18 @@ class World(ShortRepr):
 
     @cached_property
     def is_proper(self) -> bool:
-        """Whether no threat, whenever it comes, peaks above 1."""
+        """Whether no threat, timed ones included, peaks above 1."""
         peaks = [item.threat.peak for item in self.timed if isinstance(item, TimedThreat)]
         return self.field.is_proper and all(peak <= 1.0 for peak in peaks)
 
     @cached_property
     def changes(self) -> tuple[int, ...]:
-        """The ticks after 0 at which something comes, moves or goes, rising."""
+        """The ticks after 0 at which a threat or area appears, moves or vanishes, rising."""
         return tuple(sorted({tick for item in self.timed for tick in item.changes if tick > 0}))
 
     def threats_at(self, tick: int) -> Mapping[int, Threat]:
         """
-        Return the threats that are there at a tick, by their number.
-
-        Those of the field are numbered first, then the timed ones.
+        Return the threats at a tick, by their number: first those of the field, then the timed ones.
 
         Examples
         --------
@@ -245,7 +244,7 @@ class World(ShortRepr):
 
     @cached_property
     def _states(self) -> "list[_State]":
-        """What there is at first, and from each change on."""
+        """The threats and areas at first, and from each change on."""
         return [self._state_from(tick) for tick in (0, *self.changes)]
 
     def _state_from(self, tick: int) -> "_State":
@@ -263,7 +262,7 @@ class World(ShortRepr):
 
 def union_of(no_fly: BaseGeometry | None, areas: Iterable[BaseGeometry]) -> BaseGeometry | None:
     """
-    Put areas together; one alone stays the same object, so that it is indexed only once.
+    Collect areas in one geometry; a single area stays the same object, so that it is indexed once.
 
     Examples
     --------

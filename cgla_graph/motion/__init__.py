@@ -1,1 +1,1 @@
-"""Trajectories, and planning in space and time."""
+"""Trajectories and planning in space and time."""

@@ -1,4 +1,4 @@
-"""Planning in space and time: the way of one UAV past others whose trajectories are committed."""
+"""Planning in space and time: a trajectory of one UAV that keeps its distance from committed trajectories."""
 
 import math
 from collections.abc import Sequence
@@ -30,16 +30,17 @@ from cgla_graph.motion.space_time_kernels import (
 )
 from cgla_graph.motion.trajectory import Trajectory, least_distance
 
-#: Motions, and how far to keep from each, map units.
+#: Trajectories, and the distance to keep from each, map units.
 Others: TypeAlias = Sequence[tuple[Trajectory, float]]
 
-#: Plans keep this much more than the separation, relative to it, so that no later check finds less by rounding.
+#: Excess of plans over the separation, relative to it, so that no later check finds less by rounding.
 MARGIN = 1e-9
-#: Rounding of a position or a time, relative to the greatest, with room to spare.
+#: Upper bound of the rounding of a position or time, relative to the greatest.
 ROUNDING = 32.0 * np.finfo(np.float64).eps
-#: Two costs closer than this, relative to them, are one.
+#: Two costs closer than this, relative to them, are equal.
 SAME_COST = 1e-12
-#: Arrivals at a node closer in time than this count as one, which keeps a search small; ticks. At 0, it is exact.
+#: Arrivals at a node closer in time than this count as one, which keeps a search small; ticks. At 0, the search is
+#: exact.
 WINDOW = 0.25
 #: States whose moves are tried before a search gives up.
 MOST_EXPANSIONS = 20_000
@@ -59,22 +60,22 @@ class SpaceTimeStatus(Enum):
 @dataclass(frozen=True)
 class SpaceTimePlan:
     """
-    What planning in space and time answers.
+    The result of planning in space and time.
 
     Attributes
     ----------
     status
-        How it ended.
+        How the search ended.
     trajectory
         From the start, at the start time, to the goal; None without a plan.
     cost
-        Cost of the way flown, by `Problem.evaluate`, plus that of waiting; map units, infinite without a plan.
+        Cost of the path, by `Problem.evaluate`, plus that of waiting; map units, infinite without a plan.
     lower_bound
-        No plan over the moves considered costs less; map units. Infinite: it is known that there is none.
+        No plan over the moves considered costs less; map units. Infinite: there is provably none.
     expansions
-        States whose moves were tried; 0 if the way without others was free.
+        States whose moves were tried; 0 if the path without others was free.
     message
-        What happened, in one line.
+        Details, in one line.
     """
 
     status: SpaceTimeStatus
@@ -97,35 +98,34 @@ def plan_in_space_time(
     r"""
     Plan a flight that keeps its distance from other trajectories, at every moment and not only at whole ticks.
 
-    The moves considered: fly straight from a node to any other that an edge leads to, at constant speed, or wait at a
-    node for a tick. A UAV that waits circles there, which costs :math:`s\,(1 + k F(p))` a tick for a step ``s``, as
-    flying there would; the separation holds for the point that it circles. The start is a node, wherever it is. At the
-    goal, the UAV is removed.
+    The moves considered: fly straight along an edge at constant speed, or wait at a node for a tick. A UAV that waits
+    circles there, which costs :math:`s\,(1 + k F(p))` a tick for a step ``s``, as flying would; the separation holds
+    for the centre of the circle. The start is a node too. At the goal, the UAV is removed.
 
-    A* over pairs of node and time of arrival, prioritized planning (Erdmann and Lozano-Perez 1987; Silver 2005) for one
-    UAV. ``f = g + G(node)`` with the cost matrix ``G``, exact without the others, so that the way without others is the
-    answer if it is free. Where several UAVs plan one after the other, each against the commitments of all others, every
-    pair keeps its separation.
+    The search is A* over pairs of node and time of arrival: prioritized planning (Erdmann and Lozano-Perez 1987; Silver
+    2005) for one UAV. ``f = g + G(node)`` with the cost matrix ``G`` is exact without the others, so that the path
+    without others is the answer if it is free. If several UAVs plan one after the other, each around the committed
+    trajectories of all others, every pair keeps its separation.
 
-    A plan keeps the separations. `lower_bound` is a bound for all plans over the moves considered; the
-    status says ``OPTIMAL`` if the plan reaches it, and ``NO_PLAN`` if the search proved that there is none. Arrivals at
-    a node less than `WINDOW` apart count as one; the first that is left out although it is free gives the bound.
+    A plan keeps the separations. `lower_bound` holds for all plans over the moves considered; the status is ``OPTIMAL``
+    if the plan reaches it, and ``NO_PLAN`` if the search proved that there is none. Arrivals at a node less than
+    `WINDOW` apart count as one; the first free arrival that is left out gives the bound.
 
     Parameters
     ----------
     problem
-        Start, goal and what the plan is judged by.
+        Start, goal, and the oracle of the plan.
     matrix
         The cost matrix towards the goal, on a graph of the same field, k and no-fly area, such as that of
         ``problem.on_lattice(20)``. The start need not be one of its nodes.
     others
-        Committed trajectories, and how far to keep from each: at least 0, map units.
+        Committed trajectories, and the distance to keep from each: at least 0, map units.
     start_time
-        When the flight begins, ticks.
+        Start of the flight, ticks.
     step
-        Map units flown a tick, above 0.
+        Map units flown in a tick, above 0.
     latest
-        When it must have ended, ticks.
+        Latest end of the flight, ticks.
 
     Returns
     -------
@@ -189,7 +189,7 @@ def plan_in_space_time(
 
 
 def _check(problem: Problem, matrix: CostMatrix) -> None:
-    """Refuse a matrix that says nothing about the problem, and a field that breaks the search."""
+    """Refuse a matrix of another problem, and a field that breaks the search."""
     graph, remedy = matrix.graph, "compute it on a graph of the problem, such as problem.on_lattice(20).graph"
     if not problem.field.is_proper:
         msg = f"the risk field has peaks above 1: {NEGATIVE_WEIGHTS}; lower them"
@@ -203,7 +203,7 @@ def _check(problem: Problem, matrix: CostMatrix) -> None:
 
 
 def _map(problem: Problem, matrix: CostMatrix, step: float) -> tuple[Map, IntArray]:
-    """Lay out the nodes that the search moves over, the start among them, and list those of the way without others."""
+    """Return the nodes of the search, the start among them, and the indices of the path without others."""
     graph, to_goal, model = matrix.graph, matrix.values, problem.model
     positions = cast("FloatArray", graph.positions)
     width, height = graph.lattice_shape
@@ -229,10 +229,10 @@ def _map(problem: Problem, matrix: CostMatrix, step: float) -> tuple[Map, IntArr
 
 def _crowd(start: Point, others: Others, limits: Limits, farthest: float) -> tuple[Motions, str]:
     """
-    Lay the other trajectories end to end, and say if one of them is too close to the start already.
+    Join the other trajectories, and return a message if one of them is too close to the start.
 
-    The distance to keep is a little more than the separation, but no more than the distance at the start: a UAV that
-    begins where its separation is just kept may fly on.
+    The distance to keep is a little more than the separation, but no more than the distance at the start, so that a UAV
+    that starts at just its separation may fly.
     """
     here = Trajectory(np.array([limits.start_time]), np.array([start]))
     keep = np.empty(len(others))
@@ -274,7 +274,7 @@ def _flight(area: Map, state: int, moments: FloatArray, states: IntArray) -> Tra
 def _judged(
     problem: Problem, flight: Trajectory, step: float, claimed: float, bound: float, message: str
 ) -> SpaceTimePlan:
-    """Have the oracle say what a flight costs."""
+    """Return the plan with the cost of the oracle."""
     moves = np.append(True, (np.diff(flight.points, axis=0) != 0.0).any(axis=1))
     judged = problem.evaluate(flight.points[moves])
     circled = (ticks * float(1.0 + problem.k * problem.field.density(place)) for place, ticks in flight.waits)

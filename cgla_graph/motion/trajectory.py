@@ -1,4 +1,4 @@
-"""Motion in space and time: where a UAV is at each moment, and how near two of them come to each other."""
+"""Trajectories of UAVs in space and time, and the closest approach of two of them."""
 
 import math
 from dataclasses import dataclass
@@ -17,17 +17,16 @@ from cgla_graph.motion.trajectory_kernels import NO_DISC, Disc
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """
-    Piecewise linear motion: where something is at each time from the first to the last.
+    Piecewise linear motion from a first to a last time.
 
-    Before the first time it is not there yet, after the last one no longer: a UAV that arrives is removed. At both
-    times themselves it is there.
+    It exists from its first time to its last, both included: a UAV that arrives is removed.
 
     Parameters
     ----------
     times
         Shape ``(m,)`` with ``m >= 1``, ticks, strictly increasing.
     points
-        Shape ``(m, 2)``, map units: where it is at those times. Between two equal points it waits.
+        Positions at those times, shape ``(m, 2)``, map units. Between two equal points it waits.
 
     Raises
     ------
@@ -45,7 +44,7 @@ class Trajectory:
     points: FloatArray
 
     def __init__(self, times: ArrayLike, points: ArrayLike) -> None:
-        """Check both arrays and keep read-only copies."""
+        """Check both arrays and store read-only copies."""
         when, where = number_array("times", times).copy(), point_array("points", points).copy()
         if when.ndim != 1 or not len(when) or where.shape != (len(when), 2):
             msg = f"times have shape {when.shape}, points {where.shape}; give shapes (m,) and (m, 2) with m >= 1"
@@ -63,7 +62,7 @@ class Trajectory:
 
     @classmethod
     def _of(cls, times: FloatArray, points: FloatArray) -> "Trajectory":
-        """Take over new arrays that are sound because they were made of a trajectory's: a mission makes thousands."""
+        """Make a trajectory of valid new arrays, without copy or check: a mission makes thousands."""
         made = object.__new__(cls)
         made._keep(times, points)
         return made
@@ -78,14 +77,14 @@ class Trajectory:
         path
             Waypoints, shape ``(m, 2)`` with ``m >= 1``, map units. Parts of no length take no time and are left out.
         start_time
-            When the flight begins, ticks.
+            Start of the flight, ticks.
         step
-            Map units flown a tick, above 0.
+            Map units flown in a tick, above 0.
 
         Returns
         -------
         trajectory
-            From the first waypoint to the last; a path that is one point is there at one time only.
+            From the first waypoint to the last; a path of one point has one time.
 
         Raises
         ------
@@ -103,7 +102,7 @@ class Trajectory:
             raise ProblemError(msg)
         flown = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(waypoints, axis=0).T))])
         times = finite_number("start_time", start_time) + flown / positive_number("step", step)
-        # of waypoints at one time the last one, so that the path ends where it ends; but it begins where it begins
+        # the last of several waypoints at one time counts, but the first waypoint of all stays
         kept = np.append(np.diff(times) > 0.0, True)
         points = waypoints[kept]
         if len(points) > 1:
@@ -117,39 +116,39 @@ class Trajectory:
 
     @property
     def ends(self) -> float:
-        """The last time, ticks; after it, it is gone."""
+        """The last time, ticks."""
         return float(self.times[-1])
 
     @property
     def start(self) -> Point:
-        """Where it begins, map units."""
+        """The first point, map units."""
         return float(self.points[0, 0]), float(self.points[0, 1])
 
     @property
     def goal(self) -> Point:
-        """Where it ends, map units."""
+        """The last point, map units."""
         return float(self.points[-1, 0]), float(self.points[-1, 1])
 
     @cached_property
     def length(self) -> float:
-        """The way flown, map units; waiting adds none."""
+        """The length flown, map units; waiting adds none."""
         return float(np.hypot(*np.diff(self.points, axis=0).T).sum())
 
     @property
     def waits(self) -> list[tuple[Point, float]]:
-        """Where it waits and for how long, ticks, in order of time."""
+        """The points where it waits, map units, and the durations, ticks, in order of time."""
         durations = np.diff(self.times)
         still = np.nonzero((np.diff(self.points, axis=0) == 0.0).all(axis=1))[0]
         return [((float(self.points[i, 0]), float(self.points[i, 1])), float(durations[i])) for i in still]
 
     def at(self, time: float) -> Point:
         """
-        Return where it is at `time`, map units.
+        Return the position at `time`, map units.
 
         Raises
         ------
         ProblemError
-            If it is not there at that time.
+            If `time` is before its first time or after its last.
         """
         if not self.begins <= time <= self.ends:
             msg = f"time {time} is outside the trajectory's; give one from {self.begins:g} to {self.ends:g}"
@@ -159,7 +158,7 @@ class Trajectory:
 
     def part(self, first: float, last: float) -> "Trajectory | None":
         """
-        Return the motion from `first` to `last`, ticks, as far as there is any; else None.
+        Return the motion between `first` and `last`, ticks, as far as it exists; None outside its times.
 
         Examples
         --------
@@ -178,7 +177,7 @@ class Trajectory:
 
     def shifted(self, by: float) -> "Trajectory":
         """
-        Return the same motion so many ticks later; of waypoints that rounding puts at one time, the last one stays.
+        Return the motion delayed by `by` ticks; of waypoints that rounding puts at one time, the last one stays.
 
         Raises
         ------
@@ -194,7 +193,7 @@ class Trajectory:
 
     def paced(self, factor: float) -> "Trajectory":
         """
-        Return the same way on a clock that goes `factor` times as fast, above 0; equal times as in `shifted`.
+        Return the motion with times multiplied by `factor`, above 0; equal times as in `shifted`.
 
         Raises
         ------
@@ -216,16 +215,16 @@ class Trajectory:
 @dataclass(frozen=True)
 class Approach:
     """
-    How near two motions come to each other.
+    The closest approach of two motions.
 
     Attributes
     ----------
     distance
         The least distance, map units.
     time
-        The first time of it, ticks.
+        The first time of that distance, ticks.
     where
-        The middle between the two at that time, map units.
+        The midpoint between the two at that time, map units.
     """
 
     distance: float
@@ -235,9 +234,9 @@ class Approach:
 
 def least_distance(a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc] | None = None) -> tuple[float, float]:
     """
-    Return how near two motions come to each other over all times when both are there, and the first time of it.
+    Return the least distance of two motions over all times when both exist, and its first time.
 
-    As `closest_approach`, without the place: missions ask a hundred times for each that they tell of.
+    As `closest_approach`, without the place; missions compute it a hundred times for each approach they report.
 
     Returns
     -------
@@ -255,24 +254,24 @@ def least_distance(a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc] |
 
 def closest_approach(a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc] | None = None) -> Approach | None:
     """
-    Return the least distance of two motions over all times, not only whole ticks, when both are there.
+    Return the least distance of two motions over all times, not only whole ticks, when both exist.
 
-    While neither passes a waypoint, the one moves along a straight segment as seen from the other, whose point nearest
-    to the origin is known in closed form.
+    While neither passes a waypoint, their difference moves along a straight segment, whose point nearest to the origin
+    has a closed form.
 
     Parameters
     ----------
     a, b
         The two motions.
     outside
-        The terminal discs of `a` and of `b`: times when **both** are in their own disc do not count, so that two that
-        fly to one goal may gather there. One that arrives is still kept from one that only passes by.
+        The terminal discs of `a` and of `b`: times when **both** are in their own disc do not count, so that two UAVs
+        with one goal may gather there. The distance of an arriving UAV to one that passes by still counts.
 
     Returns
     -------
     approach
-        The first of the least distances; None if no time counts. Where the exempt time begins or ends, the distance at
-        that moment counts as well: it is the limit of those that do.
+        The first of the least distances; None if no time counts. The distance at the beginning and at the end of the
+        exempt time counts as well, as the limit of distances that count.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What networkx reads about the backend whenever networkx is imported; so nothing is imported here."""
+"""Description of the backend, which networkx reads when it is imported; it imports nothing itself."""
 
 from typing import Any
 
@@ -38,11 +38,11 @@ def backend_info() -> dict[str, Any]:
     >>> backend_info()["backend_name"]
     'cgla'
     """
-    note = "Weights are numbers of at least 0, given by the name of their attribute. Of equal paths any may come."
+    note = "Weights are numbers of at least 0, given by the name of their attribute. With ties, any optimal path."
     return {
         "backend_name": "cgla",
         "project": "cgla-graph",
         "package": "cgla_graph",
-        "short_summary": "Shortest paths over geometric graphs, complete ones too that are never held in memory.",
+        "short_summary": "Shortest paths over geometric graphs; complete graphs are never held in memory.",
         "functions": {name: {"additional_docs": note} for name in FUNCTIONS},
     }

@@ -1,10 +1,10 @@
 """
-The functions that networkx calls for a `GeometricGraph`, or with ``backend="cgla"``, under networkx's own names.
+Functions of the networkx backend, under networkx's own names: for a `GeometricGraph`, or with ``backend="cgla"``.
 
-A `GeometricGraph` answers as ``graph.to_networkx()`` would: its edges have one attribute, ``weight``, and by any other
-name each weighs 1. A search settles node after node (the paper's Delta sets, Eqs 10-12) and asks the graph for one row
-of weights each time, so that an implicit graph is never held in memory. Sparse graphs go to scipy, single paths of
-large complete lattice graphs to `cgla_graph.restricted`.
+A `GeometricGraph` answers as ``graph.to_networkx()`` would: its edges have one attribute, ``weight``; under any other
+name each edge weighs 1. A search settles node after node (the paper's Delta sets, Eqs 10-12) and reads one row of
+weights at a time, so that an implicit graph is never held in memory. Sparse graphs go to scipy, single paths of large
+complete lattice graphs to `cgla_graph.restricted`.
 """
 
 import inspect
@@ -27,9 +27,9 @@ from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.weights import SparseWeights
 from cgla_graph.restricted.restricted import can_restrict, restricted_optimum
 
-#: A networkx graph takes about a kilobyte an edge; beyond this many, none is made behind the user's back.
+#: Most edges of a graph that is converted without being asked: a networkx graph takes about a kilobyte an edge.
 MAX_EDGES = 4_000_000
-#: From so many nodes on, one path of a complete lattice graph is looked for in what can be part of it.
+#: Nodes from which on a search for one path of a complete lattice graph is restricted to the nodes that can be on it.
 LARGE = 1000
 #: Sums of whole numbers up to here are exact in floating point.
 EXACT_SUMS = 2**53
@@ -39,7 +39,7 @@ NOT_FOUND = "Node {} not found in graph"
 @dataclass(frozen=True, eq=False)
 class ConvertedGraph:
     """
-    A networkx graph as this backend searches it; networkx keeps it beside the original.
+    A networkx graph converted for this backend; networkx caches it with the original.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class ConvertedGraph:
     weight
         The edge attribute that the weights were read from; None: each edge weighs 1.
     whole
-        Whether all weights are whole numbers, so that lengths are.
+        Whether all weights are whole numbers, and so all lengths.
     """
 
     graph: GeometricGraph
@@ -118,7 +118,7 @@ def convert_to_nx(result: object, **_rest: object) -> object:
     graph = result.graph if isinstance(result, ConvertedGraph) else result
     if not isinstance(graph, GeometricGraph):
         return result
-    # of a graph that is not weighed yet, counting the edges would weigh it
+    # (counting the edges of an implicit graph would compute its weights)
     n_edges = graph.n_pairs if graph.is_implicit else graph.n_edges
     if n_edges > MAX_EDGES:
         msg = f"a networkx graph of {n_edges} edges is too large ({MAX_EDGES} at most); call to_networkx() to insist"
@@ -127,7 +127,7 @@ def convert_to_nx(result: object, **_rest: object) -> object:
 
 
 def can_run(name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> bool | str:
-    """Say whether the function can answer this call, or why it cannot."""
+    """Return True if the function can answer this call, else the reason."""
     given = inspect.signature(globals()[name]).bind(*args, **kwargs).arguments
     if not isinstance(given.get("weight"), str | None):
         return "cgla takes weights by the name of their attribute"
@@ -138,7 +138,7 @@ def can_run(name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> bool |
 
 
 def should_run(name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> bool | str:
-    """Say whether converting a networkx graph is likely to pay."""
+    """Return True if converting a networkx graph is likely to save time, else the reason."""
     given = inspect.signature(globals()[name]).bind(*args, **kwargs)
     given.apply_defaults()
     return given.arguments.get("weight") is not None or "networkx counts edges without a conversion"
@@ -151,13 +151,13 @@ class _Tree:
     graph: GeometricGraph
     #: Infinity where a node is not reached, or lies beyond the cutoff.
     values: FloatArray
-    #: The neighbour on the way to the root, below 0 at a root.
+    #: The neighbour on the path to the root, below 0 at a root.
     before: IntArray
     towards: bool
     whole: bool
 
     def index(self, target: Hashable, complaint: str) -> int:
-        """Return the index of a node, or complain that there is no path to it."""
+        """Return the index of a node, or raise `networkx.NetworkXNoPath` with the complaint."""
         at = _find(self.graph, target)
         if at is None or not np.isfinite(self.values[at]):
             raise nx.NetworkXNoPath(complaint)
@@ -180,7 +180,7 @@ class _Tree:
         return {self.graph.labels[i]: length for i, length in zip(order.tolist(), lengths, strict=True)}
 
     def paths(self) -> Paths:
-        """Return the path of each node that is reached; one whose neighbour has a path is one node longer."""
+        """Return the path of each reached node; it extends the path of the neighbour."""
         labels, before = self.graph.labels, self.before.tolist()
         found: dict[int, Path] = {}
         for index in self._reached().tolist():
@@ -196,7 +196,7 @@ class _Tree:
         return {labels[i]: path for i, path in found.items()}
 
     def _reached(self) -> IntArray:
-        """List the nodes that are reached, the nearest first."""
+        """Return the reached nodes, the nearest first."""
         return np.argsort(self.values, kind="stable")[: int(np.isfinite(self.values).sum())]
 
 
@@ -228,7 +228,7 @@ def _search(
     towards: bool = False,
     complaint: str = NOT_FOUND,
 ) -> _Tree:
-    """Find the shortest paths from the sources, or `towards` one; of a `goal`, only its own need be right."""
+    """Find the shortest paths from the sources, or `towards` one; with a `goal`, only its path need be right."""
     graph = _plain(G)
     roots = np.array([_index(graph, source, complaint) for source in sources], dtype=np.int64)
     count_edges = weight is None or weight != (G.weight if isinstance(G, ConvertedGraph) else "weight")
@@ -255,7 +255,7 @@ def _search(
 
 
 def _restricted(graph: GeometricGraph, roots: IntArray, goal: int) -> tuple[FloatArray, IntArray] | None:
-    """Find one path of a large complete lattice graph without a look at most of it; None where that cannot be done."""
+    """Find one path of a large complete lattice graph from few of its weights; None if that is not possible."""
     if graph.n_nodes < LARGE or len(roots) > 1 or goal in roots or not can_restrict(graph):
         return None
     found = restricted_optimum(GraphProblem(graph, graph.labels[roots[0]], graph.labels[goal]))
@@ -281,8 +281,8 @@ def _settle(
     """
     Settle node after node, as `cgla_graph.cost_to_go.cost_matrix` does, but from several roots and up to a limit.
 
-    By Eq. 5 no segment costs less than its length, so that a search for one goal is led by the straight line to it (A*:
-    each value holds the way ahead as well).
+    By Eq. 5 no segment costs less than its length, so that the straight line to a single goal is a lower bound for A*;
+    each value then includes the lower bound.
     """
     line = graph.weights_to if towards else graph.weights_from
     spots = None if goal is None or graph.model is None or count_edges else graph.positions
@@ -292,7 +292,7 @@ def _settle(
     before = np.full(graph.n_nodes, -1, dtype=np.int64)
     settled = np.zeros(graph.n_nodes, dtype=np.bool_)
     node = int(roots[np.argmin(ahead[roots])])
-    # a little further than the limit: reduced costs are rounded
+    # a little beyond the limit, as reduced costs are rounded
     while (
         node >= 0 and values[node] <= limit * (1.0 + 1e-9) and not (goal is not None and values[node] == values[goal])
     ):
@@ -303,7 +303,7 @@ def _settle(
             row = np.maximum(row + (ahead - ahead[node]), 0.0)
         node = graph_kernels.settle(row, node, values, before, settled)
     if goal is not None and spots is not None and np.isfinite(values[goal]):
-        # without the rounding of potentials added and subtracted
+        # add the weights again: potentials added and subtracted leave rounding
         way = [goal]
         while before[way[-1]] >= 0:
             way.append(int(before[way[-1]]))
@@ -401,7 +401,7 @@ def bidirectional_dijkstra(
 def all_pairs_dijkstra(
     G: Graph, cutoff: float | None = None, weight: str | None = "weight"
 ) -> Iterator[tuple[Node, tuple[Lengths, Paths]]]:
-    """Give each node with the lengths and paths from it."""
+    """Yield each node with the lengths and paths from it."""
     for node in _plain(G).labels:
         tree = _search(G, [node], weight, cutoff=cutoff)
         yield node, (tree.lengths(), tree.paths())
@@ -410,7 +410,7 @@ def all_pairs_dijkstra(
 def all_pairs_dijkstra_path(
     G: Graph, cutoff: float | None = None, weight: str | None = "weight"
 ) -> Iterator[tuple[Node, Paths]]:
-    """Give each node with the paths from it."""
+    """Yield each node with the paths from it."""
     for node in _plain(G).labels:
         yield node, _search(G, [node], weight, cutoff=cutoff).paths()
 
@@ -418,7 +418,7 @@ def all_pairs_dijkstra_path(
 def all_pairs_dijkstra_path_length(
     G: Graph, cutoff: float | None = None, weight: str | None = "weight"
 ) -> Iterator[tuple[Node, Lengths]]:
-    """Give each node with the lengths from it."""
+    """Yield each node with the lengths from it."""
     for node in _plain(G).labels:
         yield node, _search(G, [node], weight, cutoff=cutoff).lengths()
 
@@ -429,7 +429,7 @@ def bidirectional_shortest_path(G: Graph, source: Hashable, target: Hashable) ->
 
 
 def has_path(G: Graph, source: Hashable, target: Hashable) -> bool:
-    """Say whether there is a path."""
+    """Return whether there is a path."""
     try:
         bidirectional_shortest_path(G, source, target)
     except nx.NetworkXNoPath:
@@ -459,17 +459,17 @@ def single_target_shortest_path_length(G: Graph, target: Hashable, cutoff: float
 
 
 def _rounded(cutoff: float | None) -> float | None:
-    """Round up: networkx counts a level that the cutoff falls into."""
+    """Round a cutoff up, as networkx counts the level that it falls into."""
     return None if cutoff is None else float(np.ceil(cutoff))
 
 
 def all_pairs_shortest_path(G: Graph, cutoff: float | None = None) -> Iterator[tuple[Node, Paths]]:
-    """Give each node with the paths of fewest edges from it."""
+    """Yield each node with the paths of fewest edges from it."""
     return all_pairs_dijkstra_path(G, _rounded(cutoff), None)
 
 
 def all_pairs_shortest_path_length(G: Graph, cutoff: float | None = None) -> Iterator[tuple[Node, Lengths]]:
-    """Give each node with the numbers of edges from it."""
+    """Yield each node with the numbers of edges from it."""
     return all_pairs_dijkstra_path_length(G, _rounded(cutoff), None)
 
 
@@ -512,7 +512,7 @@ def shortest_path_length(
 
 
 def _reject_method(method: str) -> None:
-    """Weights are at least 0, so that Bellman and Ford find what Dijkstra finds."""
+    """Refuse unknown methods; with weights of at least 0, Bellman-Ford and Dijkstra give the same lengths."""
     if method not in {"dijkstra", "bellman-ford"}:
         msg = f"method not supported: {method}"
         raise ValueError(msg)
