@@ -20,9 +20,9 @@ from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.motion.trajectory import Approach, Trajectory, closest_approach, least_distance
 from cgla_graph.motion.trajectory_kernels import Disc
 
-#: Exposure and greatest risk are read off so many points of a piece no longer than the least spread of a threat.
+#: Sample points, for exposure and greatest risk, of a piece no longer than the least spread of a threat.
 FRACTIONS = np.linspace(0.0, 1.0, 17)[:, None]
-#: A segment is cut into at most so many pieces for that.
+#: Upper limit of the pieces of a segment.
 MOST_PIECES = 1000
 
 
@@ -227,15 +227,15 @@ def measure(
     world: World, path: FloatArray, times: FloatArray, trace: FloatArray, departed: int, *, step: float
 ) -> Measures:
     """
-    Measure a flight: each piece in the field of the tick in which it was flown.
+    Measure a flight, each piece in the field of its tick.
 
     Parameters
     ----------
     world
         The truth.
     path, times
-        Waypoints, shape ``(m, 2)``, map units, and when they were passed, shape ``(m,)``, ticks. Every whole tick on
-        the way is among them. Between two equal points it waits.
+        Waypoints, shape ``(m, 2)``, map units, and their times, shape ``(m,)``, ticks. Every whole tick of the flight
+        is among them. Between two equal points the UAV waits.
     trace, departed
         Positions at whole ticks, shape ``(t, 2)``, the first at tick `departed`.
     step
@@ -254,7 +254,7 @@ def measure(
     """
     starts, ends = path[:-1], path[1:]
     straight = np.hypot(*(ends - starts).T)
-    # circles are small: they meet the risk of the point that they go around
+    # circles are small: their risk is that of their centre
     circled = np.where(straight == 0.0, step * np.diff(times), 0.0)
     # at a bend, rounding may leave a time just below the whole tick that it stands for
     phases = np.searchsorted(world.changes, np.floor(times[:-1] + 1e-9), side="right")
@@ -305,7 +305,7 @@ def _fine_pieces(
 
 
 def _share_above(samples: FloatArray, level: float) -> FloatArray:
-    """Return which part of each row of samples is above a level, straight lines between them, shape ``(n,)``."""
+    """Return the share of each row of samples, linear in between, that is above a level, shape ``(n,)``."""
     low, high = np.minimum(samples[:, :-1], samples[:, 1:]), np.maximum(samples[:, :-1], samples[:, 1:])
     rise = high - low
     parts = np.where(rise > 0.0, (high - level) / np.where(rise > 0.0, rise, 1.0), high > level)
