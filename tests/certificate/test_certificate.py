@@ -19,9 +19,9 @@ import oracles
 import pytest
 import shapely
 import strategies
-from broken_meshes import without_strips
 from hypothesis import given
 from hypothesis import strategies as st
+from levels import SEVERAL, missing, whole, without_strips
 from shapely import affinity
 from shapely.geometry.base import BaseGeometry
 from strategies import examples
@@ -47,7 +47,6 @@ from cgla_graph.solvers.trade_off.density import below_density
 ROUNDING = 1e-9
 FEW_CELLS = 20_000
 ONE_THREAT = cg.RiskField([cg.Threat(0.5, 0.5, spread=0.1, peak=0.9)])
-SEVERAL = cg.RiskField([cg.Threat(0.5, 0.4, 0.1, 0.9), cg.Threat(0.3, 0.6, 0.15, 0.7), cg.Threat(0.7, 0.7, 0.2)])
 ON_RASTER = cg.RiskField(
     rasters=[cg.RasterRisk([[0, 1, 0, 0], [2, 0, 1, 0], [1, 3, 0, 1], [0, 1, 1, 0]], (0, 0, 1, 1))]
 )
@@ -204,12 +203,17 @@ def check_bound(
     if paths and seed % 3:
         held = with_detour(paths[int(np.argmin(costs))], 0.2 if seed % 3 == 1 else 1.0)
         held = held if problem.evaluate(held).feasible else None
+    kept = None if held is None else held.copy()
     found = lower_bound(problem, tolerance, path=held, max_cells=max_cells)
+    if held is not None:
+        # what happens to it afterwards does not matter
+        held[:] = math.nan
     assert found.lower_bound >= math.dist(problem.start, problem.goal) * (1.0 - ROUNDING)
     assert found.upper_bound >= found.lower_bound
     assert scale * found.lower_bound <= min(costs, default=math.inf) * (1.0 + ROUNDING)
     check_message(found, held=held is not None)
-    check_path(problem, found, held)
+    check_path(problem, found, kept)
+    check_path(problem, pickle.loads(pickle.dumps(found)), kept)  # noqa: S301 - our own bytes
     return found
 
 
@@ -255,22 +259,6 @@ def check_message(found: Certificate, *, held: bool) -> None:
 @examples(37)
 def test_no_path_is_cheaper_than_the_bound(draw: Callable[[int], cg.Problem], seed: int) -> None:
     check_bound(draw(seed), seed)
-
-
-@given(strategies.plane_problems(), st.sampled_from([0.3, 0.02]), st.booleans())
-@examples(20)
-def test_the_path_that_the_upper_bound_is_the_cost_of_is_told(
-    problem: cg.Problem, tolerance: float, is_given: bool
-) -> None:
-    path = good_path(problem, 5) if is_given else None
-    held = None if path is None else with_detour(path, 1.0)
-    kept = None if held is None else held.copy()
-    found = lower_bound(problem, tolerance, path=held, max_cells=FEW_CELLS)
-    if held is not None:
-        # what happens to it afterwards does not matter
-        held[:] = math.nan
-    check_path(problem, found, kept)
-    check_path(problem, pickle.loads(pickle.dumps(found)), kept)  # noqa: S301 - our own bytes
 
 
 def near_optimal() -> list[cg.Problem]:
@@ -431,7 +419,7 @@ def test_charges_let_a_few_steep_cells_be() -> None:
         values = np.random.default_rng(seed).lognormal(0.0, 1.5, (20, 20))
         field = cg.RiskField(rasters=[cg.RasterRisk(values, (0, 0, 1, 1))])
         problem = cg.Problem((0.05, 0.03), (0.95, 0.94), field, k=3.0)
-        level = Level.lay(problem, (160, 160), cell_runs.rectangle((160, 160)))
+        level = whole(problem, 160)
         found = [level.bound(to_goal=True, aim=1e-4, charge=charge) for charge in (False, True)]
         bounds.append([one.bound for one in found if one is not None])
         assert bounds[-1][1] <= cg.solve(problem, "hybrid", tolerance=None).cost * (1.0 + ROUNDING)
@@ -544,12 +532,6 @@ def test_peaks_above_one_have_no_bound() -> None:
 # Convergence
 
 
-def missing(problem: cg.Problem, best: float, *lasts: tuple[int, int], aim: float = 1e-3) -> list[float]:
-    """Return by which share of the best cost the bounds of these grids fall short."""
-    laid = [Level.lay(problem, last, cell_runs.rectangle(last)).both(aim, charge=True) for last in lasts]
-    return [1.0 - max(one.bound for one in bounds) / best for bounds in laid if bounds is not None]
-
-
 def noise(interpolation: Any) -> cg.Problem:  # noqa: ANN401 - one of two words
     values = np.random.default_rng(4).random((8, 8)) ** 2
     field = cg.RiskField(rasters=[cg.RasterRisk(values, (0, 0, 1, 1), interpolation=interpolation)])
@@ -571,7 +553,7 @@ def test_the_bound_rises_to_the_best_path_as_grids_refine(problem: cg.Problem, l
     Of first order where the cost jumps: no spline bends as sharply as paths do there.
     """
     best = cg.solve(problem, "hybrid", tolerance=None).cost if problem.field.rasters else good_cost(SMOOTH)
-    loss = missing(problem, best, *((n, n) for n in (32, 64, 128, 256)), aim=1e-5)
+    loss = missing(problem, best, 32, 64, 128, 256, aim=1e-5)
     assert min(loss) > 0.0
     assert problem is not SMOOTH or loss[-1] < 0.004
     assert oracles.rate(loss) > least_rate, loss
@@ -866,9 +848,9 @@ def test_what_it_costs_inside_a_wall_takes_nothing_from_ways_along_it(monkeypatc
     threats = [cg.Threat(x, 0.5 + (x - 0.15) * 5 / 14, 0.08, 0.9) for x in np.linspace(0.1, 0.9, 9).tolist()]
     problem = cg.Problem((0.05, 0.1), (0.95, 0.3), cg.RiskField(threats), k=100.0, no_fly=area)
     cost, outlines = cg.solve(problem, "hybrid", tolerance=None).cost, mesh_module.outlines_of
-    (found,) = missing(problem, cost, (256, 256))
+    (found,) = missing(problem, cost, 256)
     monkeypatch.setattr(mesh_module, "outlines_of", lambda *given: without_strips(*outlines(*given)))
-    assert 0.0 < found < min(0.06 / 1.06, 0.85 * missing(problem, cost, (256, 256))[0])
+    assert 0.0 < found < min(0.06 / 1.06, 0.85 * missing(problem, cost, 256)[0])
 
 
 def test_no_way_leads_through_a_wall_of_a_5000th_of_the_map() -> None:

@@ -8,9 +8,9 @@ import oracles
 import pytest
 import shapely
 import strategies
-from broken_meshes import without_strips
 from hypothesis import given
 from hypothesis import strategies as st
+from levels import SEVERAL, plain_level, whole, without_strips
 from shapely.geometry.base import BaseGeometry
 from strategies import examples
 
@@ -23,7 +23,6 @@ from cgla_graph.eikonal import mesh as mesh_module
 from cgla_graph.eikonal.mesh import SplineMesh
 
 ROUNDING = 1e-9
-SEVERAL = cg.RiskField([cg.Threat(0.5, 0.4, 0.1, 0.9), cg.Threat(0.3, 0.6, 0.15, 0.7), cg.Threat(0.7, 0.7, 0.2)])
 
 
 # The cost on a cell
@@ -139,11 +138,6 @@ def test_the_bound_of_the_cost_is_of_second_order() -> None:
     assert 1.9 < oracles.rate(slack) < 2.5
 
 
-def plain_level(field: cg.RiskField, k: float, last: tuple[int, int], bounds: Bounds = (0.0, 0.0, 1.0, 1.0)) -> Level:
-    problem = cg.Problem(bounds[:2], bounds[2:], field, k, bounds)
-    return Level.lay(problem, last, cell_runs.rectangle(last))
-
-
 def steepnesses(level: Level, values: FloatArray) -> FloatArray:
     mesh, found = level.mesh, np.empty(len(level.mesh.columns))
     every = np.ones(len(found), dtype=bool)
@@ -200,7 +194,7 @@ def check_beside_walls(area: BaseGeometry, field: cg.RiskField, seed: int) -> in
     points = points[~cg.NoFlyArea(area).contains(points)]
     ends = [(float(x), float(y)) for x, y in points]
     problem = cg.Problem(ends[0], ends[-1], field, 10.0, bounds, no_fly=area)
-    level = Level.lay(problem, last, cell_runs.rectangle(last))
+    level = whole(problem, last)
     # the same mesh, with the pieces of these points
     pieces = np.array(SplineMesh.build(bounds, last, cell_runs.rectangle(last), problem.model.area, ends).ends)
     mesh, hair = level.mesh, 1e-5
@@ -259,7 +253,7 @@ def test_where_it_costs_less_inside_a_wall_the_bound_beside_it_is_what_ways_cost
     problem = cg.Problem((0.1, 0.1), (3.9, 3.9), field, 10.0, (0.0, 0.0, 4.0, 4.0), no_fly=SLANTED)
 
     def excess() -> float:
-        level = Level.lay(problem, (64, 64), cell_runs.rectangle((64, 64)))
+        level = whole(problem, 64)
         mesh = level.mesh
         beside = mesh.is_cut & (mesh.columns > 10) & (mesh.columns < 20) & (mesh.rows > 20)
         # level across the wall, and along it as steep as the cost on it

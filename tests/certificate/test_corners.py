@@ -16,14 +16,13 @@ import shapely
 import strategies
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from levels import missing, whole
 from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate import corner_kernels
 from cgla_graph.certificate.corners import Corner, links_of
-from cgla_graph.certificate.subsolution import Level
-from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.errors import CglaError
@@ -51,10 +50,6 @@ def around_corner(seed: int) -> cg.Problem:
     ]
     k = float(rng.choice([0.0, 1.0, 10.0, 100.0]))
     return cg.Problem((0.02, 0.02), (0.98, 0.98), cg.RiskField(threats), k, no_fly=shapely.Polygon(points))
-
-
-def level_of(problem: cg.Problem, cells: int) -> Level:
-    return Level.lay(problem, (cells, cells), cell_runs.rectangle((cells, cells)))
 
 
 def place_of(corner: Corner, mesh: SplineMesh) -> FloatArray:
@@ -89,7 +84,7 @@ def at(part: FloatArray, t: float, curve: FloatArray) -> FloatArray:
 def check_ways(seed: int, cells: int) -> int:
     """Compare what ways have to cost with what some do; return over how many pairs."""
     problem = around_corner(seed)
-    level, rng = level_of(problem, cells), np.random.default_rng(seed)
+    level, rng = whole(problem, cells), np.random.default_rng(seed)
     compared = 0
     for corner in level.corners:
         place = place_of(corner, level.mesh)
@@ -146,7 +141,7 @@ def check_all(seeds: Iterable[int]) -> None:
 @examples(20)
 def test_a_charge_is_the_greatest_excess_on_the_rim(seed: int) -> None:
     problem = around_corner(seed)
-    level, rng = level_of(problem, 96), np.random.default_rng(seed)
+    level, rng = whole(problem, 96), np.random.default_rng(seed)
     assume(level.corners)
     corner = level.corners[0]
     # as steep as ways are expensive, about, and a little more
@@ -180,7 +175,7 @@ def fan_errors(cells: int, *, bends: bool) -> tuple[float, float]:
     """Solve for the costs above a wall, where they are known; return the least and greatest error, in spacings."""
     left, right, wall = np.array([0.452, 0.517]), np.array([0.552, 0.517]), shapely.box(0.452, -0.1, 0.552, 0.517)
     problem = cg.Problem((0.93, 0.2), (0.07, 0.31), no_fly=wall)
-    level = level_of(problem, cells)
+    level = whole(problem, cells)
     assert len(level.corners) == 2
     mesh, goal = level.mesh, np.array(problem.goal)
     links, radius = links_of(mesh, level.corners if bends else []), 4.5 * max(mesh.spacing)
@@ -211,10 +206,6 @@ def test_shipped_maps_with_areas_are_proven_to_a_twentieth_of_a_percent(name: st
 @pytest.mark.slow
 def test_around_corners_bounds_are_of_higher_order() -> None:
     problem = cg.load_scenario("maze").problem
-    cost, missing = cg.solve(problem, "visibility-graph").cost, []
-    for cells in (128, 256, 512):
-        bounds = level_of(problem, cells).both(1e-5, charge=True)
-        assert bounds is not None
-        missing.append(1.0 - max(one.bound for one in bounds) / cost)
-    assert 0.0 < missing[-1] < 0.0012
-    assert oracles.rate(missing) > 1.25
+    loss = missing(problem, cg.solve(problem, "visibility-graph").cost, 128, 256, 512, aim=1e-5)
+    assert 0.0 < loss[-1] < 0.0012
+    assert oracles.rate(loss) > 1.25

@@ -14,6 +14,7 @@ import pytest
 import shapely
 import strategies
 from hypothesis import given
+from levels import whole
 from scipy.sparse.csgraph import dijkstra
 from strategies import examples
 
@@ -23,7 +24,6 @@ from cgla_graph.certificate import certificate_kernels, finer
 from cgla_graph.certificate.corners import Bent, corners_of
 from cgla_graph.certificate.finer import FINER, FineCornerBlock
 from cgla_graph.certificate.subsolution import Level
-from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.errors import CglaError
@@ -79,7 +79,7 @@ def needle() -> cg.Problem:
 def steep_level(problem: cg.Problem) -> tuple[Level, list[FineCornerBlock]] | None:
     """Lay a grid with blocks at the steep corners of a good path; None where the path bends around none."""
     path = cg.solve(problem, "hybrid", tolerance=None).path
-    level = Level.lay(problem, (CELLS, CELLS), cell_runs.rectangle((CELLS, CELLS)), 1e-6, path)
+    level = whole(problem, CELLS, 1e-6, path)
     blocks = [block for block in level.corners if isinstance(block, FineCornerBlock)]
     return (level, blocks) if blocks else None
 
@@ -214,7 +214,7 @@ def test_no_front_passes_through_the_tip_of_a_needle(cells: int) -> None:
     """(Where links at the rim of the block are not cut, 1.9 and 1.7 % are lost.)."""
     problem = needle()
     path = cg.solve(problem, "hybrid", tolerance=None).path
-    bounds = Level.lay(problem, (cells, cells), cell_runs.rectangle((cells, cells)), 1e-3, path).both(1e-3, charge=True)
+    bounds = whole(problem, cells, 1e-3, path).both(1e-3, charge=True)
     assert bounds is not None
     assert 0.988 < max(one.bound for one in bounds) / problem.evaluate(path).cost <= 1.0
 
@@ -223,7 +223,7 @@ def test_there_is_no_block_where_a_path_hardly_turns() -> None:
     """Much as the corner does: what there is to gain is a part of what the path turns by."""
     problem = needle()
     tip = np.array([0.325, 0.119])
-    mesh = Level.lay(problem, (CELLS, CELLS), cell_runs.rectangle((CELLS, CELLS))).mesh
+    mesh = whole(problem, CELLS).mesh
 
     def blocks(x: float, y: float) -> int:
         around = shapely.LineString(np.array([(-0.01, 0.1), (0.0, 0.0), (x, y)]) + tip)

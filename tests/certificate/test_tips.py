@@ -8,21 +8,15 @@ import pytest
 import strategies
 from hypothesis import given
 from hypothesis import strategies as st
+from levels import SEVERAL, plain_level, whole
 
 import cgla_graph as cg
-from cgla_graph._types import Bounds, FloatArray
+from cgla_graph._types import FloatArray
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.subsolution import Block, Level
 from cgla_graph.certificate.tips import Near, Tip
-from cgla_graph.eikonal import cell_runs
 
 ROUNDING = 1e-9
-SEVERAL = cg.RiskField([cg.Threat(0.5, 0.4, 0.1, 0.9), cg.Threat(0.3, 0.6, 0.15, 0.7), cg.Threat(0.7, 0.7, 0.2)])
-
-
-def plain_level(field: cg.RiskField, k: float, last: tuple[int, int], bounds: Bounds = (0.0, 0.0, 1.0, 1.0)) -> Level:
-    problem = cg.Problem(bounds[:2], bounds[2:], field, k, bounds)
-    return Level.lay(problem, last, cell_runs.rectangle(last))
 
 
 @given(st.one_of(strategies.fields(), strategies.crowds(20)), strategies.risk_weights, strategies.seeds)
@@ -111,7 +105,7 @@ def steep_end(seed: int) -> cg.Problem:
 
 
 def block_of(problem: cg.Problem, cells: int, worth: float = 1e-4) -> tuple[Level, Block]:
-    level = Level.lay(problem, (cells, cells), cell_runs.rectangle((cells, cells)), worth)
+    level = whole(problem, cells, worth)
     return level, level.goal_block
 
 
