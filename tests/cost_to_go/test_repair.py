@@ -183,36 +183,18 @@ def test_nodes_become_unreachable_and_reachable_again() -> None:
     check(repair(closed, CostModel()), CostModel())
 
 
-def hidden_parts(*, near: bool) -> tuple[Lattice, int, int, shapely.Polygon]:
+@pytest.mark.parametrize(("i", "r", "near", "apex"), [(1, 22, True, (-0.1, 0.9)), (3, 18, False, (0.45, 0.75))])
+def test_a_segment_may_be_free_where_its_parts_are_not(i: int, r: int, near: bool, apex: Point) -> None:
     """
-    Find two lattice nodes that see each other along an edge of a triangle, but not the nodes between them.
+    Such a pair is weighed, though it joins further lattice nodes.
 
     Lattice nodes on one line are not in line to the last bit: a node between may lie inside the triangle by rounding.
-    `near`: the part from the first node to the next one is hidden; else only the rest of the way is.
     """
-    for side in range(5, 40):
-        lattice = Lattice(side, bounds=UNIT)
-        for step in (1, side + 1, side - 1, side + 2, 2 * side + 1):
-            for i in range(side):
-                a, b, c, r = (lattice.points[min(i + hop * step, side * side - 1)] for hop in (0, 1, 2, 3))
-                if not np.allclose(r - a, 3.0 * (b - a)):
-                    continue
-                # both sides of the line
-                for sign in (1.0, -1.0):
-                    foot = a if near else 0.5 * (a + r)
-                    apex = 0.5 * (foot + r) + sign * np.array([foot[1] - r[1], r[0] - foot[0]])
-                    triangle = shapely.Polygon([foot, r, apex])
-                    free = CostModel(no_fly=triangle).weights([a, a, b, c], [r, b, r, r])
-                    if np.isfinite(free[0]) and np.isinf(free[2:]).all() and np.isinf(free[1]) == near:
-                        return lattice, i, i + 3 * step, triangle
-    pytest.fail("no such lattice")
-
-
-@pytest.mark.parametrize("near", [True, False])
-def test_a_segment_may_be_free_where_its_parts_are_not(near: bool) -> None:
-    """Such a pair is weighed, though it joins further lattice nodes."""
-    lattice, i, r, triangle = hidden_parts(near=near)
-    model = CostModel(no_fly=triangle)
+    lattice = Lattice(6, bounds=UNIT)
+    first, second, third, last = lattice.points[np.linspace(i, r, 4).astype(int)]
+    model = CostModel(no_fly=shapely.Polygon([first if near else 0.5 * (first + last), last, apex]))
+    parts = model.weights([first, first, second, third], [last, second, last, last])
+    assert np.isinf(parts).tolist() == [False, near, True, True]
     for target in (i, r):
         open_map = lazy_cost_matrix(GeometricGraph.complete(lattice), target)
         check(repair(open_map, model), model)

@@ -143,16 +143,6 @@ def test_risk_above_a_limit_is_told_only_as_far_as_the_limit(case: tuple[RiskFie
     assert found == exact if exact <= limit else limit < found <= exact * (1.0 + 1e-12)
 
 
-@usual
-@given(fields_and_segments(fields(1, 4)))
-def test_quadrature_equals_the_closed_form(case: tuple[RiskField, Segment]) -> None:
-    # Threats too weak to count, but over everything: their pairs switch to the quadrature.
-    field, segment = case
-    assume(math.dist(*segment) <= 2.0)
-    ghosts = [Threat(0.5, 0.5, spread=1e3, peak=1e-12)] * 12
-    assert abs(integral(field.with_threats(ghosts), segment) - integral(field, segment)) <= TOLERANCE
-
-
 @pytest.mark.parametrize("spread", [0.18, 0.25, 0.5])
 def test_many_products_just_below_the_cutoff_still_count(spread: float) -> None:
     field = RiskField([Threat(0.0, 0.0, spread=spread)] * 100)
@@ -212,16 +202,6 @@ def test_both_directions_give_the_same_float(case: tuple[RiskField, Segment]) ->
     assert integral(field, (start, end)) == integral(field, (end, start))
 
 
-@fast
-@given(fields_and_segments(crowds()), st.floats(0.0, 1.0))
-def test_integral_is_additive_over_collinear_pieces(case: tuple[RiskField, Segment], t: float) -> None:
-    field, (start, end) = case
-    assume(math.dist(start, end) <= 10.0)
-    middle = start + t * (end - start)
-    parts = integral(field, (start, middle)) + integral(field, (middle, end))
-    assert abs(integral(field, (start, end)) - parts) <= TOLERANCE
-
-
 @usual
 @given(crowds(), points)
 def test_segment_without_length_has_no_risk(field: RiskField, point: Point) -> None:
@@ -233,15 +213,6 @@ def test_segment_without_length_has_no_risk(field: RiskField, point: Point) -> N
 def test_integral_is_at_most_the_length(case: tuple[RiskField, Segment]) -> None:
     field, segment = case
     assert 0.0 <= integral(field, segment) <= math.dist(*segment) + TOLERANCE
-
-
-@usual
-@given(fields_and_segments(crowds(30)), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
-def test_moving_the_map_changes_nothing(case: tuple[RiskField, Segment], dx: float, dy: float) -> None:
-    field, (start, end) = case
-    moved = RiskField([Threat(t.x + dx, t.y + dy, spread=t.spread, peak=t.peak) for t in field.threats])
-    shift = np.array([dx, dy])
-    assert abs(integral(moved, (start + shift, end + shift)) - integral(field, (start, end))) <= TOLERANCE
 
 
 @usual
