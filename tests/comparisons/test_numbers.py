@@ -1,4 +1,4 @@
-"""Numbers and words of tables: what is written can be read back, and says no more than is known."""
+"""Numbers and words of tables: they can be read back, and show no more digits than are certain."""
 
 import math
 

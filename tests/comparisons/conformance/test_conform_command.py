@@ -1,4 +1,4 @@
-"""`cgla conform`: whatever a planner does is a row, nothing of it is left behind, and exit codes say how it went."""
+"""`cgla conform`: every planner gets a row and leaves nothing behind, and exit codes tell the verdict."""
 
 import json
 import os
@@ -158,7 +158,7 @@ def test_exit_codes_and_lists(call: Call, awkward: Path) -> None:
 
 @pytest.mark.slow
 def test_from_python_it_is_one_call(tmp_path: Path) -> None:
-    """Results come in the order asked for, whatever ends first; what is wrong is said before anything starts."""
+    """Results come in the order of the request; invalid requests fail before anything starts."""
     planner = tmp_path / "planner.py"
     planner.write_text("import json, sys, time\ntime.sleep(json.load(sys.stdin)['name'] == 'open-one')\n", "utf-8")
     (own,) = chosen(["open-straight"])
@@ -189,7 +189,7 @@ def test_a_tolerance_refuses_paths_that_cost_too_much(call: Call) -> None:
 
 def test_a_contradiction_is_loud(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     """A bound that is false on purpose."""
-    from cgla_graph.comparisons.conformance import report as command  # noqa: PLC0415 - what is patched
+    from cgla_graph.comparisons.conformance import report as command  # noqa: PLC0415 - to be patched
 
     (one,) = chosen(["open-straight"])
     false = one.model_copy(update={"lower_bound": 2.0, "upper_bound": 2.0})

@@ -1,4 +1,4 @@
-"""The stored instances are what the script makes, and what is said of them holds."""
+"""The stored instances equal those that the script makes, and their stated facts hold."""
 
 import json
 from collections import Counter

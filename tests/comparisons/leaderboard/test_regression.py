@@ -1,4 +1,4 @@
-"""Regressions: what is paired and what is not, verdicts, and how often they are wrong."""
+"""Regressions: pairing of runs, verdicts, and rates of error."""
 
 import dataclasses
 import math

@@ -19,7 +19,7 @@ from cgla_graph.comparisons.live.server import LiveServer
 from cgla_graph.scenarios.scenario import load_scenario
 
 pytestmark = [pytest.mark.slow, NEEDS_BROWSER]
-#: Of a handle to a place, and what is done then.
+#: A drag of a handle to a place, and an action after it.
 Drag = tuple[float, tuple[float, float], str | None]
 
 
@@ -174,7 +174,7 @@ def test_on_a_phone_a_finger_drags_and_nothing_is_wider_than_the_page(chromium: 
         page.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
 
 
-#: What is drawn: how far down the list the handle is, where it is dragged, beyond the border too, and what follows.
+#: Random drags: position of the handle in the list, target (also beyond the border), and an action after it.
 parts = st.floats(-0.03, 1.03)
 deeds = st.one_of(
     st.none(), st.sampled_from(["add-threat", "add-area", "undo", "redo"]), st.integers(0, 700).map(lambda k: f"k={k}")
@@ -195,7 +195,7 @@ in_a_browser = settings(
 def test_random_drags_leave_no_error_behind(
     chromium: WebDriver, server: LiveServer, capfd: pytest.CaptureFixture[str], made: list[Drag]
 ) -> None:
-    """Drag whatever there is, anywhere, while other things are changed; then the page still tells the truth."""
+    """Drag any handles anywhere while settings change; then the page still shows the true numbers."""
     page = opened(chromium, server.url)
     box = one(page, "#map").rect
     for which, (across, down), deed in made:

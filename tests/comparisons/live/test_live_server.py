@@ -1,4 +1,4 @@
-"""The server of `cgla live`: who is answered, what is replaced, what bad input gets, and what is written."""
+"""The server of `cgla live`: access, replaced requests, refusals of bad input, and saved files."""
 
 import http.client
 import json
@@ -196,7 +196,7 @@ odd_drafts = st.builds(
 @examples(8)
 @given(draft=odd_drafts)
 def test_any_draft_has_an_answer(draft: Draft) -> None:
-    """A path whose bound it does not undercut, or one sentence; and what is saved says the same."""
+    """The answer is a path not below its bound, or one sentence; the saved file gives the same cost."""
     answer = Planner(LIVE).path(draft, full=False)
     json.dumps(answer, allow_nan=False)
     if answer["error"] is not None:

@@ -1,4 +1,4 @@
-"""`cgla fly`: what it prints and writes, that both agree with the flight, and what Ctrl-C and bad input leave."""
+"""`cgla fly`: output and files agree with the flight; Ctrl-C and bad input leave nothing partial."""
 
 import csv
 import dataclasses
@@ -72,7 +72,7 @@ def raise_interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
-# what is printed
+# Output
 
 
 def test_the_tables_agree_with_the_flights(cgla: Call, flights: list[MissionRun]) -> None:
@@ -192,7 +192,7 @@ def tables_of(flights: list[MissionRun]) -> list[FittedTable]:
     return [*map(flight_table, flights), variants_table(flights)]
 
 
-# what is written
+# Files
 
 
 def test_json_holds_everything(cgla: Call, flights: list[MissionRun]) -> None:
@@ -450,7 +450,7 @@ def leaves() -> st.SearchStrategy[Any]:
 )
 def test_everything_becomes_strict_json(value: Any) -> None:  # noqa: ANN401 - any value
     again = json.loads(json.dumps(plain_json(value), allow_nan=False))
-    # what is plain already stays as it is
+    # plain JSON stays the same
     assert plain_json(again) == again
 
     def pairs(left: Any, right: Any) -> Iterator[tuple[Any, Any]]:  # noqa: ANN401 - any value

@@ -213,7 +213,7 @@ def test_odd_names_are_text(tmp_path: Path) -> None:
     assert f"solver {ODD}" in "".join(odd.text).replace("\r\n", "\n")
     assert "{{7*7}}" in html
     assert not any(name.startswith("on") for _, attributes in odd.elements for name in attributes)
-    # a lone surrogate, as odd file names have them, is an escape in what is read by people
+    # lone surrogates, which odd file names have, are escaped in visible text
     written = write_report(stored, tmp_path / "report.html").read_text(encoding="utf-8")
     assert written == html
     assert r"\udcff failing" in "".join(odd.text)

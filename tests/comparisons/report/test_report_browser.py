@@ -314,7 +314,7 @@ def test_sorting(page: WebDriver) -> None:
     assert sort(page, "cost") == "descending"
     costs = numbers(column(page, "cost"))
     assert costs == sorted(costs, reverse=True)
-    # what has no cost comes last either way
+    # runs without a cost come last in both orders
     assert len(costs) == 25
     assert sort(page, "scenario") == "ascending"
     assert column(page, "scenario") == sorted(column(page, "scenario"))
@@ -434,7 +434,7 @@ def test_light_and_dark(chromium: WebDriver, address: str, colours: str) -> None
     before = page.execute_script(stroke, PATHS)
     one(page, "#theme").click()
     assert (shade() < 200) is (colours == "light")
-    # what is out of sight is drawn anew when it is seen again
+    # pictures out of sight are drawn again when they come into view
     show(page, "#map")
     until(page, lambda: page.execute_script(stroke, PATHS) != before)
     page.refresh()

@@ -24,7 +24,7 @@ from studies_small import add_run, runs_of, small_study, write_study
 
 from cgla_graph.comparisons.report import loopback, view
 from cgla_graph.comparisons.report.view import Page, Viewed, ViewServer
-from cgla_graph.comparisons.study.store import FILE, StudyStore
+from cgla_graph.comparisons.study.store import FILE, StudyStore, load
 from cgla_graph.errors import CglaError, OutputError
 
 STUDY = small_study(["one", "two"], ["straight-line", "prm-star"])
@@ -33,14 +33,8 @@ SIX = len(list(STUDY.cells()))
 
 def counted(folder: Path) -> Page:
     """Build a small page that says how many runs there are."""
-    stored = view_load(folder)
+    stored = load(folder)
     return Page(f"<!DOCTYPE html><title>{len(stored.runs)} runs</title>", len(stored.runs), stored.is_complete)
-
-
-def view_load(folder: Path):  # noqa: ANN201 - as `load`
-    from cgla_graph.comparisons.study.store import load  # noqa: PLC0415 - as the module does
-
-    return load(folder)
 
 
 def served(
@@ -97,7 +91,7 @@ def state_of(server: ViewServer) -> dict[str, object]:
     return document
 
 
-# What is served
+# Answers
 
 
 def test_the_page_and_the_state(folder: Path) -> None:
@@ -208,7 +202,7 @@ def test_it_listens_on_loopback_only(folder: Path) -> None:
                 socket.create_connection(("127.0.0.2", server.server_port), timeout=5)
 
 
-# What is thrown at it
+# Malformed requests and faults
 
 
 @pytest.mark.parametrize(
@@ -238,7 +232,7 @@ def idle(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ViewServer]:
 
 
 @given(request_bytes=st.binary(max_size=300))
-def test_whatever_is_sent_the_next_one_is_answered(idle: ViewServer, request_bytes: bytes) -> None:
+def test_after_any_bytes_the_next_request_is_answered(idle: ViewServer, request_bytes: bytes) -> None:
     raw(idle, request_bytes + b"\r\n\r\n")
     assert ask(idle, "/state").status == 200
 
@@ -254,7 +248,7 @@ def test_who_goes_away_is_passed_over(folder: Path, capfd: pytest.CaptureFixture
     assert capfd.readouterr().err == ""
 
 
-def test_who_says_nothing_stops_nobody(folder: Path) -> None:
+def test_a_silent_client_blocks_no_other(folder: Path) -> None:
     with served(folder) as server, socket.create_connection(("127.0.0.1", server.server_port)):
         assert ask(server).status == 200
 
@@ -442,7 +436,7 @@ def test_ctrl_c_ends_it_quietly(folder: Path) -> None:
         assert process.stderr is not None
         line = process.stdout.readline()
         port = int(line.split("127.0.0.1:")[1].split("/")[0])
-        # somebody is connected, and says nothing
+        # a silent client is connected
         with socket.create_connection(("127.0.0.1", port)):
             os.kill(process.pid, signal.SIGINT)
             assert process.wait(10) == 0

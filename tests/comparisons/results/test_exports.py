@@ -1,4 +1,4 @@
-"""Exports: what is in a file is what is in the study, in every format, complete or not at all."""
+"""Exports: each format holds the runs of the study, and files are written whole or not at all."""
 
 import csv
 import dataclasses
@@ -132,7 +132,7 @@ def test_ompl_database_of_some_runs(stored: Stored, tmp_path: Path) -> None:
         assert copy.execute("PRAGMA foreign_key_check").fetchall() == []
 
 
-# What is refused
+# Refusals
 
 
 @pytest.mark.parametrize("name", ["a", "a.xlsx", "a.db.txt", ".csv"])

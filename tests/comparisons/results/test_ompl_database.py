@@ -1,4 +1,4 @@
-"""OMPL's benchmark database: what is in it is what is in the study, and Planner Arena and OMPL's scripts open it."""
+"""OMPL's benchmark database: it holds the runs of the study, and Planner Arena and OMPL's scripts open it."""
 
 import dataclasses
 import importlib.util

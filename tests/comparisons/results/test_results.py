@@ -51,7 +51,7 @@ def failing(scenario: str, solver: int, seed: int | None) -> Solution:
 
 
 def dearer(scenario: str, solver: int, seed: int | None) -> Solution:
-    """Make the first solver 10 % dearer than `failing` does."""
+    """Raise the first solver's costs by 10 % over `failing`."""
     answer = failing(scenario, solver, seed)
     return dataclasses.replace(answer, cost=1.1 * answer.cost) if solver == 0 else answer
 
@@ -197,7 +197,7 @@ def test_the_tables_of_a_study_fit(stored: Stored, width: int) -> None:
         assert "…" not in text
 
 
-# What is printed
+# Output
 
 
 def test_the_summary_says_who_wins_and_where_each_fails(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:

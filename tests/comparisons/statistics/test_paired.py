@@ -225,7 +225,7 @@ def test_a_winner_by_chance_is_not_said_to_be_better() -> None:
     for _ in range(150):
         table = {str(i): np.exp(0.1 * rng.normal(size=24)).tolist() for i in range(8)}
         found = against(table, ranking(table).solvers[0])
-        # what is adjusted to all pairs, and what would be to those of the table alone
+        # adjusted for all pairs, and for those of the table alone
         wrong.append((min(one.p_holm for one in found) < 0.05, min(holm([one.p for one in found])) < 0.05))
     careful, careless = np.mean(wrong, axis=0)
     assert careful <= 0.05 + 3 * math.sqrt(0.05 * 0.95 / 150)

@@ -1,4 +1,4 @@
-"""Ranks and who is told apart: against scipy, brute force, and the worked example of Demsar's paper."""
+"""Ranks and significant differences: against scipy, brute force, and the worked example of Demsar's paper."""
 
 import itertools
 import math
@@ -123,7 +123,7 @@ def pairs_of(names: Sequence[str]) -> set[frozenset[str]]:
 
 
 def greatest_runs(found: Ranking, apart: Collection[frozenset[str]]) -> set[tuple[str, ...]]:
-    """List the greatest runs of two or more that have no two members told apart, by trying all."""
+    """List the greatest runs of two or more without a significant difference between members, by trying all."""
     k = len(found.solvers)
     runs = [found.solvers[first:end] for first in range(k) for end in range(first + 2, k + 1)]
     fine = [run for run in runs if not pairs_of(run) & set(apart)]
@@ -141,7 +141,7 @@ def test_groups_and_other_pairs_are_those_not_told_apart(seed: int, k: int, n: i
     alone = {frozenset(pair) for pair in found.apart_in_rank}
     assert not joined & alone
     assert joined | alone == pairs_of(found.solvers) - apart
-    # what is told apart is what the table of all pairs says
+    # significant pairs are those of the table of all pairs
     assert apart == {frozenset((one.solver, one.reference)) for one in all_pairs(table) if one.p_holm < 0.05}
 
 

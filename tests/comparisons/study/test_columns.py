@@ -18,7 +18,7 @@ from cgla_graph.comparisons.study.rows import COLUMNS, SHOWN, row
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder of what is written with a column more."""
+    """Return a folder of files with one more column."""
     folder = tmp_path_factory.mktemp("written")
     write_study_with_it(folder)
     return folder

@@ -136,7 +136,7 @@ def test_a_grid_map_survives_with_the_lattice_in_its_settings(tmp_path: Path) ->
     assert [bits(one) for one in again] == [bits(one) for one in both]
     assert isinstance(again[0].settings["eight-direction"]["resolution"], Lattice)
     assert again[0].y_down
-    # so that what is known of the area is known for all rows of the map
+    # rows of one map share the area and its cached results
     assert again[0].problem.no_fly is again[1].problem.no_fly
 
 

@@ -34,7 +34,7 @@ class Anytime:
     traits: ClassVar[Traits] = Traits("anytime", "a test's own", domain="plane")
 
     def __post_init__(self) -> None:
-        """Refuse what nobody could wait for."""
+        """Refuse a budget that takes too long."""
         if self.iterations is not None and self.iterations > 10**9:
             msg = "anytime: iterations are too many"
             raise SolverSettingError(msg)
@@ -136,11 +136,6 @@ def test_the_users_settings_win_over_the_budget_and_that_over_the_scenarios() ->
         "evaluations": 1,
         "tolerance": None,
     }
-
-
-def test_what_the_user_set_is_never_lifted() -> None:
-    found = Entrant.parse("anytime:iterations=7").with_budget({"seconds": 2.0}).settings_on(SCENARIO)
-    assert found == {"iterations": 7, "seconds": 2.0, "evaluations": None, "tolerance": None}
 
 
 def test_limits_that_cannot_be_lifted_stay() -> None:

@@ -129,7 +129,7 @@ def test_without_git_there_is_no_revision(monkeypatch: pytest.MonkeyPatch, tmp_p
     monkeypatch.setattr(shutil, "which", lambda _: None)
     assert revision(Path(cgla_graph.__file__)) is None
     monkeypatch.undo()
-    # what is called git may be anything
+    # a program called git may do anything
     broken = tmp_path / "git"
     broken.write_text("no program", encoding="utf-8")
     broken.chmod(0o755)

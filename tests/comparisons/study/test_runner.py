@@ -287,6 +287,8 @@ MISBEHAVIOUR = {
     "a ragged path": (with_path([(0.1, 0.1), (0.9,)]), "failed", "inhomogeneous"),
     "the other way round": (with_path(THROUGH[::-1]), "failed", "start and goal"),
     "elsewhere": (with_path([(0.2, 0.2), (0.9, 0.9)]), "failed", "start and goal"),
+    "claims a bound above its cost": (lambda p: dataclasses.replace(straight(p), lower_bound=1e9), "failed", "1e+09"),
+    "exits": (lambda _: sys.exit(3), "failed", "SystemExit: 3"),
     "out of bounds": (with_path([(0.1, 0.1), (-5.0, -5.0), (0.9, 0.9)]), "infeasible", "leaves the bounds"),
 }
 
@@ -304,7 +306,7 @@ def test_a_solver_that_misbehaves_is_a_row(how: str, enter: Enter) -> None:
 
 
 @pytest.mark.parametrize("cost", [0.1, 1.0, math.nan])
-def test_a_path_through_a_wall_is_infeasible_whatever_it_is_said_to_cost(enter: Enter, cost: float) -> None:
+def test_a_path_through_a_wall_is_infeasible_at_any_claimed_cost(enter: Enter, cost: float) -> None:
     bad, good = runs_of([small(more=WALL)], enter(with_path(THROUGH, cost)), "cgla")
     assert (bad.solution.status.label, good.solution.status.label) == ("infeasible", "optimal")
     assert "crosses the no-fly area" in bad.solution.message
@@ -337,20 +339,6 @@ def test_a_graph_solver_cannot_spoil_the_shared_graph(enter: Enter) -> None:
     bad, good = runs_of([small()], enter(spoil, domain="graph"), "cgla")
     assert (bad.solution.status.label, "read-only" in bad.solution.message) == ("failed", True)
     assert good.solution.cost == runs_of([small()], "cgla")[0].solution.cost
-
-
-def test_a_lower_bound_above_the_cost_is_a_lie(enter: Enter) -> None:
-    (bad,) = runs_of([small()], enter(lambda p: dataclasses.replace(straight(p), lower_bound=1e9)))
-    assert bad.solution.status is Status.FAILED
-
-
-def leave(_: Problem) -> Solution:
-    sys.exit(3)
-
-
-def test_a_solver_that_exits_is_a_row(enter: Enter) -> None:
-    bad, _ = runs_of([small()], enter(leave), "cgla")
-    assert bad.solution.status is Status.FAILED
 
 
 def test_an_interrupt_is_no_failure_of_the_solver(enter: Enter) -> None:
@@ -448,7 +436,7 @@ def test_a_solver_that_proves_more_keeps_its_bound(bounds: Bounds, enter: Enter,
     assert (bad.solution.lower_bound, good.solution.lower_bound) == (kept, 1.0)
 
 
-def test_what_is_proven_of_a_graph_is_no_bound_in_the_plane(bounds: Bounds, enter: Enter) -> None:
+def test_a_bound_of_a_graph_is_no_bound_in_the_plane(bounds: Bounds, enter: Enter) -> None:
     def proud(problem: GraphProblem) -> Solution:
         nodes = (problem.source, problem.target)
         cost = problem.evaluate(nodes)
@@ -477,7 +465,7 @@ def test_rounding_is_no_contradiction(bounds: Bounds) -> None:
     assert run.solution.gap == pytest.approx(0.0, abs=1e-11)
 
 
-def test_where_it_is_proven_that_there_is_no_path_there_is_no_contradiction(bounds: Bounds) -> None:
+def test_a_proof_of_no_path_contradicts_no_solver_without_one(bounds: Bounds) -> None:
     bounds(lambda _: math.inf)
     shut = small(more=WALL.replace("0.8", "1.1"))
     runs = runs_of([shut], "cgla", "straight-line", tolerance=0.1)
@@ -532,7 +520,7 @@ def test_a_budget_reaches_the_solver() -> None:
     assert run.solver == "rrt-star"
 
 
-def test_nobody_pays_for_compiled_code(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kernels_are_loaded_before_the_first_run(monkeypatch: pytest.MonkeyPatch) -> None:
     warmed: list[tuple[str, MapKind, bool]] = []
 
     def warm_up(solver: Solver, kind: MapKind, *, refine: bool) -> None:
@@ -549,7 +537,7 @@ def test_nobody_pays_for_compiled_code(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_solver_whose_path_is_certified_runs_once_when_alone(
     solvers: str, n_runs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Among others, all solvers run under the same conditions; what is found and proven is the same."""
+    """Among others, all solvers run under the same conditions; results and proofs are the same."""
     scenario, solved, own = small(), [], Hybrid.solve
     monkeypatch.setattr(Hybrid, "solve", lambda self, problem: solved.append(problem) or own(self, problem))
     first, *_ = compare([scenario], [Entrant.parse(solver) for solver in solvers.split(",")], tolerance=0.01)

@@ -1,4 +1,4 @@
-"""The store of a study: nothing is lost, and nothing is mangled."""
+"""The store of a study: results are neither lost nor changed."""
 
 import dataclasses
 import json
@@ -85,7 +85,7 @@ def lines_of(folder: Path) -> list[dict[str, Any]]:
 
 
 def session_of(folder: Path) -> dict[str, Any]:
-    """Return the last line that says what was asked for."""
+    """Return the last session line."""
     return [line for line in lines_of(folder) if line["kind"] == "session"][-1]
 
 
@@ -93,7 +93,7 @@ def names_in(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir()} - {f"{FILE}.lock"}
 
 
-# What is written is what is read
+# Round trips
 
 
 @few
@@ -156,7 +156,7 @@ def test_a_study_is_what_was_asked_for(folder: Path) -> None:
     assert [bits(one) for one in again.scenarios] == [bits(one) for one in asked.scenarios]
     assert (again.title, again.source, again.tolerance, again.limits) == ("Any runs", source, None, asked.limits)
     (session,) = load(folder).sessions
-    # what is no UTF-8 is shown
+    # characters outside UTF-8 are escaped
     assert (session.workers, session.command, session.source) == ("3", r"cgla compare caf\udce9.toml", source)
 
 
@@ -173,7 +173,7 @@ def test_scenarios_on_one_map_share_its_area(folder: Path, tmp_path: Path) -> No
     assert len({id(one.problem.no_fly) for one in again}) == 1
 
 
-def test_scenarios_share_a_raster_and_another_one_is_told_apart(folder: Path) -> None:
+def test_scenarios_share_a_raster_and_another_one_differs(folder: Path) -> None:
     def over(value: float, *names: str) -> Study:
         field = RiskField(rasters=[RasterRisk([[1.0, value]], (0, 0, 1, 1))])
         scenarios = [dataclasses.replace(named(name), problem=Problem((0, 0), (1, 1), field)) for name in names]
@@ -570,7 +570,7 @@ def intact(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @few
 @given(st.lists(st.tuples(st.integers(0, 2**20), st.integers(0, 255)), min_size=1, max_size=30))
-def test_whatever_bytes_rot_there_is_an_answer_or_one_line(intact: Path, rot: list[tuple[int, int]]) -> None:
+def test_any_changed_bytes_are_read_or_refused_in_one_line(intact: Path, rot: list[tuple[int, int]]) -> None:
     rotten = bytearray(intact.read_bytes())
     for at, byte in rot:
         rotten[at % len(rotten)] = byte
@@ -581,7 +581,7 @@ def test_whatever_bytes_rot_there_is_an_answer_or_one_line(intact: Path, rot: li
             try:
                 start(folder)
             except CglaError as error:
-                assert "\n" not in str(error)  # noqa: PT017 - many a rotten byte matters to nobody
+                assert "\n" not in str(error)  # noqa: PT017 - many changed bytes do not matter
 
 
 def test_where_there_is_no_study(folder: Path) -> None:

@@ -1,8 +1,9 @@
-"""Study files: what they hold, what each mistake is told, and that no run is asked for twice."""
+"""Study files: contents, messages for mistakes, and no cell twice."""
 
 import json
 import math
 import tomllib
+from collections.abc import Callable
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import usual
 
-from cgla_graph.comparisons.study.entrant import Entrant, every_solver
+from cgla_graph.comparisons.study.entrant import Entrant, _literal, every_solver
 from cgla_graph.comparisons.study.options import number_names
 from cgla_graph.comparisons.study.study import SEEDS, Study
 from cgla_graph.comparisons.study.study_file import (
@@ -23,11 +24,13 @@ from cgla_graph.comparisons.study.study_file import (
     study_from_toml,
     study_schema,
 )
+from cgla_graph.comparisons.study.study_tables import _written
 from cgla_graph.errors import CglaError, StudyError
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios.random_map import difficulty, random_scenario
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml, shipped
+from cgla_graph.solvers import listing
 
 BASE = "scenarios = ['paper']\nsolvers = ['cgla']\n"
 MAP = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 1.0\n"
@@ -214,17 +217,10 @@ def text_of(text: str, key: str) -> str:
 
 @pytest.mark.parametrize("value", ["5", "None", "(1, 2)", "'x'", "5a", "plain words", "", "1_0", "[" * 300])
 def test_a_text_stays_a_text_in_the_label(value: str) -> None:
-    from cgla_graph.comparisons.study.study_tables import _written  # noqa: PLC0415 - only here
-
-    written = _written(value)
-    from cgla_graph.comparisons.study.entrant import _literal  # noqa: PLC0415 - only here
-
-    assert _literal(written) == value
+    assert _literal(_written(value)) == value
 
 
 def test_solvers_that_are_not_installed_enter(monkeypatch: pytest.MonkeyPatch) -> None:
-    from cgla_graph.solvers import listing  # noqa: PLC0415 - to be replaced
-
     monkeypatch.setattr(listing, "_is_installed", lambda *_: False)
     study = study_from_toml("scenarios = ['paper']\nsolvers = ['bit-star', { name = 'rrt-star', seed = 3 }]")
     assert [tuple(cell) for cell in study.cells()] == [("paper", "bit-star", None), ("paper", "rrt-star:seed=3", None)]
@@ -404,17 +400,17 @@ WRONG_MAPS = {
 }
 
 
-@pytest.mark.parametrize(("key", "wrong"), [(key, one) for key, values in WRONG.items() for one in values])
-def test_values_that_are_not_allowed_are_refused(key: str, wrong: str) -> None:
-    given = "" if key == "scenarios" else "scenarios = ['paper']\n"
-    assert key in message_of(f"{given}{key} = {wrong}")
-
-
-@pytest.mark.parametrize(("key", "wrong"), [(key, one) for key, values in WRONG_MAPS.items() for one in values])
-def test_values_that_random_maps_do_not_allow_are_refused(key: str, wrong: str) -> None:
-    seeds = "" if key == "seeds" else "seeds = 1, "
-    text = f"scenarios = [{{ generate = 'random', {seeds}{key} = {wrong} }}]"
-    assert f"scenarios.0.{key}" in message_of(text)
+@pytest.mark.parametrize(
+    ("of_map", "key", "wrong"),
+    [(keys is WRONG_MAPS, key, one) for keys in (WRONG, WRONG_MAPS) for key, values in keys.items() for one in values],
+)
+def test_values_that_are_not_allowed_are_refused(of_map: bool, key: str, wrong: str) -> None:
+    if of_map:
+        seeds = "" if key == "seeds" else "seeds = 1, "
+        assert f"scenarios.0.{key}" in message_of(f"scenarios = [{{ generate = 'random', {seeds}{key} = {wrong} }}]")
+    else:
+        given = "" if key == "scenarios" else "scenarios = ['paper']\n"
+        assert key in message_of(f"{given}{key} = {wrong}")
 
 
 def test_a_setting_of_a_scenario_is_checked(folder: Path) -> None:
@@ -474,7 +470,7 @@ def test_any_values_are_read_or_refused(document: dict[str, Any]) -> None:
     assert list(study.cells())
 
 
-def toml(value: Any) -> str:  # noqa: ANN401 - whatever was drawn
+def toml(value: Any) -> str:  # noqa: ANN401 - any drawn value
     """Write a value as TOML."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key} = {toml(part)}" for key, part in value.items()) + "}"
@@ -488,21 +484,17 @@ def toml(value: Any) -> str:  # noqa: ANN401 - whatever was drawn
 # Files
 
 
-def make_folder(path: Path) -> None:
-    path.mkdir()
-
-
-def make_junk(path: Path) -> None:
-    path.write_bytes(bytes(range(256)))
-
-
 @pytest.mark.parametrize(
-    ("make", "words"), [(None, "no such file"), (make_folder, "cannot be read"), (make_junk, "UTF-8")]
+    ("make", "words"),
+    [
+        (lambda _: None, "no such file"),
+        (Path.mkdir, "cannot be read"),
+        (lambda file: file.write_bytes(bytes(range(256))), "UTF-8"),
+    ],
 )
-def test_files_that_cannot_be_read(tmp_path: Path, make: Any, words: str) -> None:  # noqa: ANN401 - a function or None
+def test_files_that_cannot_be_read(tmp_path: Path, make: Callable[[Path], object], words: str) -> None:
     file = tmp_path / "mine.toml"
-    if make:
-        make(file)
+    make(file)
     with pytest.raises(StudyError, match=words) as caught:
         read_study(file)
     assert str(caught.value).startswith(str(file))

@@ -258,10 +258,10 @@ def test_a_real_terminal(width: int, tmp_path: Path) -> None:
 
 
 def _read_all(terminal_end: int) -> str:
-    """Read what is written to a terminal, until nobody writes any more."""
+    """Read a terminal until its writers have closed it."""
     with os.fdopen(terminal_end, "rb", buffering=0) as file:
         parts = []
-        # a terminal that nobody holds any more has no end, but an error
+        # a terminal without writers raises an error instead of ending
         with suppress(OSError):
             while part := file.read(65536):
                 parts.append(part)

@@ -137,7 +137,7 @@ def test_outcomes_are_those_of_this_machine_though_a_worker_is_killed(awkward: M
         found = outcomes(spread(one_by_one(calls), scheduler=machines.address, seconds=60.0))
         killer.join()
         assert machines.workers[0].wait(10.0) == -signal.SIGKILL
-    # what was lost was begun again
+    # lost calls were started again
     assert note.read_text().count("begun") > 4
     assert found == outcomes(isolated(one_by_one(calls), workers=2, seconds=60.0))
 
@@ -183,7 +183,7 @@ def test_what_takes_workers_down_has_crashed_and_a_study_leaves_nothing(awkward:
         pids = [found[key].value for key in ("child", "pid", "after")]
         assert all(until(lambda pid=pid: not alive(pid)) for pid in pids)  # type: ignore[misc]
         machines.wait(1)
-        # an iteration that is left in the middle stops what is under way
+        # closing the iteration early stops running calls
         note = tmp_path / "hung"
         hang = [Call("pid", awkward.where), Call("hang", awkward.hang, (str(note),))]
         with closing(spread(one_by_one(hang), scheduler=machines.address, seconds=60.0)) as ended:  # type: ignore[type-var]

@@ -1,4 +1,4 @@
-"""Tasks that need each other: each is made once, none before its time, and what is done already is not made again."""
+"""Tasks with dependencies: each runs once, after those that it needs, and finished ones do not run again."""
 
 import random
 from typing import Any
@@ -55,7 +55,7 @@ def test_each_is_made_once_after_what_it_needs(seed: int, size: int, workers: in
     tasks = tasks_of({number: needs[number] for number in order}, begun)
     ended = []
     for task, result in run_tasks(tasks, done, limits=Limits(), workers=workers):
-        # it is kept before anybody sees it
+        # it is stored before it is yielded
         assert done[task.key] == result
         assert all(key in done for key in task.needs)
         ended.append(task.key)
@@ -94,7 +94,7 @@ def test_a_failure_is_a_result_of_what_its_task_makes_of_it() -> None:
         return outcome.failure, outcome.message, limits
 
     task = Task(("f",), fails, result=told)
-    # nothing limits what is made in this process
+    # tasks in this process have no limits
     ((_, here),) = run_tasks([task], limits=Limits(seconds=5.0), workers=0)
     assert here == (Failure.RAISED, "ValueError: within inf", NO_LIMITS)
     ((_, there),) = run_tasks([task], limits=Limits(seconds=5.0), workers=1)
