@@ -1,20 +1,21 @@
 """
-A proven lower bound of the cost of every path, and so of how far a path is from the best possible.
+A proven lower bound of the cost of every path, and with it the gap of a path to the optimum.
 
-How a grid yields a bound, and why it is one, is told in `subsolution`. Here, grids are refined.
+`subsolution` shows how a grid yields a bound, and proves it. This module refines the grids.
 
 **The tube.** With bounds from both ends, a path through ``x`` costs at least the sum of the two bounds at ``x``.
-Cells where that is more than a known path costs are left out of the next, finer grid: no path through them is better.
+Cells where that sum exceeds the cost of a known path are left out of the next, finer grid: no path through them is
+better.
 
 **No-fly areas** are used: the mesh is cut open along them (`mesh`), so that ``phi`` may jump across walls.
-Their outline is taken for smaller than it is, by up to a few parts of a cell.
+Their outline counts as smaller than it is, by up to a few parts of a cell.
 
-**On a map in degrees**, what is proven is proven of the Earth: each cell has its own scale (`scale`). The path is held
-against it with its cost on the plane, which is no less than on the Earth. As no bound exceeds what the path costs under
-that scale, the distortion of the map may be all that is missing; the message says so then.
+**On a map in degrees**, the bound holds on the Earth: each cell has its own scale (`scale`). It is compared with the
+path's cost on the plane, which is at least that on the Earth. No bound exceeds the path's cost under that scale, so
+that the rest of the gap may be due to the distortion of the map; the message says so then.
 
-**Rounding.** The inequality is checked for the stored numbers; the few operations of each check, and the evaluation
-of ``F``, are accounted for by a factor (`rounding`).
+**Rounding.** The inequality is checked for the stored numbers; a factor covers the rounding of each check and of the
+evaluation of ``F`` (`rounding`).
 """
 
 import math
@@ -44,31 +45,32 @@ from cgla_graph.model.small_problem import SMALL_PATH, MapKind, small_problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, TOLERANCE
 from cgla_graph.refine.refine import refine_path
 
-#: Cells of a grid, unless told otherwise: about 750 MB.
+#: Cells of a grid by default, at most: about 750 MB.
 MAX_CELLS = 2_500_000
 #: Cells along the longer side of the finest grid: on finer ones, differences of stored numbers have few digits left.
 MOST_ALONG = 2**17
-#: A bound is good enough for its grid when this part of the tolerance is left to gain.
+#: A bound is good enough for its grid when at most this part of the tolerance is left to gain.
 FRACTION = 0.05
-#: Losses below this part of the bound's deficit are not worth a closer look.
+#: A finer grid is laid around an end or a corner where more than this part of the bound's deficit is lost.
 WORTH = 0.05
-#: How many times as fine as the last one a grid is, at most and at least; from where on all of it is better than less.
+#: How many times as fine as the last grid the next one is, at most and at least; if it has to be more than `WORTH_LESS`
+#: times as fine, it is made `MOST_TIMES` as fine.
 MOST_TIMES, LEAST_TIMES, WORTH_LESS = 2.0, 1.25, 1.75
-#: Of what the tolerance allows to be missing, so much is aimed at. What is missing is not trusted to fall by more than
-#: this power of the spacing; a grid that is to be just small enough is made so much coarser.
+#: The next grid aims at this part of the deficit that the tolerance allows. The deficit is expected to fall by at most
+#: this power of the spacing. A grid that has to fit into `max_cells` is made coarser by this factor.
 AIMED_AT, MOST_ORDER, ROOM = 0.85, 1.5, 0.99
-#: Around so much of the Earth that the least scale is below this, the geodesic alone is a bound.
+#: On a map so large that its least scale is below this, only the geodesic is a bound.
 LEAST_SCALE = 0.05
-#: Parts of a path on each of which its scale is taken for that in the middle.
+#: Parts of a path on each of which the scale in the middle is used.
 PARTS = 1024
-#: Where rounding would take away more than this leaves of a bound, there is none.
+#: There is no bound where rounding would lower it by more than this factor.
 LEAST_SHRINK = 0.99
 #: Times that a proof begins again with a better path that it has found.
 MOST_BETTER = 3
-#: Cells along the longer side of the grid on which another path is looked for, and how many times as many next time.
+#: Cells along the longer side of the grid from which another path is sought, and the factor to the next such grid.
 SECOND_LOOK, LOOKS_APART = 4 * FIRST_CELLS, 4
-#: What a path may lose to waypoints that are too far apart, relatively, and how many it has then at most. A closer
-#: proof wants a hundredth of its tolerance, but never less than the last of these.
+#: Relative loss that a refined path may have because its waypoints are too far apart, and its waypoints then, at most.
+#: A closer proof wants a hundredth of its tolerance, but never less than `LEAST_LOSS`.
 LOSS, POINTS, LEAST_LOSS = 1e-6, 512, 1e-9
 
 
@@ -84,8 +86,8 @@ class Grid:
     last
         Column and row of its last node, the upper right corner of the bounds; node (0, 0) is the lower left one.
     runs
-        The cells that were looked at, the tube: ``row, first column, last column + 1`` each, shape ``(n, 3)``. The cell
-        of a node is the rectangle of one step around it.
+        The cells of the tube: ``row, first column, last column + 1`` each, shape ``(n, 3)``. The cell of a node is the
+        rectangle of one step around it.
     lower_bound, upper_bound
         The bracket after this grid, map units.
     """
@@ -100,7 +102,7 @@ class Grid:
 @dataclass(frozen=True, eq=False)
 class Certificate(Plottable):
     """
-    A number that no path inside the bounds can beat, and what it took to prove it.
+    A proven lower bound of the cost of all paths inside the bounds, and how it was proven.
 
     Attributes
     ----------
@@ -108,11 +110,11 @@ class Certificate(Plottable):
         Proven: no path costs less, map units. On a map in degrees, no path on the Earth does. Infinite where it is
         proven that there is no path; NaN where there is no bound.
     upper_bound
-        Cost of the path that the bound is held against, map units, as the plane measures it; infinite where none is
+        Cost of the path that the bound is compared with, map units, measured on the plane; infinite where no path is
         known.
     path
-        That path: waypoints, read-only, shape ``(n, 2)``, map units. The one that was given, else the best one that the
-        proof knows. None where none is known, and in a certificate that was kept by a study.
+        That path: waypoints, read-only, shape ``(n, 2)``, map units. It is the given path, else the best one that the
+        proof found. None where no path is known, and in a certificate that was stored by a study.
     tolerance
         The tolerance asked for.
     spacing
@@ -122,11 +124,11 @@ class Certificate(Plottable):
     message
         Why it ended, in one line.
     seconds
-        Time it took, without the compiling or loading of kernels.
+        Time that the proof took, without compiling or loading kernels.
     grids
         The grids, coarse to fine: how the bracket closed.
     problem
-        The problem that it is of, for pictures; None in a copy from another process or a file.
+        The problem, for pictures; None in a copy from another process or a file.
     """
 
     lower_bound: float
@@ -152,7 +154,7 @@ class Certificate(Plottable):
 
     @property
     def gap(self) -> float:
-        """The proven distance of that path from the optimum, ``upper_bound / lower_bound - 1``."""
+        """The greatest possible excess of that path over the optimum, ``upper_bound / lower_bound - 1``."""
         if self.lower_bound == self.upper_bound:
             return 0.0
         return self.upper_bound / self.lower_bound - 1.0 if self.lower_bound != 0.0 else math.inf
@@ -186,21 +188,21 @@ def prove(
     keeps_path: bool = True,
 ) -> Certificate:
     """
-    Bound the cost of every path from below, with one in hand; `cgla_graph.lower_bound` finds one first.
+    Bound the cost of every path from below, and compare a path with it; `cgla_graph.lower_bound` finds one first.
 
     Parameters
     ----------
     problem
         The problem; its no-fly area counts, and its clearance.
     path
-        A feasible path from start to goal, shape ``(m, 2)``, that the bound is held against. None: the steepest
-        descent of the costs-to-go, refined, where the first grid finds one.
+        A feasible path from start to goal, shape ``(m, 2)``, that the bound is compared with. None: the refined
+        steepest descent of the costs-to-go, if a grid finds one.
     tolerance
         Refine the grid until ``upper_bound / lower_bound - 1`` is at most this.
     max_cells
         Cells of a grid, at most, those of its rim included: about 300 bytes each.
     keeps_path
-        Whether the bound is held against `path` even where the proof finds a better one.
+        Whether the bound is compared with `path` even if the proof finds a better one.
 
     Returns
     -------
@@ -229,7 +231,7 @@ def prove(
 
 def check_settings(tolerance: float, max_cells: int) -> None:
     """
-    Check what a proof is asked for.
+    Check the settings of a proof.
 
     Raises
     ------
@@ -248,7 +250,7 @@ def check_settings(tolerance: float, max_cells: int) -> None:
 
 def improved(problem: Problem, path: ArrayLike, tolerance: float) -> tuple[Certificate, float]:
     """
-    Prove how good a path is, and put a better one in its place where the proof finds one.
+    Prove the gap of a path, and replace the path if the proof finds a better one.
 
     Parameters
     ----------
@@ -262,9 +264,9 @@ def improved(problem: Problem, path: ArrayLike, tolerance: float) -> tuple[Certi
     Returns
     -------
     certificate
-        Its path is the best one known, and its bound what `prove` says with that path in hand.
+        Its path is the best one found, and its bound is that of `prove` with this path.
     seconds
-        The part of the certificate's time after which this was known; 0 for the path that was given.
+        The part of the certificate's time after which this path was known; 0 for the path that was given.
 
     Raises
     ------
@@ -299,14 +301,14 @@ def _proven(
     keeps_path: bool,
     is_trial: bool = False,
 ) -> tuple[Certificate, float]:
-    """Bound from below; return also when the path that the bound is held against was known."""
+    """Bound the cost from below; return also after how many seconds the compared path was known."""
     if not problem.field.is_proper:
         none = f"no bound: {NEGATIVE_WEIGHTS}"
         return Certificate(math.nan, math.inf, tolerance, 0.0, 0, none, 0.0, problem=problem), 0.0
     with showing("proof") as tell:
         load_kernels(MapKind.of(problem.model))
         began = time.perf_counter()
-        held = _Way() if path is None else _given(problem, path)
+        held = _KnownPath() if path is None else _given(problem, path)
         search = _Search(problem, tolerance, max_cells, held, keeps_path, is_trial)
         found = search.run(tell)
     known_after = search.improved_at - began if search.improved_at else 0.0
@@ -316,9 +318,7 @@ def _proven(
 @cache
 def load_kernels(kind: MapKind) -> None:
     """
-    Have the kernels compiled, or loaded, once in a process: the time of a proof is that of proving.
-
-    What other kinds of maps need is left alone.
+    Compile or load the kernels for a kind of map, once in a process, so that no proof is charged for it.
 
     Examples
     --------
@@ -337,11 +337,11 @@ def load_kernels(kind: MapKind) -> None:
         _Search(problem, 0.1, 0, held, keeps_path=False).improve(level, bounds[0])
 
 
-class _Way(NamedTuple):
+class _KnownPath(NamedTuple):
     """
-    A feasible path from start to goal and its cost; none costs infinitely much.
+    A feasible path from start to goal and its cost; without a path, the cost is infinite.
 
-    `least` is its cost under the scale of the map, which no bound exceeds: the cost itself in the plane.
+    `least` is its cost under the scale of the map, which no bound exceeds; in the plane, it is the cost itself.
     """
 
     cost: float = math.inf
@@ -349,7 +349,7 @@ class _Way(NamedTuple):
     least: float = math.inf
 
     @classmethod
-    def of(cls, problem: Problem, cost: float, path: FloatArray) -> "_Way":
+    def of(cls, problem: Problem, cost: float, path: FloatArray) -> "_KnownPath":
         """Copy a path, read-only, so that a certificate keeps it."""
         copied = np.array(path)
         copied.flags.writeable = False
@@ -367,7 +367,7 @@ def _scaled_cost(problem: Problem, path: FloatArray) -> float:
     return float((costs * scale_at(problem, 0.5 * (starts + ends))).sum())
 
 
-def _given(problem: Problem, path: ArrayLike) -> _Way:
+def _given(problem: Problem, path: ArrayLike) -> _KnownPath:
     waypoints = point_array("path", path)
     found = problem.evaluate(waypoints)
     if found.violations:
@@ -376,22 +376,21 @@ def _given(problem: Problem, path: ArrayLike) -> _Way:
     if tuple(waypoints[0]) != problem.start or tuple(waypoints[-1]) != problem.goal:
         msg = f"the path joins {waypoints[0].tolist()} and {waypoints[-1].tolist()}; it has to join start and goal"
         raise ProblemError(msg)
-    return _Way.of(problem, found.cost, waypoints)
+    return _KnownPath.of(problem, found.cost, waypoints)
 
 
-def _refined(problem: Problem, path: FloatArray, tolerance: float) -> _Way:
+def _refined(problem: Problem, path: FloatArray, tolerance: float) -> _KnownPath:
     """
-    Refine a path; one that is empty or not feasible, and so is not refined, is none.
+    Refine a path; if it is empty or not feasible, return none.
 
-    What bends between its waypoints lose falls with the square of their number: they are as many as the tolerance of
-    the proof takes.
+    The loss between waypoints falls with the square of their number; the tolerance of the proof sets that number.
     """
     if not len(path):
-        return _Way()
+        return _KnownPath()
     loss = min(max(0.01 * tolerance, LEAST_LOSS), LOSS)
     refined = refine_path(problem, path, tolerance=loss, max_points=round(POINTS * math.sqrt(LOSS / loss))).path
     found = problem.evaluate(refined)
-    return _Way.of(problem, found.cost, refined) if found.feasible else _Way()
+    return _KnownPath.of(problem, found.cost, refined) if found.feasible else _KnownPath()
 
 
 def rounding(problem: Problem) -> float:
@@ -414,13 +413,13 @@ class _Search:
     problem: Problem
     tolerance: float
     max_cells: int
-    #: The path that the bound is held against; a better one takes its place, unless it is to be kept.
-    held: _Way
+    #: The path that the bound is compared with; a better one replaces it, unless `keeps_path`.
+    held: _KnownPath
     keeps_path: bool
-    #: Whether it ends as soon as it is.
+    #: Whether the search ends as soon as the path is replaced.
     is_trial: bool = False
-    known: _Way = field(default_factory=_Way)
-    #: When a better one was found, s; 0 before.
+    known: _KnownPath = field(default_factory=_KnownPath)
+    #: When a better path was found, s; 0 before.
     improved_at: float = 0.0
     best: float = 0.0
     cells: int = 0
@@ -429,11 +428,11 @@ class _Search:
     def run(self, tell: Tell) -> Certificate:
         """Refine until the tolerance or a limit is reached."""
         problem = self.problem
-        # a path that keeps its clearance to the last digit counts, too
+        # a path that keeps its clearance up to rounding is feasible too
         closed = problem.relaxed()
         self.known = self.held
         shrink = 1.0 - rounding(problem)
-        # (of the two ends' distance itself)
+        # (the factor covers the rounding of that length)
         self.best = problem.least_length * (1.0 - 2.0**-50)
         if outcome := self._settled(shrink):
             return self._end(outcome)
@@ -446,22 +445,22 @@ class _Search:
             level = Level.lay(closed, last, runs, worth, self.known.path)
             self.cells = len(level.mesh.columns)
             self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.held.cost))
-            # (a few ulps more: that it is good enough has to come out in the end)
+            # (a few ulps more, so that the final comparison succeeds in spite of rounding)
             wanted = self._wanted() / shrink * (1.0 + 2.0**-50)
             bounds = level.both(FRACTION * self.tolerance, charge=True, known=self.known.least, wanted=wanted)
             if bounds is None:
-                # what finer grids leave out is more expensive than a known path
+                # the cells left out of the grid are more expensive than a known path
                 self.best = max(self.best, self.known.least)
                 return self._end(self._outcome())
             here = max(one.bound for one in bounds) - (GEODESIC_ERROR if self.on_earth else 0.0)
-            # that of a path that is known to exist is never beaten
+            # no bound exceeds the cost of a known path
             self.best = max(self.best, min(here * shrink, self.known.least))
             self.grids[-1] = replace(self.grids[-1], lower_bound=self.best)
             if outcome := self._outcome():
                 return self._end(outcome)
             gap = 100.0 * (self.held.cost / (self.best or math.nan) - 1.0)
             tell(f"gap {gap:.2g} % after {len(self.grids)} grids, {100.0 * self.tolerance:.2g} % asked")
-            # a grid of some fineness knows better than the lattice on which side of an obstacle to pass
+            # a fine grid shows better than the lattice on which side of an obstacle to pass
             if self._looks_stuck(here, here - before) or max(last) >= look:
                 self.improve(level, bounds[0])
             if max(last) >= look:
@@ -474,7 +473,7 @@ class _Search:
                 return self._end(outcome)
 
     def _settled(self, shrink: float) -> str:
-        """Say why no grid is laid, if the straight line settles it or nothing more can be proven; else nothing."""
+        """Return why no grid is laid: the straight line is enough, or no grid proves more; empty if one is laid."""
         if outcome := self._outcome():
             is_close = self.held.cost <= self.best * (1.0 + self.tolerance)
             return "the straight line is no longer than the tolerance allows" if is_close else outcome
@@ -485,12 +484,12 @@ class _Search:
         return ""
 
     def _wanted(self) -> float:
-        """Return a bound that is good enough."""
+        """Return the least bound that is good enough."""
         wanted = self.held.cost / (1.0 + self.tolerance)
         return min(wanted, self.known.least / (1.0 + self._slack)) if self.on_earth else wanted
 
     def _outcome(self) -> str:
-        """Return the outcome in words, if it is known; else nothing."""
+        """Return the outcome in words; empty if it is not known yet."""
         if math.isinf(self.best):
             return "there is no path"
         held, known, reached = self.held.cost, self.known.cost, self.best * (1.0 + self.tolerance)
@@ -515,16 +514,16 @@ class _Search:
     @property
     def _slack(self) -> float:
         """
-        How close to the least that the known path costs under the scale of the map a bound is to come, as a ratio.
+        How close a bound has to come to the cost of the known path under the scale of the map, as a ratio.
 
-        In the plane, within the tolerance; else within what the distortion leaves of that, but half of it at least.
+        In the plane it is the tolerance; else the part of it that the distortion leaves, but at least half of it.
         """
         if not self.on_earth or not 0.0 < self.known.least < math.inf:
             return self.tolerance
         return max((1.0 + self.tolerance) * self.known.least / self.known.cost - 1.0, 0.5 * self.tolerance)
 
     def _limit(self, last: tuple[int, int], needed: int) -> str:
-        """Say why there is no finer grid, if there is none; else nothing."""
+        """Return why there is no finer grid; empty if there is one."""
         if self.is_trial and self.improved_at:
             return "a better path was found"
         if needed > self.max_cells:
@@ -533,7 +532,7 @@ class _Search:
 
     def _finer(self, last: tuple[int, int], kept: WholeArray, times: float) -> tuple[tuple[int, int], WholeArray, int]:
         """
-        Lay a grid so many times as fine over the cells that are kept; less fine if only then it is small enough.
+        Lay a grid `times` as fine over the kept cells; a coarser one if it would have too many cells.
 
         Returns its last node, its runs, and the number of its cells, those of its rim included.
         """
@@ -546,9 +545,9 @@ class _Search:
 
     def _times(self, before: float, here: float) -> float:
         """
-        Choose how many times as fine the next grid is: twice, or as fine as the tolerance takes if that is less.
+        Choose how many times as fine the next grid is: twice, or less if the tolerance needs less.
 
-        What is missing from a bound falls like a power of the spacing, which the bounds of the last two grids tell.
+        The deficit of a bound falls like a power of the spacing, which the bounds of the last two grids give.
         """
         missed, missing = self.known.least - before, self.known.least - here
         if not 0.0 < missing < missed < math.inf:
@@ -557,7 +556,7 @@ class _Search:
         coarser, last = (max(grid.last) for grid in self.grids[-2:])
         order = min(math.log(missed / missing) / math.log(last / coarser), MOST_ORDER)
         allowed = AIMED_AT * self._slack * self.known.least / (1.0 + self._slack)
-        # (as logarithms: where a bound stands still, its power is too great for a float)
+        # (as logarithms: where a bound hardly changes, the power overflows a float)
         excess = math.log(missing / allowed)
         if excess > order * math.log(WORTH_LESS):
             return MOST_TIMES
@@ -565,15 +564,15 @@ class _Search:
 
     def _looks_stuck(self, bound: float, gained: float) -> bool:
         """
-        Guess whether finer grids alone are going to reach the tolerance, or a better path has to be looked for.
+        Guess whether finer grids alone will not reach the tolerance, so that a better path has to be found.
 
-        Each grid about halves what is missing from the bound, or better, so that about as much is missing as it has
-        just gained; thrice that is allowed for.
+        Each grid at least about halves the deficit of the bound, so that the deficit is about the last gain; up to
+        three times that gain is allowed.
         """
         return self.known.least > (bound + 3.0 * max(gained, 0.0)) * (1.0 + self._slack)
 
     def improve(self, level: Level, to_goal: Subsolution) -> None:
-        """Look for a better path down the costs-to-go."""
+        """Search for a better path by descending the costs-to-go."""
         path = descent(self.problem, level.mesh, to_goal.values, radius=level.reach + 1.0)
         found = _refined(self.problem, path, self.tolerance)
         if found.least < self.known.least:

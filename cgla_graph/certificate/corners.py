@@ -1,36 +1,36 @@
 """
 Blocks of cells around corners of no-fly areas, where no spline follows the costs-to-go.
 
-Behind a corner ways fan out, and costs-to-go bend like one over the distance to it: a spline is too steep there, by
-first order in the spacing. So the inequality of `subsolution` is not asked for in a block around the corner. A path
+Behind a corner paths fan out, and costs-to-go bend like one over the distance to it: a spline is too steep there, by
+first order in the spacing. So the inequality of `subsolution` is not required in a block around the corner. A path
 that first enters it at ``a`` and leaves it for the last time at ``b`` costs at least ``D(a, b)`` in between, and the
 bound is lowered by the greatest ``phi(a) - phi(b) - D(a, b)`` of all pairs on the rim, the charge of the block. As with
 cells that stay too steep, there is one charge a block: after ``b``, the path does not meet it again.
 
-**What a way between two points costs at least.** On the disc ``|x| <= R`` around the corner let ``c >= c_q = c_l - H
-|x|^2 / 2`` with ``c_l = c_0 + g . x``, let ``L > 0`` be at most ``c_q``, and ``G`` at least its slope. Go along a way
-inside the disc, from ``b`` on, and unroll a string: a polyline ``P`` from ``b`` to where the way has come, which gets a
+**The least cost between two points.** On the disc ``|x| <= R`` around the corner let ``c >= c_q = c_l - H |x|^2 / 2``
+with ``c_l = c_0 + g . x``, let ``L > 0`` be at most ``c_q``, and ``G`` at least its slope. Follow a path inside the
+disc, from ``b`` on, and unroll a string: a polyline ``P`` from ``b`` to the current point of the path, which gets a
 new bend, at a corner of an area, when its last part would meet the area. While the length ``l`` of the string keeps
 ``gamma l^2 <= L``, where ``gamma = G^2 / (4 L)``, the number ``f = int_P c_q - gamma l^3 / 3`` rises by at most ``c`` a
 unit of length: the part of its gradient along the string is ``c_q - gamma l^2``, the other is at most ``l G / 2``, and
-a new bend changes nothing. The string is never longer than the way. So
+a new bend changes nothing. The string is never longer than the path. So
 
-- a way to ``a`` that is no longer than ``l_1`` costs at least ``int_P c_q - gamma l_1^3 / 3`` for such a polyline. It
+- a path to ``a`` that is no longer than ``l_1`` costs at least ``int_P c_q - gamma l_1^3 / 3`` for such a polyline. It
   is straight only where a straight line crosses no area, and its bends are at corners of areas. The same is true of
   ``c_l`` with no areas around: all of ``P``, or all between its first bend and its last, may be replaced by a straight
   line, for another ``gamma l_1^3 / 3``. And ``c_q`` is less than ``c_l`` by at most ``H m^2 / 2`` where ``m = (|a| +
-  |b| + l_1) / 2``: no such way gets further away from the corner;
-- a longer one costs at least ``L l_1``. With ``l_1 = l_0 C / L``, where ``C`` is at least ``c_l`` between points of the
-  block, this is no less than ``C l_0``;
-- one that leaves the disc costs at least ``L (2 R - |a| - |b|)``, which is more, if ``R`` is wide enough.
+  |b| + l_1) / 2``: no such path gets farther away from the corner;
+- a longer path costs at least ``L l_1``. With ``l_1 = l_0 C / L``, where ``C`` is at least ``c_l`` between points of
+  the block, this is no less than ``C l_0``;
+- a path that leaves the disc costs at least ``L (2 R - |a| - |b|)``, which is more, if ``R`` is large enough.
 
 ``D`` is the least of these: with ``l_0 = |a - b|`` for the straight line; and where that crosses a wall, with ``l_0 =
 |a| + |b|`` and some more, over the cheapest one or two bends in sight of ``a`` and of ``b``.
 
-**The front** is led around the corner, too: it does not pass between nodes with a wall in between, and a node in sight
-of the corner reaches all others in its sight over it.
+**The front** is led around the corner as well: it does not pass between nodes with a wall in between, and a node in
+sight of the corner reaches all others in its sight by way of the corner.
 
-**Where the cost changes too much** for that, a finer grid tells what ways cost (`finer`).
+**Where the cost changes too much** for that, a finer grid bounds the cost of paths (`finer`).
 """
 
 import itertools
@@ -54,28 +54,29 @@ from cgla_graph.eikonal.marching import Links, straight_costs
 from cgla_graph.eikonal.mesh import NO_CELL, SHARP, SplineMesh, angles_of
 from cgla_graph.model.problem import Problem
 
-#: Cells from the middle of a block to its rim, at least; walls and corners of areas that one looks at, at most.
+#: Cells from the middle of a block to its rim, at least; walls and corners of areas that a block takes into account,
+#: at most.
 LEAST_REACH, MOST_WALLS, MOST_VERTICES = 3, 32, 8
 #: Cells between the rims of two blocks, at least.
 APART = 2
-#: Blocks on a grid, at most; edges of an area that has any.
+#: Blocks on a grid, at most; an area of more edges has none.
 MOST_BLOCKS, MOST_EDGES = 200, 20_000
-#: The greatest cost of a block over the least: where it is more, there is none. So many times as wide as the rim is the
-#: disc on which the cost is bounded.
+#: The greatest cost of a block over the least: where the ratio is greater, there is no block. The disc on which the
+#: cost is bounded is `DISC` times as wide as the rim.
 MOST_RATIO = 1.5
 DISC = 1.0 + MOST_RATIO
 #: Layers of nodes behind walls that a spline in front of them depends on.
 LAYERS = 2
 #: Corners at least so many cells from the rim are inside.
 INSIDE = 2.5
-#: In spacings times the cost: what a block saves for each radian that ways turn, about, and what is lost beside one
-#: whose rim is a cell away.
+#: In spacings times the cost: about how much a block saves for each radian that paths turn, and how much is lost beside
+#: a block whose rim is a cell away.
 SAVED, LOST_BESIDE = 0.45, 0.3
-#: Charges below this, in spacings times the cost, are all one; walls are this many sub-cells inside their areas.
+#: Charges below this, in spacings times the cost, count as equal; walls are this many sub-cells inside their areas.
 LEAST_CHARGE, DEEP = 0.005, 2.0
 #: Rounding of a charge, relative to the values.
 ROUNDING = 2.0**-44
-#: Beside the sides 0 to 3 of a node.
+#: Marks a joint in `CornerBlock.cuts`, where 0 to 3 are the sides of a node.
 JOINT = 4
 
 
@@ -89,51 +90,51 @@ class CornerBlock(ABC):
     pieces
         The pieces of the mesh inside, shape ``(m,)``.
     cuts
-        Nodes and sides on which they have no neighbour, as a wall is between, shape ``(t, 2)``; and the joints inside,
-        with the side `JOINT`: they may lead to nodes that stand for the other side of a wall.
+        Nodes and sides on which they have no neighbour, because a wall is between, shape ``(t, 2)``; and the joints
+        inside, with the side `JOINT`: they may lead to nodes that stand for the other side of a wall.
     sights
         Nodes in sight of each corner inside.
+    rim, places
+        Parts of the rim: their pieces, and where they begin and end, in spacings from the middle of the cell, shapes
+        ``(s,)`` and ``(s, 4)``.
     """
 
     pieces: WholeArray
     cuts: WholeArray
     sights: Sequence[Sight]
+    rim: WholeArray
+    places: FloatArray
 
     @abstractmethod
     def charge(self, values: FloatArray, mesh: SplineMesh) -> float:
-        """Return what a bound from a spline has to be lowered by for this block; infinity if that is not worth it."""
+        """Return by how much a bound from a spline has to be lowered for this block; infinity if it does not pay."""
 
-    @abstractmethod
     def least(self, values: FloatArray, mesh: SplineMesh) -> float:
         """Bound a spline from below on the rim."""
+        return float(values[mesh.controls[self.rim]].min())
 
 
 @dataclass(frozen=True, eq=False)
 class Corner(CornerBlock):
     """
-    One where the cost changes little; places are relative to the corner, map units.
+    A block where the cost changes little; coordinates are relative to the corner, map units.
 
     Attributes
     ----------
-    rim
-        Pieces with parts of the rim, one for each part, shape ``(s,)``.
-    places, lines
-        Where the parts of the rim begin and end: in spacings from the middle of their cell, and relative to the corner,
-        shapes ``(s, 4)``.
+    lines
+        Where the parts of the rim begin and end, shape ``(s, 4)``.
     vertices
-        Corners of areas over which ways may lead, shape ``(v, 2)``.
+        Corners of areas that paths may bend around, shape ``(v, 2)``.
     walls
         Lines inside areas, shape ``(w, 4)``.
     numbers
-        What is known of the cost (`corner_kernels`).
+        Bounds of the cost (`corner_kernels`).
     turn
-        By how much ways may have to turn in it, rad.
+        By how much paths may have to turn in it, rad.
     spacing
-        The lesser step of the grid.
+        The smaller step of the grid.
     """
 
-    rim: WholeArray
-    places: FloatArray
     lines: FloatArray
     vertices: FloatArray
     walls: FloatArray
@@ -143,30 +144,24 @@ class Corner(CornerBlock):
 
     @property
     def worth(self) -> float:
-        """About what the block saves, map units: a greater charge is not worth it."""
+        """About how much the block saves, map units: with a greater charge, it does not pay."""
         return SAVED * self.turn * self.spacing * float(self.numbers[corner_kernels.COST])
 
     def charge(self, values: FloatArray, mesh: SplineMesh) -> float:
-        """Return what a bound from a spline has to be lowered by for this block; infinity if that is not worth it."""
+        """Return by how much a bound from a spline has to be lowered for this block; infinity if more than `worth`."""
         curves = np.empty((len(self.rim), 3))
         corner_kernels.curves(self.places, self.rim, mesh.controls, values, curves)
         reached = np.isfinite(curves).all(axis=1)
         curves[~reached] = math.inf
         least = LEAST_CHARGE * self.spacing * float(self.numbers[corner_kernels.COST])
         found = corner_kernels.charge(self.lines, curves, self.vertices, self.walls, self.numbers, least, self.worth)
-        # places are off by some ulps of their coordinates
-        origin, sides = np.array(mesh.origin), np.array(mesh.last) * mesh.spacing
-        far = float(np.abs([origin, origin + sides]).max())
-        size = np.abs(curves[reached]).max(initial=0.0) + far * self.numbers[corner_kernels.MOST]
+        # coordinates are rounded by some ulps
+        size = np.abs(curves[reached]).max(initial=0.0) + mesh.farthest * self.numbers[corner_kernels.MOST]
         return float(found + ROUNDING * size)
 
-    def least(self, values: FloatArray, mesh: SplineMesh) -> float:
-        """Bound a spline from below on the rim."""
-        return float(values[mesh.controls[self.rim]].min())
 
-
-class Bent(NamedTuple):
-    """A path whose corners matter where more is lost than `worth`, map units: all have to pay for a block."""
+class BendingPath(NamedTuple):
+    """A path around whose bends a block is laid where the bound would lose more than `worth`, map units."""
 
     path: shapely.LineString
     worth: float
@@ -176,8 +171,8 @@ class SteepCorner(NamedTuple):
     """
     A corner where the cost changes too much for a `Corner`.
 
-    `block` holds the pieces within `reach` cells of the middle of the cell `centre`, cuts and sights; a charge of more
-    than `worth`, map units, is not worth it.
+    `block` holds the pieces within `reach` cells of the middle of the cell `centre`, cuts and sights; the block does
+    not pay if its charge is more than `worth`, map units.
     """
 
     block: tuple[WholeArray, WholeArray, Sequence[Sight]]
@@ -189,7 +184,7 @@ class SteepCorner(NamedTuple):
 @cache
 def load_kernels() -> None:
     """
-    Have the kernels compiled, or loaded, once in a process.
+    Compile or load the kernels, once in a process.
 
     Examples
     --------
@@ -202,7 +197,7 @@ def load_kernels() -> None:
 
 
 def links_of(mesh: SplineMesh, corners: Sequence[CornerBlock]) -> Links:
-    """Return how nodes are joined where a front is led around some corners."""
+    """Return the links of nodes with which a front is led around some corners."""
     neighbours, (first, one, other, lengths) = mesh.neighbours, mesh.joints
     if corners:
         neighbours, lengths = neighbours.copy(), lengths.copy()
@@ -215,10 +210,10 @@ def links_of(mesh: SplineMesh, corners: Sequence[CornerBlock]) -> Links:
 
 
 def corners_of(
-    problem: Problem, mesh: SplineMesh, reach: int, taken: Sequence[tuple[int, int]], bent: Bent | None = None
+    problem: Problem, mesh: SplineMesh, reach: int, taken: Sequence[tuple[int, int]], bent: BendingPath | None = None
 ) -> tuple[list[Corner], list[SteepCorner]]:
     """
-    Lay blocks around the sharp corners of an area, where they are worth it.
+    Lay blocks around the sharp corners of an area, where they pay.
 
     Parameters
     ----------
@@ -229,22 +224,22 @@ def corners_of(
     reach
         Cells from the middle of a block to its rim, at most.
     taken
-        Columns and rows in the middle of blocks with that reach, which no other may touch.
+        Columns and rows in the middle of blocks with that reach, which no other block may touch.
     bent
-        The corners where more is to be known if the cost is steep; none unless given.
+        A path: around its bends, blocks are laid where the cost is steep too. None: no such blocks.
 
     Returns
     -------
     found
-        Blocks with all that is known of them.
+        Blocks that are ready to use.
     steep
-        Blocks where more has to be known.
+        Blocks that still need a finer grid (`finer`).
     """
     edges = problem.model.area.edges
     if not 0 < len(edges) <= MOST_EDGES:
         return [], []
     here, angles = edges[:, :2], angles_of(edges)
-    # ways bend only around corners that stick out
+    # paths bend only around corners that stick out
     convex, which = np.unique(here[angles >= 0.0], axis=0, return_inverse=True)
     turns = np.bincount(which, weights=math.pi - angles[angles >= 0.0])
     sharp = np.unique(here[(angles > 0.0) & (angles < math.pi - SHARP)], axis=0)
@@ -272,17 +267,17 @@ def corners_of(
 
 @dataclass(frozen=True, eq=False)
 class _Grid:
-    """What blocks are laid on."""
+    """A grid on which blocks are laid, and the corners of the area."""
 
     problem: Problem
     mesh: SplineMesh
     convex: FloatArray
     turns: WholeArray | FloatArray
-    bent: Bent | None
+    bent: BendingPath | None
 
     @cached_property
     def bends(self) -> BoolArray:
-        """Around which of the corners that stick out the path bends."""
+        """Whether the path bends around each of the corners that stick out."""
         if self.bent is None:
             return np.zeros(len(self.convex), dtype=np.bool_)
         return np.asarray(
@@ -295,7 +290,7 @@ class _Grid:
 
     @cached_property
     def keys(self) -> WholeArray:
-        """Of the cells of pieces, which stand row by row: numbers that rise."""
+        """Rising numbers of the cells of pieces, which are in order row by row."""
         return np.asarray(self.mesh.rows.astype(np.int64) * (self.mesh.last[0] + 3) + self.mesh.columns)
 
     def pieces_around(self, centre: tuple[int, int], reach: int) -> tuple[WholeArray, WholeArray]:
@@ -307,7 +302,7 @@ class _Grid:
         return found, np.maximum(np.abs(columns), np.abs(lines))
 
     def lay(self, corner: FloatArray, centre: tuple[int, int], most: int) -> tuple[Corner, int] | None:
-        """Lay the block around a corner that is worth most, if one is; return it and its reach."""
+        """Lay the block around a corner that pays most, if any does; return it and its reach."""
         chosen = self.choose(corner, centre, most)
         if chosen is None:
             return None
@@ -328,9 +323,9 @@ class _Grid:
 
     def steep(self, corner: FloatArray, centre: tuple[int, int], room: int) -> SteepCorner | None:
         """
-        Lay the least block around a corner that a path bends around, if enough is lost there.
+        Lay the smallest block around a corner that a path bends around, if the bound loses enough there.
 
-        Where the path bends around others so near that they would have no block of their own, they share this one.
+        Other bends so near that there is no room for a block of their own share this one.
         """
         if self.bent is None or not self.bends[(self.convex == corner).all(axis=1)].any():
             return None
@@ -361,12 +356,12 @@ class _Grid:
             if (np.abs((vertex - mesh.origin) / mesh.spacing - centre) <= reach - INSIDE).all()
         ]
         far = np.abs(np.column_stack([mesh.node_columns[nodes], mesh.node_rows[nodes]]) - centre).max(axis=1)
-        # (all nodes that no piece outside has: meshes do not see the tip of a needle, and fronts would pass through it)
+        # (all nodes that no piece outside has: meshes do not resolve the tip of a needle, and fronts would pass it)
         cuts = np.concatenate([self.behind_walls(nodes[far < reach]), self.cut_joints(nodes)])
         return around[away <= reach], cuts, sights
 
     def choose(self, corner: FloatArray, centre: tuple[int, int], most: int) -> tuple[int, FloatArray, float] | None:
-        """Choose the reach of a block that loses least; return it, the known cost, and the turn."""
+        """Choose the reach with the least loss; return it, the bounds of the cost, and the turn."""
         spacing = min(self.mesh.spacing)
         away = np.hypot(*(self.convex - corner).T)
         cells = np.abs((self.convex - self.mesh.origin) / self.mesh.spacing - centre).max(axis=1)
@@ -388,10 +383,10 @@ class _Grid:
         self, vertex: FloatArray, pieces: WholeArray, nodes: WholeArray, proper: BoolArray, radius: float
     ) -> Sight:
         """
-        Choose of the nodes of some pieces those in sight of a corner of an area, and weigh the straight lines.
+        Choose the nodes of some pieces in sight of a corner of an area, and compute the costs of the straight lines.
 
-        So that a spline follows the fan up to the walls, nodes that pieces have behind these are led to as well. But as
-        they have no values there, ways do not come from them.
+        Nodes of pieces behind walls are reached as well, so that a spline follows the fan up to the walls. But no path
+        comes from these nodes, as they have no values there.
         """
         mesh, area = self.mesh, self.problem.model.area
         points = self.mesh.node_points[nodes]
@@ -450,9 +445,9 @@ def proper_nodes(mesh: SplineMesh, pieces: WholeArray) -> WholeArray:
 
 def cost_around(problem: Problem, corner: FloatArray, rim: float, span: float) -> FloatArray | None:
     """
-    Bound the cost around a corner for a block that reaches so far; None where it changes too much.
+    Bound the cost around a corner for a block with such a rim; None where it changes too much.
 
-    Over all corners inside, ways are longer by `span` at most, or do not count.
+    Paths around the corners inside are longer by `span` at most, or do not count.
 
     Returns
     -------
@@ -463,7 +458,7 @@ def cost_around(problem: Problem, corner: FloatArray, rim: float, span: float) -
     cost, gx, gy, drop, _ = bounds_on_disc(problem, (float(corner[0]), float(corner[1])), disc)
     slope, bend = math.hypot(gx, gy), 2.0 * drop / disc**2
     least, most, steepest = cost - slope * disc - drop, cost + slope * rim, slope + bend * disc
-    # as long as a string may be that counts; then those that are longer, or leave the disc, cost more
+    # the greatest length of a string that counts; paths that are longer, or leave the disc, cost more
     length = (2.0 * rim + span) * most / least if least > 0.0 else math.inf
     if not (length <= 2.0 * MOST_RATIO * rim and steepest * length <= 2.0 * least):
         return None
@@ -499,7 +494,7 @@ def rim_of(mesh: SplineMesh, pieces: WholeArray, centre: tuple[int, int], reach:
 
 
 def walls_inside(geometry: BaseGeometry, corner: FloatArray, disc: float, depth: float) -> FloatArray:
-    """List lines inside an area, so deep below its outline, near a corner and relative to it, shape ``(w, 4)``."""
+    """List lines inside an area at a depth below its outline, near a corner and relative to it, shape ``(w, 4)``."""
     x, y = corner.tolist()
     # (the part cut off is more of the inside)
     inner = shapely.clip_by_rect(geometry, x - disc, y - disc, x + disc, y + disc).buffer(-depth, join_style="mitre")

@@ -1,7 +1,7 @@
 """
-The cost of a unit of length on the cells of a mesh: proven bounds, and the one that the equation is solved for.
+The cost of a unit of length on the cells of a mesh: proven bounds, and the cost that the equation is solved for.
 
-On a map of the Earth, it is the cost of what a unit of the plane is there (`scale`).
+On a map of the Earth, a unit of the plane counts with its length on the Earth (`scale`).
 """
 
 import math
@@ -44,12 +44,12 @@ def costs_to_solve_for(problem: Problem, mesh: SplineMesh, bounds: FloatArray) -
 
     Without rasters, `bounds` know it in the middle of each piece (`cost_bounds`).
 
-    A spline through a solution takes a cell or two to get steeper where the cost jumps up. They have to be cells of
-    the higher cost: a node takes the least value of nearest rasters on all cells whose spline it is part of. So what is
-    lost is a strip of one and a half cells along the jump.
+    A spline through a solution takes a cell or two to get steeper where the cost jumps up. These have to be cells of
+    the higher cost: a node takes the least value of nearest rasters on all cells whose spline it is part of. The loss
+    is a strip of one and a half cells along the jump.
 
-    Fronts pass through nodes inside areas, beside the outline. What is there costs as much as on the outline: where
-    ways are pressed against a wall, it may cost less inside, and fronts along the wall would come too early.
+    Fronts pass through nodes inside areas, beside the outline. These nodes get the cost of the outline: where paths are
+    pressed against a wall, the cost may be lower inside, and fronts along the wall would come too early.
     """
     field, costs, asked = problem.field, np.empty(mesh.n_nodes), np.ones(mesh.n_nodes, dtype=np.bool_)
     if not field.rasters:

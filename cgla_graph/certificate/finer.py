@@ -1,17 +1,17 @@
 """
 Blocks around corners of areas where the cost is steep, on a finer grid over a box around each.
 
-As `corners` tells, the charge of a block is the greatest ``phi(a) - phi(b) - D(a, b)`` of all ``a`` and ``b`` on its
-rim, where no way from one to the other costs less than ``D``. Where the cost changes much from cell to cell, no formula
-says what such ways cost, but a finer grid over a box around the block does:
+The charge of a block (`corners`) is the greatest ``phi(a) - phi(b) - D(a, b)`` over all ``a`` and ``b`` on its rim,
+where no path from one to the other costs less than ``D``. Where the cost changes much from cell to cell, no formula
+bounds such paths, but a finer grid over a box around the block does:
 
-- let ``|grad psi| <= c`` on the box. A way that stays in the box costs at least ``|psi(a) - psi(b)|``;
-- let ``|grad d| <= c`` there, and ``d <= 0`` on its border. A way that leaves the box costs at least ``d(a)`` on its
-  way out, and ``d(b)`` after it has come in for the last time.
+- let ``|grad psi| <= c`` on the box. A path that stays in the box costs at least ``|psi(a) - psi(b)|``;
+- let ``|grad d| <= c`` there, and ``d <= 0`` on its border. A path that leaves the box costs at least ``d(a)`` until
+  it leaves, and at least ``d(b)`` after it has entered for the last time.
 
-How ``psi`` was found does not matter. It is the solution that begins with ``phi`` on the border, so that it falls from
-rim to rim by what phi falls, but for what a coarser grid gets wrong at the corner. On the finer grid, blocks around
-corners are laid again.
+The proof does not depend on how ``psi`` was found. It is the solution that begins with ``phi`` on the border, so that
+it falls from rim to rim as much as phi does, except for the error of the coarser grid at the corner. On the finer grid,
+blocks around corners are laid again.
 """
 
 import math
@@ -26,17 +26,17 @@ from cgla_graph.certificate.corners import ROUNDING, CornerBlock, SteepCorner, c
 from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
 from cgla_graph.eikonal import cell_runs, marching_kernels
 from cgla_graph.eikonal.marching import march
-from cgla_graph.eikonal.mesh import IN_AREA, SplineMesh
+from cgla_graph.eikonal.mesh import IN_AREA, SplineMesh, bezier_values
 from cgla_graph.model.problem import Problem
 
-#: FineCornerBlock cells along the side of a cell: an odd number, so that sides of cells are sides of finer ones.
+#: Finer cells along the side of a cell: an odd number, so that sides of cells are sides of finer ones.
 FINER = 7
 #: Cells from the rim of the block to the border of the box, at most and at least, and finer ones beyond it.
 MARGIN, LEAST_MARGIN, BEYOND = 8, 3, 2
 #: Sub-cells of the finer grid, and cells from a corner to the rim of a block on it.
 SUB_CELLS, FINER_REACH = 200_000, 6
-#: Times that the equation is solved, at most; what is steeper by less than this is not worth another time, nor is a
-#: charge of more than this part of the last.
+#: The equation is solved at most so many times. It is not solved again where the spline is too steep by less than
+#: `STEEP`, or the charge is more than `STALLED` times the last one.
 MOST_ROUNDS, STEEP, STALLED = 5, 2e-3, 0.95
 
 
@@ -47,32 +47,27 @@ class FineCornerBlock(CornerBlock):
 
     Attributes
     ----------
-    rim, places
-        Parts of the rim: their pieces, and where they begin and end, in spacings from the middle of the cell, shapes
-        ``(s,)`` and ``(s, 4)``.
     mesh
         The finer grid.
     finer_rim, finer_places
-        The same parts on it.
+        The parts of the rim on it.
     seeds
         Nodes beyond the border of the box, shape ``(q,)``.
     seed_pieces, seed_weights
-        The pieces of the coarser mesh that say what costs-to-go are there, and with which weights of their control
-        values, shapes ``(q,)`` and ``(q, 9)``.
+        The pieces of the coarser mesh that give the costs-to-go there, and the weights of their control values, shapes
+        ``(q,)`` and ``(q, 9)``.
     is_in_box
         Whether each finer piece is in the box.
     bounds, costs
-        What the cost is on the finer grid (`costs`).
+        The cost on the finer grid (`costs`).
     corners
         Blocks on the finer grid.
     way_out
-        A way from each part of the rim out of the box costs at least this, map units, shape ``(s,)``.
+        A path from each part of the rim out of the box costs at least this, map units, shape ``(s,)``.
     worth
-        A greater charge is not worth it.
+        The block is not used if its charge is greater.
     """
 
-    rim: WholeArray
-    places: FloatArray
     mesh: SplineMesh
     finer_rim: WholeArray
     finer_places: FloatArray
@@ -121,8 +116,8 @@ class FineCornerBlock(CornerBlock):
             pieces,
             cuts,
             sights,
-            rim=owners[seen],
-            places=coarse_places[seen],
+            owners[seen],
+            coarse_places[seen],
             mesh=mesh,
             finer_rim=rim[seen],
             finer_places=places[seen],
@@ -139,12 +134,8 @@ class FineCornerBlock(CornerBlock):
         way_out = found.ways_out(away == border, np.unique(mesh.controls[away > border, 4]))
         return None if way_out is None else replace(found, way_out=way_out)
 
-    def least(self, values: FloatArray, mesh: SplineMesh) -> float:
-        """Bound a spline from below on the rim."""
-        return float(values[mesh.controls[self.rim]].min())
-
     def charge(self, values: FloatArray, mesh: SplineMesh) -> float:
-        """Return what a bound from a spline has to be lowered by for this block; infinity if that is not worth it."""
+        """Return by how much a bound from a spline has to be lowered for this block; infinity if more than `worth`."""
         phi = _curves(self.places, self.rim, mesh, values)
         reached = np.isfinite(phi).all(axis=1)
         if not reached.any():
@@ -158,24 +149,21 @@ class FineCornerBlock(CornerBlock):
             best = min(best, found)
             if stalled:
                 break
-        # places are off by some ulps of their coordinates
-        mesh = self.mesh
-        low, sides = np.array(mesh.origin), np.array(mesh.last) * mesh.spacing
-        far = float(np.abs([low, low + sides]).max())
+        # coordinates are rounded by some ulps
         steepest = float((self.bounds[:, :, certificate_kernels.COST]).max())
-        best += ROUNDING * (float(np.abs(phi[reached]).max()) + far * steepest)
+        best += ROUNDING * (float(np.abs(phi[reached]).max()) + self.mesh.farthest * steepest)
         return best if best <= self.worth else math.inf
 
     def _solved(
         self, seeds: WholeArray, begin: FloatArray, corners: Sequence[CornerBlock]
     ) -> Iterator[tuple[FloatArray, float]]:
         """
-        Solve the equation from values at some nodes, again and again with lower costs where it is too steep.
+        Solve the equation from values at some nodes, repeatedly, with lower costs where the spline is too steep.
 
         Yields
         ------
         spline, charge
-            A spline that is nowhere too steep in the box, but for blocks, and what these are charged for.
+            A spline that is nowhere too steep in the box outside of blocks, and the charge of these.
         """
         mesh, n = self.mesh, self.mesh.n_nodes
         costs, floors, steep = self.costs.copy(), np.zeros(len(mesh.columns)), np.empty(len(mesh.columns))
@@ -206,19 +194,17 @@ class FineCornerBlock(CornerBlock):
             rounds += 1
 
     def _checked(self, corners: Sequence[CornerBlock]) -> BoolArray:
-        """Say on which finer pieces a spline has to be a bound."""
+        """Return on which finer pieces a spline has to be a bound."""
         checked = self.is_in_box.copy()
         for corner in corners:
             checked[corner.pieces] = False
         return checked
 
     def ways_out(self, on_border: BoolArray, beyond: WholeArray) -> FloatArray | None:
-        """Bound what ways from the parts of the rim cost out of the box, to nodes `beyond`; None if not known."""
+        """Bound the cost from the parts of the rim out of the box, to nodes `beyond`; None if not known."""
         best: FloatArray | None = None
         for values, _ in self._solved(beyond, np.zeros(len(beyond)), ()):
-            at = values[self.mesh.controls[on_border]].reshape(-1, 3, 3)
-            # the Bézier control values of each piece
-            highest = (0.25 * (at[:, 1:2, 1:2] + at[:, 1:2, :] + at[:, :, 1:2] + at)).max()
+            highest = bezier_values(values, self.mesh.controls[on_border]).max()
             curves = _curves(self.finer_places, self.finer_rim, self.mesh, values) - highest
             if np.isfinite(curves).all() and (best is None or curves.min() > best.min()):
                 best = curves.min(axis=1)
@@ -231,7 +217,7 @@ class FineCornerBlock(CornerBlock):
             return math.inf
         more = phi - psi
         inside = more.max(axis=1)[:, None] - more.min(axis=1)
-        # a way down psi costs as much as the same way up
+        # a path down psi costs as much as the same path up
         against = (phi.max(axis=1) + psi.max(axis=1))[:, None] - (phi.min(axis=1) + psi.min(axis=1))
         outside = (phi.max(axis=1) - way_out)[:, None] - (phi.min(axis=1) + way_out)
         return max(float(np.maximum(np.minimum(inside, against) + lost, outside).max()), 0.0)
@@ -247,7 +233,7 @@ def _curves(places: FloatArray, pieces: WholeArray, mesh: SplineMesh, values: Fl
 def _on_coarse(
     coarse: SplineMesh, mesh: SplineMesh, rim: WholeArray, places: FloatArray
 ) -> tuple[WholeArray, FloatArray]:
-    """Find the coarser pieces of parts of the rim, or -1, and where the parts are on these."""
+    """Find the coarser pieces of parts of the rim, or -1, and the places of the parts on these."""
     cells = np.column_stack([mesh.columns[rim], mesh.rows[rim]])
     # half a sub-cell towards the middle of the finer cell: a part of it that is free
     between = 0.5 * (places[:, :2] + places[:, 2:])

@@ -1,4 +1,4 @@
-"""The local scale of a map of the Earth: proven bounds of what a unit of length on the plane costs there."""
+"""The local scale of a map of the Earth: proven bounds of the cost of a unit of length on the plane."""
 
 import math
 
@@ -9,7 +9,7 @@ from cgla_graph.certificate.certificate_kernels import COST, DROP, LEAST, SLOPE_
 from cgla_graph.model.earth import POLAR_RADIUS, LocalProjection
 from cgla_graph.model.problem import Problem
 
-#: Where the equation is solved, no unit of length counts less: beyond the map, where nothing is proven.
+#: Least scale that the equation is solved with; only places beyond the map, where nothing is proven, are below it.
 LEAST_TO_SOLVE_FOR = 1e-3
 
 
@@ -29,7 +29,7 @@ def scale_at(problem: Problem, points: FloatArray) -> FloatArray | float:
 
 
 def least_scale(problem: Problem, reach: float | None = None) -> float:
-    """Return the least scale up to so far from the origin, map units, or on the whole map; 1 in the plane."""
+    """Return the least scale within `reach` of the origin, map units, or on the whole map; 1 in the plane."""
     if problem.projection is None:
         return 1.0
     if reach is None:
@@ -44,17 +44,17 @@ def lower_by_scale(projection: LocalProjection, middles: FloatArray, reach: floa
 
     On a cell, ``c >= c_l - drop``, where ``c_l`` is linear. The scale ``s = sin(x) / x`` with ``x = |p| / b``
     (`LocalProjection.scale`) is at least ``s_l - reach^2 / (6 b^2)``: no second derivative of ``sin(x) / x``, the mean
-    of ``cos(t x)`` over ``t`` from 0 to 1, exceeds 1/3. Of the product, ``c_0 s_0 + (c_0 grad s + s_0 grad c) . d`` is
-    left, less what the other terms can take away.
+    of ``cos(t x)`` over ``t`` from 0 to 1, exceeds 1/3. The product is at least ``c_0 s_0 + (c_0 grad s + s_0 grad c) .
+    d`` less a bound of the other terms.
 
     Parameters
     ----------
     projection
         Of the map.
     middles
-        What the linear functions are relative to, shape ``(n, 2)``, map units.
+        Middles of the cells, which the linear functions are relative to, shape ``(n, 2)``, map units.
     reach
-        No point of a cell is farther from its middle, map units.
+        Greatest distance of a point of a cell from its middle, map units.
     bounds
         As `certificate_kernels.cost_bounds` writes them, shape ``(n, parts, 5)``.
     """
@@ -71,5 +71,5 @@ def lower_by_scale(projection: LocalProjection, middles: FloatArray, reach: floa
     bounds[:, :, SLOPE_Y] = scale[:, None] * slope_y + slopes[:, 1:] * cost
     bounds[:, :, DROP] = most[:, None] * np.maximum(bounds[:, :, DROP], 0.0) + lost
     bounds[:, :, LEAST] *= least[:, None]
-    # a cell so large that the linear function is no scale
+    # on a cell so large that the linear function is no bound of the scale
     bounds[scale - steep * reach < bend, :, :LEAST] = 0.0

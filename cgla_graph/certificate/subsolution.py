@@ -1,33 +1,33 @@
 """
 A proven bound of the cost from everywhere to one end of a problem, on one grid.
 
-**Statement.** Let ``c = 1 + k F`` be the cost of a unit of length, on a map of the Earth times the least that a
-unit of the plane is long there (`scale`), and ``phi`` a function that is continuously
-differentiable wherever a path may go, with ``|grad phi| <= c`` there. Along any path from ``x`` to ``y``, ``phi``
-changes by at most the integral of ``|grad phi|``, so that the path costs at least ``phi(x) - phi(y)``. Here ``phi``
-is a biquadratic spline through an approximate solution of ``|grad T| = c``, divided by the greatest bound of ``|grad
-phi| / c`` over all cells (`certificate_kernels`). How ``phi`` was found does not matter; only that bound does.
+**Statement.** Let ``c = 1 + k F`` be the cost of a unit of length, on a map of the Earth times a lower bound of the
+length of a unit of the plane on the Earth (`scale`). Let ``phi`` be continuously differentiable wherever a path may go,
+with ``|grad phi| <= c`` there. Along any path from ``x`` to ``y``, ``phi`` changes by at most the integral of
+``|grad phi|``, so that the path costs at least ``phi(x) - phi(y)``. Here ``phi`` is a biquadratic spline through an
+approximate solution of ``|grad T| = c``, divided by the greatest bound of ``|grad phi| / c`` over all cells
+(`certificate_kernels`). The proof uses that bound only, and not how ``phi`` was found.
 
-**Around the goal** the solution has a tip that no spline follows. There the inequality is not asked for: a path that
-first enters the block of cells around the goal at ``y`` costs at least ``phi(start) - phi(y)`` up to there, and
-``psi(y)`` or more from there (`tips`), so that ``phi(start) - max (phi - psi)`` over the rim of the block is a bound.
-The front begins with ``psi`` around the block, so that next to nothing is lost to the greatest difference: where psi is
-too low, all routes but those that come in there lose nothing.
+**Around the goal** the solution has a tip that no spline follows. The inequality is not required there: a path that
+first enters the block of cells around the goal at ``y`` costs at least ``phi(start) - phi(y)`` up to ``y``, and at
+least ``psi(y)`` from ``y`` on (`tips`), so that ``phi(start) - max (phi - psi)`` over the rim of the block is a bound.
+The front begins with ``psi`` around the block, so that the greatest difference is close to 0: where psi is too low,
+only the routes that enter there lose by it.
 
-**Where the spline is too steep**, mostly where fronts meet, the cost is lowered by as much and the equation solved
-again, a few times: the loss is of second order in the spacing where paths are smooth. Where the risk of a narrow
-threat or of a raster rises from almost nothing within a few cells, the solution bends upwards, and a spline is steep at
-the foot of the slope. There the slope is lowered first, and not the foot, along which paths run.
+**Where the spline is too steep**, mostly where fronts meet, the cost is lowered by the same factor and the equation
+solved again, a few times: the loss is of second order in the spacing where paths are smooth. Where the risk of a narrow
+threat or of a raster rises from almost 0 within a few cells, the solution bends upwards, and a spline is steep at the
+foot of the slope. There the cost of the slope is lowered first, and not that of the foot, along which paths run.
 
 **Around corners of areas**, blocks of cells are left out of the inequality, and charged for (`corners`; where
 the cost is steep, `finer`).
 
-**A few cells that stay too steep** need not lower the bound everywhere. Let ``|grad phi| <= c`` but for some cells,
-where ``|grad phi| <= s c``. Follow a path to the first of them that it enters, B, at ``a``, and go on where it leaves B
-for the last time, at ``b``: in between it costs at least ``(phi(a) - phi(b)) / s``, so ``phi(a) - phi(b)`` less at most
-``(1 - 1 / s)`` times the oscillation of ``phi`` over B. After ``b`` it never meets B again, and so on with the next one
-that it enters. So a path costs at least ``phi(x) - phi(y)`` less the sum of those charges over all such cells. (What
-such a bound falls by along a segment is no bound of the segment's cost.)
+**A few cells that stay too steep** need not lower the bound everywhere. Let ``|grad phi| <= c`` outside of some cells,
+in which ``|grad phi| <= s c``. Follow a path to the first of these cells that it enters, B, at ``a``, and go on where
+it leaves B for the last time, at ``b``: in between it costs at least ``(phi(a) - phi(b)) / s``, that is, ``phi(a) -
+phi(b)`` less at most ``(1 - 1 / s)`` times the oscillation of ``phi`` over B. After ``b`` it never meets B again;
+repeat this with the next cell that it enters. So a path costs at least ``phi(x) - phi(y)`` less the sum of those
+charges over all such cells. (The difference of such a bound along a segment is no bound of the segment's cost.)
 """
 
 import math
@@ -41,42 +41,43 @@ import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.certificate import certificate_kernels
-from cgla_graph.certificate.corners import Bent, CornerBlock, corners_of, links_of
+from cgla_graph.certificate.corners import BendingPath, CornerBlock, corners_of, links_of
 from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
 from cgla_graph.certificate.finer import FineCornerBlock
 from cgla_graph.certificate.scale import scale_at
-from cgla_graph.certificate.tips import Near, Tip
+from cgla_graph.certificate.tips import EndFormula, EndGrid
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go, descent, straight_costs
 from cgla_graph.eikonal.marching_kernels import spline_value
-from cgla_graph.eikonal.mesh import HALO, SplineMesh
+from cgla_graph.eikonal.mesh import HALO, SplineMesh, bezier_values
 from cgla_graph.model.problem import Problem
 
-#: Times that the equation is solved on one grid, at most, and after how many of them costs may come down below that of
-#: the cell that is too steep; more where cells of rasters are steep against each other. (Where risk jumps, nodes have
-#: the lesser cost as it is.) Among threats, they may from the beginning where nothing is steeper than this.
+#: Times that the equation is solved on one grid, at most, and the round from which a cost may be lowered below the
+#: least cost of its cell; both are greater on rasters, whose cells are steep against each other. (Where risk jumps,
+#: nodes have the smaller cost anyway.) Among threats, costs may be lowered so from the first round if no cell is
+#: steeper than this.
 ROUNDS, ROUNDS_ON_RASTERS, GENTLE_ABOVE = (8, 2), (16, 8), 1.5
 #: Cells around those that matter, at most: around ends that are next to each other, a grid may be very fine.
 MOST_HALO = 96
-#: What another round may gain at most is not worth it below this part of what is left to finer grids and, as the
-#: known path may be a bad one, below that part of the bound.
+#: Another round is made only if its greatest possible gain is more than `LEAST_SHARE` of the gap that finer grids have
+#: to close and, as the known path may be a bad one, more than `LEAST_GAIN` of the bound.
 LEAST_SHARE, LEAST_GAIN = 0.1, 0.005
-#: A spline that is still so much too steep after so many further rounds is left to finer grids: beside walls, lower
-#: costs do not help where a coarse grid does not see the way.
+#: A spline that is still too steep by this factor after so many further rounds is left to finer grids: beside walls,
+#: lower costs do not help where a coarse grid does not resolve the gap.
 STEEP, ROUNDS_FOR_STEEP = 2.0, 2
-#: Cells that may stay too steep, at most, and the rounding of what they are charged for.
+#: Cells that may stay too steep, at most, and the rounding of their charges.
 MOST_CHARGED, ROUNDING = 2000, 1e-12
 #: Cells along the longer side of the first grid; a further grid has up to twice as many.
 FIRST_CELLS = 128
-#: Cells from an end to the rim of its block on the first grid. It grows with the cube root of the refinement, as then
-#: the least is lost to the tip, whose bound is of third order, and to the spline beside it.
+#: Cells from an end to the rim of its block on the first grid. It grows with the cube root of the refinement, which
+#: balances the loss at the tip, whose bound is of third order, against the loss of the spline beside it.
 FIRST_REACH = 3
 #: Directions in which the loss at an end is estimated.
 DIRECTIONS = 32
-#: A box around an end is so many times as wide as its block, and has so many cells along its longer side; gains below
-#: this part of its bound are not worth another round; none is smaller than this part of the coordinates.
+#: A box around an end is `BOX` times as wide as its block, and has `BOX_CELLS` cells along its longer side; gains below
+#: `BOX_AIM` of its bound do not pay for another round; no box is smaller than `LEAST_BOX` of the coordinates.
 BOX, BOX_CELLS, BOX_AIM, LEAST_BOX = 2.5, 64, 1e-3, 2.0**-30
-#: On a grid of more cells, both bounds end as soon as one is good enough; on others, the better one costs no time.
+#: On a grid of more cells than this, both bounds end as soon as one is good enough; on smaller ones, going on is cheap.
 LARGE = 250_000
 #: A raster is in line with the bounds of a problem within this part of a cell.
 IN_LINE = 1e-6
@@ -99,7 +100,7 @@ def first_grid(problem: Problem) -> tuple[int, int]:
 
 def next_grid(problem: Problem, last: tuple[int, int], times: float = 2.0) -> tuple[int, int]:
     """
-    Return the last node of the grid after one: with so many times as many cells along each side, or about that.
+    Return the last node of the next grid, with about `times` as many cells along each side.
 
     Examples
     --------
@@ -107,15 +108,15 @@ def next_grid(problem: Problem, last: tuple[int, int], times: float = 2.0) -> tu
     (256, 256)
     """
     finer = in_line(problem, (round(times * last[0]), round(times * last[1])))
-    # (where lines of a raster leave no grid in between)
+    # (the lines of a raster may leave no grid in between)
     return finer if finer[0] > last[0] and finer[1] > last[1] else in_line(problem, (2 * last[0], 2 * last[1]))
 
 
 def in_line(problem: Problem, last: tuple[int, int]) -> tuple[int, int]:
     """
-    Bring a grid into line with a raster over the bounds: a whole number of cells for each of the raster's.
+    Align a grid with a raster over the bounds: a whole number of cells for each cell of the raster.
 
-    Then lines of the raster, where the cost has kinks or jumps, are borders of quarters of cells.
+    Then the lines of the raster, where the cost has kinks or jumps, are borders of quarters of cells.
 
     Examples
     --------
@@ -143,10 +144,10 @@ def halo(problem: Problem, last: tuple[int, int]) -> int:
     """
     Return by how many cells the mesh of a grid is wider than the cells that matter.
 
-    Along the rim of a mesh, differences lack a neighbour. Their error runs on along the front as waves, whose gradient
+    Along the rim of a mesh, differences lack a neighbour. Their error travels with the front as waves, whose gradient
     does not fall with the spacing, and which spread sideways by about a hundredth of the grid's side (measured: 8 cells
-    do up to 1024, 24 do not on 4096; with too few, finer grids yield worse bounds). On rasters, whose cells are steep
-    against each other, waves are not the greatest loss.
+    are enough up to 1024, 24 are too few on 4096; with too few, finer grids yield worse bounds). On rasters, whose
+    cells are steep against each other, waves are not the greatest loss.
 
     Examples
     --------
@@ -182,7 +183,7 @@ class Subsolution:
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """One grid: its mesh, and what the cost is on its cells."""
+    """One grid: its mesh, and the cost on its cells."""
 
     problem: Problem
     mesh: SplineMesh
@@ -204,7 +205,7 @@ class Level:
         """
         Build the mesh of some cells and bound the cost on each.
 
-        A loss of `worth` at an end, or at a corner of a path, is worth a finer grid around it.
+        Where more than `worth` is lost at an end, or at a corner of the path, a finer grid is laid around it.
         """
         ends = problem.start, problem.goal
         mesh = SplineMesh.build(problem.bounds, last, runs, problem.model.area, ends, halo(problem, last))
@@ -213,7 +214,7 @@ class Level:
         return cls(problem, mesh, bounds, costs_to_solve_for(problem, mesh, bounds), reach, worth, path)
 
     def load_checks(self) -> None:
-        """Have the kernels that check a spline and go down one compiled, or loaded."""
+        """Compile or load the kernels that check a spline and descend it."""
         times = np.zeros(self.mesh.n_nodes)
         steep, checked = np.empty(len(self.mesh.columns)), self._checked(self.goal_block, ())
         certificate_kernels.steepness(times, self.mesh.kernel_mesh, self.mesh.outlines, checked, self.bounds, steep)
@@ -259,17 +260,17 @@ class Level:
         to_goal
             Which end.
         aim
-            Gains below this part of the bound are not worth another round.
+            Gains below this part of the bound do not pay for another round.
         charge
             Whether a few cells may stay too steep, for which the bound is lowered everywhere. Then differences of its
             values bound nothing.
         known
-            Cost of a known path. As no round raises the costs-to-go, the part of the gap that is above them is left to
-            finer grids: gains far below it are not worth another round.
+            Cost of a known path. As no round raises the costs-to-go, the part of the gap above them is left to finer
+            grids: gains far below that part do not pay for another round.
         wanted
             A bound that is good enough.
         race
-            With the bound to the other end: once one is good enough, both may end.
+            With the bound to the other end: once one of them is good enough, both may end.
 
         Returns
         -------
@@ -303,7 +304,7 @@ class Level:
                 costs,
                 radius=radius,
                 start_factor=float((costs[near] / self.costs[near]).min()),
-                first=lambda points: np.where(block.around_it(self, points), block.costs(points), math.inf),
+                first=lambda points: np.where(block.is_around(self, points), block.costs(points), math.inf),
                 links=links,
             )
             if piece < 0 or np.isinf(times[mesh.controls[piece]]).all():
@@ -311,7 +312,7 @@ class Level:
             charges = [corner.charge(times, mesh) for corner in corners]
             kept = [corner for corner, one in zip(corners, charges, strict=True) if one < math.inf]
             if len(kept) < len(corners):
-                # where a block is not worth its charge, the spline has to be a bound again
+                # where a block does not pay for its charge, the spline has to be a bound again
                 corners = kept
                 checked, links = self._checked(block, corners), links_of(mesh, corners)
                 continue
@@ -343,19 +344,17 @@ class Level:
         return best
 
     def _checked(self, block: "Block", corners: Sequence[CornerBlock]) -> BoolArray:
-        """Say on which pieces the spline has to be a bound, shape ``(m,)``."""
+        """Return on which pieces the spline has to be a bound, shape ``(m,)``."""
         checked = self.mesh.matters & ~block.holds
         for corner in corners:
             checked[corner.pieces] = False
         return checked
 
     def _charged(self, times: FloatArray, steep: FloatArray, steepest: float, bound: float) -> tuple[float, float]:
-        """Choose by how much a spline is lowered as a whole, and return that and the charge for the cells above."""
+        """Choose the factor by which a spline is divided as a whole; return it and the charge for the steeper cells."""
         above = np.flatnonzero(steep > 1.0)
         worst = above[np.argsort(steep[above])[::-1]][:MOST_CHARGED]
-        around = times[self.mesh.controls[worst]].reshape(-1, 3, 3)
-        # the Bézier control values of each piece
-        values = 0.25 * (around[:, 1:2, 1:2] + around[:, 1:2, :] + around[:, :, 1:2] + around)
+        values = bezier_values(times, self.mesh.controls[worst])
         spans = (values.max(axis=(1, 2)) - values.min(axis=(1, 2))) * (1.0 + ROUNDING)
         # with each scale, the cells before it stay too steep; with 1, all of them
         scales = steep[worst] if len(above) > MOST_CHARGED else np.append(steep[worst], 1.0)
@@ -379,7 +378,7 @@ class Level:
         """The blocks around corners of areas."""
         ends = self.problem.start, self.problem.goal
         taken = [_middle(self.mesh, end) for end in ends]
-        bent = None if self.path is None else Bent(shapely.LineString(self.path), self.worth)
+        bent = None if self.path is None else BendingPath(shapely.LineString(self.path), self.worth)
         found, steep = corners_of(self.problem, self.mesh, self.reach, taken, bent)
         looked = (FineCornerBlock.around(self.problem, self.mesh, one) for one in steep)
         return [*found, *(one for one in looked if one is not None)]
@@ -400,7 +399,7 @@ class Level:
         keep = np.empty(len(mesh.columns), dtype=np.bool_)
         certificate_kernels.within(to_goal.values, to_start.values, mesh.controls, mesh.matters, limit, keep)
         for corner in (*to_goal.corners, *to_start.corners):
-            # a way from inside comes over the rim
+            # a path from inside crosses the rim
             least = corner.least(to_goal.values, mesh) + corner.least(to_start.values, mesh)
             keep[corner.pieces] = mesh.matters[corner.pieces] & (least < limit)
         for block in (self.start_block, self.goal_block):
@@ -411,16 +410,16 @@ class Level:
 @dataclass
 class _Race:
     """
-    Which of two bounds, to the goal and to the start, is good enough after fewer rounds.
+    The race of two bounds, to the goal and to the start: the one that is good enough after fewer rounds wins.
 
-    Then the other one need not go on. How far it has come by then depends on the machine; so nothing else may.
+    The other one may then end. How many rounds it has made by then depends on the machine, so no result uses it.
     """
 
-    #: After how many rounds the bound to the goal (True) was good enough, and that to the start (False).
+    #: The round in which the bound to the goal (True), or that to the start (False), was good enough.
     rounds: dict[bool, int] = field(default_factory=dict)
 
     def is_lost(self, number: int, to_goal: bool, good: bool) -> bool:
-        """Enter whether one of them is good enough after so many rounds; tell whether the other one was by then."""
+        """Note whether a bound is good enough in a round; return whether the other one was good enough by then."""
         if good:
             self.rounds[to_goal] = number
         return self.rounds.get(not to_goal, math.inf) <= number
@@ -434,7 +433,7 @@ class _Race:
 @dataclass(frozen=True, eq=False)
 class Block:
     """
-    The block of cells around an end, inside which the spline is not asked to be a bound.
+    The block of cells around an end, inside which the spline need not be a bound.
 
     Attributes
     ----------
@@ -444,17 +443,17 @@ class Block:
         Column and row of its middle.
     holds
         Whether each piece of the mesh is in it, shape ``(m,)``.
-    tip
-        The cost to the end, from its rim.
-    near
-        The same, from a finer grid, if that was worth it.
+    formula
+        Lower bound of the cost to the end from its rim.
+    end_grid
+        The same from a finer grid, if one was laid; None otherwise.
     """
 
     end: Point
     centre: tuple[int, int]
     holds: BoolArray
-    tip: Tip
-    near: Near | None
+    formula: EndFormula
+    end_grid: EndGrid | None
 
     @classmethod
     def around(cls, level: Level, end: Point) -> "Block":
@@ -464,34 +463,36 @@ class Block:
         distance = np.maximum(np.abs(mesh.columns - column), np.abs(mesh.rows - row))
         # the rim is half a cell further than its cells, and the end up to half a cell off its own
         rim = (level.reach + 1) * math.hypot(*mesh.spacing)
-        tip = Tip.at(level.problem, end, rim)
-        near = _look_closer(level, end, rim) if _lost(level.problem, end, tip, rim) > level.worth else None
-        return cls(end, (column, row), distance <= level.reach, tip, near)
+        formula = EndFormula.at(level.problem, end, rim)
+        loss = _loss_at_end(level.problem, end, formula, rim)
+        finer = _end_grid(level, end, rim) if loss > level.worth else None
+        return cls(end, (column, row), distance <= level.reach, formula, finer)
 
-    def around_it(self, level: Level, points: FloatArray) -> BoolArray:
-        """Say which points are at most half a cell outside, shape ``(n, 2)``: shape ``(n,)``."""
+    def is_around(self, level: Level, points: FloatArray) -> BoolArray:
+        """Return which points, shape ``(n, 2)``, are at most half a cell outside: shape ``(n,)``."""
         cells = np.abs((points - level.mesh.origin) / level.mesh.spacing - self.centre)
         return np.asarray((cells <= level.reach + 1.0 + IN_LINE).all(axis=1))
 
     def costs(self, points: FloatArray) -> FloatArray:
         """Bound the cost to the end from points up to its rim, shape ``(n, 2)``: shape ``(n,)``, map units."""
-        return self.near.costs(points) if self.near else self.tip.costs(points - self.end)
+        return self.end_grid.costs(points) if self.end_grid else self.formula.costs(points - self.end)
 
     def least(self, point: Point) -> float:
         """Bound the cost to the end from a point inside."""
-        least = self.tip.least_cost * math.dist(self.end, point)
-        if self.near and any(abs(a - b) > blind for a, b, blind in zip(point, self.end, self.near.blind, strict=True)):
-            least = max(least, float(self.near.costs(np.array([point]))[0]))
+        least = self.formula.least_cost * math.dist(self.end, point)
+        grid = self.end_grid
+        if grid and any(abs(a - b) > blind for a, b, blind in zip(point, self.end, grid.blind, strict=True)):
+            least = max(least, float(grid.costs(np.array([point]))[0]))
         return least
 
     def excess(self, level: Level, values: FloatArray) -> float:
         """Bound by how much a spline is above the cost to the end, anywhere on the rim."""
         mesh, reach = level.mesh, level.reach
-        if self.near:
-            box = self.near.kernel_near
+        if self.end_grid:
+            box = self.end_grid.kernel_box
             return certificate_kernels.box_excess(values, mesh.kernel_mesh, mesh.matters, self.centre, reach, box)
         return certificate_kernels.rim_excess(
-            values, mesh.kernel_mesh, mesh.matters, self.end, self.centre, reach, self.tip.numbers
+            values, mesh.kernel_mesh, mesh.matters, self.end, self.centre, reach, self.formula.numbers
         )
 
 
@@ -501,8 +502,8 @@ def _middle(mesh: SplineMesh, end: Point) -> tuple[int, int]:
     return column, row
 
 
-def _lost(problem: Problem, end: Point, tip: Tip, rim: float) -> float:
-    """Estimate what a bound loses to a tip: where a straight line to the end costs least."""
+def _loss_at_end(problem: Problem, end: Point, formula: EndFormula, rim: float) -> float:
+    """Estimate how much a bound loses to a formula: where a straight line to the end costs least."""
     turn = np.linspace(0.0, 2.0 * math.pi, DIRECTIONS, endpoint=False)
     points = np.clip(end + rim * np.column_stack([np.cos(turn), np.sin(turn)]), *np.reshape(problem.bounds, (2, 2)))
     away = points - end
@@ -510,11 +511,11 @@ def _lost(problem: Problem, end: Point, tip: Tip, rim: float) -> float:
     # (an end on the rim of the map is its own neighbour)
     costs[np.hypot(*away.T) < 0.5 * rim] = math.inf
     cheapest = int(np.argmin(costs))
-    return float(costs[cheapest] - tip.costs(away[cheapest : cheapest + 1])[0])
+    return float(costs[cheapest] - formula.costs(away[cheapest : cheapest + 1])[0])
 
 
-def _look_closer(level: Level, end: Point, rim: float) -> Near | None:
-    """Bound the cost to an end on a finer grid over a box around it, areas left out; None if it is too small."""
+def _end_grid(level: Level, end: Point, rim: float) -> EndGrid | None:
+    """Bound the cost to an end on a finer grid without areas over a box around it; None if the box is too small."""
     problem = level.problem
     x_min, y_min, x_max, y_max = problem.bounds
     half = BOX * rim
@@ -525,7 +526,7 @@ def _look_closer(level: Level, end: Point, rim: float) -> Near | None:
     last = round(BOX_CELLS * sides[0] / max(sides)), round(BOX_CELLS * sides[1] / max(sides))
     if min(last) < BOX_CELLS // 4:
         return None
-    # the corner that is the farthest away: where a bound is best there, it is good everywhere
+    # from the farthest corner of the box: a bound that is good there is good everywhere
     corner = max(((x, y) for x in box[::2] for y in box[1::2]), key=lambda point: math.dist(point, end))
     inside = replace(problem, start=corner, goal=end, bounds=box, no_fly=None, clearance=0.0)
     inner = Level.lay(inside, last, cell_runs.rectangle(last), level.worth)
@@ -533,4 +534,4 @@ def _look_closer(level: Level, end: Point, rim: float) -> Near | None:
     if found is None or not np.isfinite(found.values[:-1]).all():
         return None
     leaves = box[0] > x_min, box[1] > y_min, box[2] < x_max, box[3] < y_max
-    return Near.of(inner.mesh, found.values, inner.reach, leaves)
+    return EndGrid.of(inner.mesh, found.values, inner.reach, leaves)

@@ -1,13 +1,13 @@
 """
-What the cost to an end is at least near it, where no spline follows the tip of the costs-to-go.
+Lower bounds of the cost to an end from points near it, where no spline follows the tip of the costs-to-go.
 
-`Tip` is a formula, of third order where the cost is smooth on the scale of the block around the end. Where it is not,
-`Near` is a proven bound on a finer grid over a box around the end, whose own tip is smaller.
+`EndFormula` is a formula, of third order where the cost is smooth on the scale of the block around the end. Where the
+cost is not smooth, `EndGrid` is a proven bound on a finer grid over a box around the end, whose own tip is smaller.
 
-**Paths that leave the box** on their way to the end come in again for the last time at some point of its border, from
-where they cost at least what the finer grid says of it. So no path from inside costs less than the lesser of its own
-bound and the least of all bounds on the border (`Near.cap`). The optimum comes in where it costs little, so that the
-border takes nothing from its bound.
+**Paths that leave the box** on their way to the end enter it for the last time at a point of its border. From there
+they cost at least the bound of the finer grid at that point. So no path from inside costs less than the smaller of its
+own bound and the least bound on the border (`EndGrid.cap`). The optimum enters where the cost is low, so that the
+border does not lower its bound.
 """
 
 import math
@@ -18,22 +18,23 @@ import numpy as np
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.scale import least_scale, lower_by_scale
-from cgla_graph.eikonal.mesh import SplineMesh
+from cgla_graph.eikonal.mesh import SplineMesh, bezier_values
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster_kernels import raster_floor
 
 
 @dataclass(frozen=True, eq=False)
-class Tip:
+class EndFormula:
     """
-    What the cost to an end is at least, near it.
+    Lower bound of the cost to an end from points near it, by a formula.
 
     Let ``c >= c_0 + g . d - H r^2 / 2`` at ``d`` from the end, where ``r = |d| <= R``, and let ``L`` be the least of
     that. Then ``psi = c_0 r + r (g . d) / 2 - beta r^3 / 3`` with ``beta = H / 2 + gamma`` and ``gamma = |g|^2 / (4
     L)`` has ``|grad psi| <= c`` on the disc if ``|g| R <= 2 L``: the part of its gradient along ``d`` is ``c_0 + g .
     d - beta r^2``, the other at most ``|g| r / 2``, and ``|g|^2 / 4 + gamma^2 r^2 <= 2 gamma L``. A path that leaves
-    the disc on its way to the end costs at least ``L (R - r)`` up to its rim, and the least of psi there from its
-    last way in; where that is less than psi, or the condition fails, ``psi = L r``, which holds for any path.
+    the disc on its way to the end costs at least ``L (R - r)`` up to the rim, and at least the least psi on the rim
+    after it has entered the disc for the last time. Where that sum is less than psi, or the condition fails,
+    ``psi = L r``, which holds for any path.
 
     Attributes
     ----------
@@ -47,7 +48,7 @@ class Tip:
     least_cost: float
 
     @classmethod
-    def at(cls, problem: Problem, end: Point, rim: float) -> "Tip":
+    def at(cls, problem: Problem, end: Point, rim: float) -> "EndFormula":
         """Bound the cost to an end from points up to `rim` away, map units."""
         *_, constant = bounds_on_disc(problem, end, rim)
         best, high = cls(np.array([constant, 0.0, 0.0, 0.0]), constant), constant * rim
@@ -59,7 +60,7 @@ class Tip:
                 continue
             beta = drop / radius**2 + slope**2 / (4.0 * least)
             last_way = cost * radius - 0.5 * slope * radius**2 - beta * radius**3 / 3.0
-            # on the rim, but for the slope, which is as much above on one side as below on the other
+            # on the rim, without the slope, which adds as much on one side as it takes away on the other
             level = cost * rim - beta * rim**3 / 3.0
             if last_way + least * (radius - rim) >= cost * rim + 0.5 * slope * rim**2 and level > high:
                 floor = least_scale(problem, math.hypot(*end) + radius)
@@ -74,9 +75,9 @@ class Tip:
 
 
 @dataclass(frozen=True, eq=False)
-class Near:
+class EndGrid:
     """
-    A proven bound of the cost to an end from a box around it, areas left out.
+    Proven lower bound of the cost to an end from a box around it, on a finer grid without areas.
 
     Attributes
     ----------
@@ -85,10 +86,10 @@ class Near:
     values
         Control values of the spline, shape ``(n + 1,)``.
     cap
-        No way to the end from the border of the box, or over it, costs less.
+        No path to the end from the border of the box, or across it, costs less.
     blind
-        Points up to here from the end, map units along x and y, may be in the block around it, of which the spline
-        says nothing.
+        Points up to this distance from the end, map units along x and y, may be in the block around it, where the
+        spline is no bound.
     """
 
     mesh: SplineMesh
@@ -97,11 +98,11 @@ class Near:
     blind: tuple[float, float]
 
     @classmethod
-    def of(cls, mesh: SplineMesh, values: FloatArray, reach: int, leaves: tuple[bool, bool, bool, bool]) -> "Near":
+    def of(cls, mesh: SplineMesh, values: FloatArray, reach: int, leaves: tuple[bool, bool, bool, bool]) -> "EndGrid":
         """
-        Find the cap of a spline over a box; `leaves` says over which sides, west, south, east, north, paths may leave.
+        Find the cap of a spline over a box; `leaves` says which sides (west, south, east, north) paths may cross.
 
-        Places are off by some ulps of their coordinates, and the spline is lowered by what that changes.
+        Coordinates are rounded by some ulps; the spline is lowered by the change that this makes.
         """
         around = values[mesh.controls].reshape(-1, 3, 3)
         slope = sum(float(np.abs(np.diff(around, axis=axis)).max()) / mesh.spacing[2 - axis] for axis in (1, 2))
@@ -109,14 +110,12 @@ class Near:
         lowered = values - 2.0**-49 * far * slope
         sides = mesh.columns == 0, mesh.rows == 0, mesh.columns == mesh.last[0], mesh.rows == mesh.last[1]
         border = np.any([side for side, open_ in zip(sides, leaves, strict=True) if open_], axis=0)
-        at = lowered[mesh.controls[border]].reshape(-1, 3, 3) if np.any(border) else np.full((1, 3, 3), math.inf)
-        # the Bézier control values of each piece
-        least = 0.25 * (at[:, 1:2, 1:2] + at[:, 1:2, :] + at[:, :, 1:2] + at)
+        cap = float(bezier_values(lowered, mesh.controls[border]).min(initial=math.inf))
         blind = (reach + 2) * mesh.spacing[0], (reach + 2) * mesh.spacing[1]
-        return cls(mesh, lowered, float(least.min()), blind)
+        return cls(mesh, lowered, cap, blind)
 
     @property
-    def kernel_near(self) -> certificate_kernels.Box:
+    def kernel_box(self) -> certificate_kernels.Box:
         """The box as kernels take it."""
         mesh = self.mesh
         return mesh.controls, mesh.last, mesh.origin, mesh.spacing, self.values, self.cap
@@ -124,7 +123,7 @@ class Near:
     def costs(self, points: FloatArray) -> FloatArray:
         """Bound the cost to the end from points of the box, shape ``(n, 2)``: shape ``(n,)``, map units."""
         found = np.empty(len(points))
-        certificate_kernels.box_values(points, self.kernel_near, found)
+        certificate_kernels.box_values(points, self.kernel_box, found)
         return found
 
 
@@ -142,7 +141,7 @@ def bounds_on_disc(problem: Problem, end: Point, radius: float) -> tuple[float, 
         high = min(end[0] + radius, x_max), min(end[1] + radius, y_max)
         found = raster_floor(low, high, *end, problem.field.raster_array)
         value, slope_x, slope_y, lost, floor = (problem.k * one for one in found)
-        # what a raster may fall below its linear function is lost everywhere, at the end too
+        # a raster may fall below its linear function by `lost`, everywhere and so at the end too
         cost, gx, gy, least = cost + value - lost, gx + slope_x, gy + slope_y, least + floor
     if problem.projection is not None:
         bounds[0, 0] = cost, gx, gy, drop, least

@@ -19,7 +19,7 @@ def verdict(proof: Certificate, *, with_path: bool = True, digits: int = 9, scal
     digits
         Significant digits of costs.
     scale, unit
-        What costs are multiplied with, and what follows them.
+        Factor of the costs, and the text that follows them.
 
     Examples
     --------

@@ -18,7 +18,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.weights import beyond_holding
 
 Schedule: TypeAlias = Literal["label-setting", "synchronous", "random", "given"]
-#: Label setting over what can be part of one optimum: what `restricted_optimum` finds, on lattices of any size.
+#: Label setting over the nodes that may be on one optimum, as `restricted_optimum` does on lattices of any size.
 RESTRICTED: Literal["restricted"] = "restricted"
 
 
@@ -36,19 +36,18 @@ class CostMatrix(Plottable):
     schedule
         How ``p_r`` was chosen in Eq. 9; ``restricted``: from the Delta sets of what can be part of one optimum.
     values
-        Shape ``(n,)``, map units: G, infinity where the target was not reached (yet). Restricted: infinity for nodes
-        that are no part of the optimum as well.
+        Shape ``(n,)``, map units: G, infinity where the target was not reached (yet). Restricted: infinity also for
+        nodes that are not on the optimum.
     successors
         Shape ``(n,)``: index of the next node on the way to the target, -1 where there is none.
     order
         The ``p_r`` of each round (label setting: the order of settling; random: as drawn; given: as given;
         synchronous: empty, as every node serves in every round).
     rounds
-        Rounds run: one node settled each in label setting; one ``p_r`` each at random or in a given order, which is
-        left as soon as it is known that nothing can change any more; in the synchronous schedule, the rounds that
-        changed something.
+        Rounds run: one settled node each in label setting; one ``p_r`` each at random or in a given order, which ends
+        as soon as no further round can change a value; in the synchronous schedule, the rounds that changed a value.
     converged
-        True: it is known that no further round can change a value. False: it is not known (`residual` computes it).
+        True: no further round can change a value. False: that is not known (`residual` computes it).
         After an early stop it is False, yet every value of `order` and of the source is final (Theorem 1).
 
     Examples
@@ -81,7 +80,7 @@ class CostMatrix(Plottable):
         NodeNotFoundError
             If the graph has no such node.
         GraphError
-            If the successors run in a circle, which only negative weights cause.
+            If the successors form a cycle, which only negative weights cause.
         """
         index = self.graph.index_of(node)
         if not np.isfinite(self.values[index]):
@@ -90,7 +89,7 @@ class CostMatrix(Plottable):
         while path[-1] != self.target:
             path.append(int(self.successors[path[-1]]))
             if len(path) > self.graph.n_nodes:
-                msg = f"the way from node {shown(node)} runs in a circle: the graph has negative weights"
+                msg = f"the successors of node {shown(node)} form a cycle: the graph has negative weights"
                 raise GraphError(msg)
         return [self.graph.labels[i] for i in path]
 
@@ -99,8 +98,8 @@ class CostMatrix(Plottable):
         """
         The sets Delta_k of Eqs 10-12 that label setting chose from: per round, the unsettled nodes of least value.
 
-        Computed by running the rounds again; restricted, from the values, as a value is final when it is among the
-        least.
+        Computed by running the rounds again; for a restricted matrix from the values, as a value is final once it is
+        among the least.
 
         Raises
         ------
@@ -139,7 +138,7 @@ class CostMatrix(Plottable):
         Raises
         ------
         GraphError
-            For a restricted one, whose rounds leave out what cannot matter.
+            For a restricted matrix, whose rounds leave out nodes that cannot be on the optimum.
 
         Examples
         --------
@@ -203,26 +202,26 @@ def cost_matrix(
     schedule
         How ``p_r`` is chosen. ``label-setting``: each round an element of Delta_k, the unsettled nodes of least
         value (Eqs 10-12): Dijkstra's algorithm without a heap. ``synchronous``: each round all r at once, from the
-        values of the round before: Bellman-Ford. ``random``: any node, drawn anew each round, until it is known that
-        none can change anything. ``given``: the nodes of `order`.
+        values of the round before: Bellman-Ford. ``random``: a node drawn at random each round, until no node can
+        change a value. ``given``: the nodes of `order`.
     order
         The ``p_r`` for the given schedule, one a round; nodes may repeat.
     seed
-        Of the random schedule, which needs one. In label setting, of the choice among several elements of Delta_k;
+        Seed of the random schedule, which needs one. In label setting, it draws among several elements of Delta_k;
         None: the one of lowest index.
 
     Returns
     -------
     matrix
-        Values, successors and how they came about.
+        Values, successors and the rounds that led to them.
 
     Raises
     ------
     NodeNotFoundError
         If target, source or a node of the order is not in the graph.
     GraphError
-        If the schedule is unknown, source, order or seed do not fit it, or a complete graph whose weights are computed
-        when asked has so many nodes that all its weights take hours (`cgla_graph.model.weights.MOST_HELD`).
+        If the schedule is unknown, source, order or seed do not fit it, or an implicit complete graph has so many
+        nodes that computing all its weights takes hours (`cgla_graph.model.weights.MOST_HELD`).
 
     Examples
     --------
@@ -310,7 +309,7 @@ def _label_setting(
         rounds = graph_kernels.label_setting(weights, target, source, values, successors, order)
     # An early stop leaves nodes unsettled that have a value; weights below 0 could improve settled ones.
     settled_all = rounds == int(np.isfinite(values).sum()) and not graph.has_negative_weights
-    return _result(graph, target, "label-setting", values, successors, order[:rounds], rounds, converged=settled_all)
+    return matrix_of(graph, target, "label-setting", values, successors, order[:rounds], rounds, converged=settled_all)
 
 
 def _synchronous(graph: GeometricGraph, target: int) -> CostMatrix:
@@ -322,14 +321,14 @@ def _synchronous(graph: GeometricGraph, target: int) -> CostMatrix:
     while active.any() and rounds < graph.n_nodes:
         before = values.copy()
         changed = np.zeros_like(active)
-        # a p_r that did not change since it last served cannot change anything
+        # a p_r whose value did not change since it last served cannot change another value
         for node in np.nonzero(active)[0].tolist():
             graph_kernels.relax(graph.weights_to(node), node, before[node], values, successors, changed)
         rounds += bool(changed.any())
         active = changed
     empty = np.empty(0, dtype=np.int64)
     done = not active.any()
-    return _result(graph, target, "synchronous", values, successors, empty, rounds, converged=done)
+    return matrix_of(graph, target, "synchronous", values, successors, empty, rounds, converged=done)
 
 
 def _given(graph: GeometricGraph, target: int, schedule: Schedule, order: Iterable[int]) -> CostMatrix:
@@ -337,20 +336,20 @@ def _given(graph: GeometricGraph, target: int, schedule: Schedule, order: Iterab
     pending = np.zeros(graph.n_nodes, dtype=np.bool_)
     pending[target] = True
     served: list[int] = []
-    # the order may be long: it is read only as long as a p_r may change something
+    # the order may be long: it is read only while a p_r may change a value
     for node in order:
         served.append(node)
-        # only a p_r that changed since it last served can
+        # only a p_r whose value changed since it last served can change another value
         if pending[node]:
             pending[node] = False
             graph_kernels.relax(graph.weights_to(node), node, values[node], values, successors, pending)
             if not pending.any():
                 break
     used = np.array(served, dtype=np.int64)
-    return _result(graph, target, schedule, values, successors, used, len(used), converged=not pending.any())
+    return matrix_of(graph, target, schedule, values, successors, used, len(used), converged=not pending.any())
 
 
-def _result(
+def matrix_of(
     graph: GeometricGraph,
     target: int,
     schedule: Schedule,
@@ -361,6 +360,7 @@ def _result(
     *,
     converged: bool,
 ) -> CostMatrix:
+    """Return a cost matrix whose arrays are read-only."""
     for array in (values, successors, order):
         array.flags.writeable = False
     return CostMatrix(graph, target, schedule, values, successors, order, rounds, converged)

@@ -1,4 +1,4 @@
-"""What differs between two cost models: which weights a change can have touched, and which way."""
+"""The difference of two cost models: which weights a change may have altered, and in which direction."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -19,25 +19,25 @@ NOWHERE = np.empty((0, 4))
 @dataclass(frozen=True, eq=False)
 class ModelChange:
     """
-    What differs between an old and a new cost model.
+    The difference of an old and a new cost model.
 
     Attributes
     ----------
     everything
-        Whether every weight may differ: `k` or the rasters do, or all threats reach further or less far, because their
-        number does (see `risk_kernels.reach_class`).
+        Whether every weight may differ: `k` or the rasters changed, or the reach of all threats, which depends on their
+        number (see `risk_kernels.reach_class`).
     unrelated
-        Whether old values bound no new ones: the rasters are others, or the threats that stayed reach less far.
+        Whether old values bound no new ones: the rasters changed, or the threats that stayed reach less far.
     weights_only_grow
-        Whether no weight fell: nothing went away, and `k` did not fall.
+        Whether no weight fell: no threat or area is gone, and `k` did not fall.
     came, gone
-        Rows of `RiskField.table` of the threats that only the new or only the old model has, each as often as it has it
-        more, shapes ``(m, 7)``. A threat that moved did both.
+        Rows of `RiskField.table` of the threats that only the new or only the old model has, shapes ``(m, 7)``; of a
+        repeated threat, as many rows as one model has more than the other. A threat that moved is in both.
     opened
         Boxes ``x_min, y_min, x_max, y_max`` of the no-fly polygons that are gone and that no new one covers, shape
         ``(b, 4)``, map units.
     redrawn
-        Boxes of all no-fly polygons that came or went, likewise.
+        Boxes of all no-fly polygons that came or went, in the same form.
 
     Examples
     --------

@@ -10,7 +10,7 @@ from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph._validate import point as pair
 from cgla_graph.cost_to_go import repair_kernels, reweigh_kernels
 from cgla_graph.cost_to_go.bound_kernels import risk_error
-from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
+from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix, matrix_of
 from cgla_graph.cost_to_go.model_change import ModelChange
 from cgla_graph.errors import GraphError
 from cgla_graph.model.adjacency import Node
@@ -26,8 +26,8 @@ def lazy_cost_matrix(graph: GeometricGraph, target: Node) -> CostMatrix:
     """
     Compute the cost matrix of a complete graph from the few weights that matter, one at a time.
 
-    The values of `cost_matrix` to rounding, without the weights of all pairs: memory grows with the number of nodes,
-    not of pairs. A pair is weighed only if a lower bound of its weight lets it lower a value.
+    The values equal those of `cost_matrix` up to rounding. Memory grows with the number of nodes, not of pairs. A pair
+    is weighed only if a lower bound of its weight allows it to lower a value.
 
     Parameters
     ----------
@@ -39,9 +39,9 @@ def lazy_cost_matrix(graph: GeometricGraph, target: Node) -> CostMatrix:
     Returns
     -------
     matrix
-        G by label setting. A way along a line of the lattice may go from node to node where `cost_matrix` takes one
-        long edge of the same cost. With an improper field, whose weights no length bounds, and on a graph that keeps
-        its weights already, this is `cost_matrix` itself.
+        G by label setting. Along a line of the lattice, a path may go from node to node where `cost_matrix` takes one
+        long edge of the same cost. With an improper field, whose weights may be below the length, and on a graph that
+        holds its weights already, this is `cost_matrix` itself.
 
     Raises
     ------
@@ -72,10 +72,10 @@ def repair(matrix: CostMatrix, model: CostModel) -> CostMatrix:
     """
     Bring a cost matrix up to date with another cost model on the same nodes.
 
-    Equal to planning from scratch: threats may have come, gone or moved, no-fly areas may have popped up or vanished,
-    and `k` may differ. The less of the old tree of paths is touched, the faster: the old paths, weighed anew, bound the
-    new values from above; the old values bound them from below, because ``A(i, r) >= G(i) - G(r)`` held for every pair.
-    Label setting weighs only the pairs that pass between the bounds. Memory grows with the number of nodes.
+    The result equals planning from scratch: threats may have come, gone or moved, no-fly areas may have appeared or
+    vanished, and `k` may differ. It is faster the less of the old tree of paths changes: the old paths, weighed anew,
+    bound the new values from above; the old values bound them from below, because ``A(i, r) >= G(i) - G(r)`` held for
+    every pair. Label setting weighs only the pairs that both bounds allow. Memory grows with the number of nodes.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def repair(matrix: CostMatrix, model: CostModel) -> CostMatrix:
     -------
     matrix
         G under `model`, on a new graph of the same nodes, its weights not computed. Where the old or the new field is
-        improper (weights may be negative), planned from scratch.
+        improper (weights may be negative), it is planned from scratch.
 
     Raises
     ------
@@ -98,9 +98,9 @@ def repair(matrix: CostMatrix, model: CostModel) -> CostMatrix:
 
     Notes
     -----
-    Within 1e-12 of `cost_matrix` on maps of unit size with ``k <= 100``: both add the same weights, up to the order of
-    rounding and of the threats. D* Lite (Koenig & Likhachev 2002) and LPA* repair in the same spirit on sparse graphs;
-    on a complete one the bounds matter more than the queue.
+    The values are within 1e-12 of `cost_matrix` on maps of unit size with ``k <= 100``: both add the same weights, in
+    another order of summation and of threats. D* Lite (Koenig & Likhachev 2002) and LPA* repair sparse graphs in a
+    similar way; on a complete graph the bounds matter more than the queue.
 
     Examples
     --------
@@ -147,10 +147,10 @@ def repair(matrix: CostMatrix, model: CostModel) -> CostMatrix:
 
 def reweigh(graph: GeometricGraph, model: CostModel) -> GeometricGraph:
     """
-    Bring the stored weights of a complete graph up to date with another cost model: for solvers that want them all.
+    Bring the stored weights of a complete graph up to date with another cost model, for solvers that need all weights.
 
-    Only pairs whose segment comes within reach of a threat that came, went or moved, or near a no-fly polygon that did,
-    are weighed again, on all cores; the rest is copied. If `k` changed, everything is weighed.
+    Only pairs whose segment is within reach of a threat or near a no-fly polygon that came, went or moved are weighed
+    again, on all cores; the rest is copied. If `k` changed, all pairs are weighed.
 
     Parameters
     ----------
@@ -202,8 +202,8 @@ def linked(matrix: CostMatrix, point: Point) -> tuple[CostMatrix, Node]:
     """
     Join one more node to a cost matrix: ``G(p) = min_j A(p, j) + G(j)``, for a UAV between the lattice points.
 
-    What label setting with source `point` finds on the graph that has the node: the value and the path from it are
-    final, and so are all values below it. The other values do not know that a path may lead through the new node.
+    The result is that of label setting with source `point` on the graph with the node: its value and the path from it
+    are final, and so are all smaller values. The other values do not count paths through the new node.
 
     Parameters
     ----------
@@ -251,12 +251,14 @@ def linked(matrix: CostMatrix, point: Point) -> tuple[CostMatrix, Node]:
         value = float(offers[successor])
     successors = np.append(matrix.successors, successor if value < np.inf else -1)
     settled = matrix.order[matrix.values[matrix.order] < value]
-    return _result(graph, matrix.target, np.append(matrix.values, value), successors, settled, converged=False), node
+    values = np.append(matrix.values, value)
+    order = settled, len(settled)
+    return matrix_of(graph, matrix.target, "label-setting", values, successors, *order, converged=False), node
 
 
 def with_node(graph: GeometricGraph, point: Point) -> tuple[GeometricGraph, Node]:
     """
-    Return a complete graph with one more node at `point`, and that node; where weights are stored, one row more.
+    Return a complete graph with one more node at `point`, and that node; stored weights get one more row.
 
     Parameters
     ----------
@@ -303,7 +305,7 @@ def with_node(graph: GeometricGraph, point: Point) -> tuple[GeometricGraph, Node
 
 def _nothing(n_nodes: int) -> repair_kernels.Before:
     """Return the state of a matrix without a predecessor."""
-    # as the values of a cost matrix are
+    # read-only, as the values of a cost matrix are
     return fixed(np.zeros(n_nodes)), 1.0, 0.0, np.empty((0, 7)), 0.0, EVERYWHERE
 
 
@@ -319,19 +321,12 @@ def _settle(
     order = np.empty(graph.n_nodes, dtype=np.int64)
     settled, _ = repair_kernels.settle_lazily(nodes, model.kernel_model(), *known, values, successors, order)
     successors[~np.isfinite(values)] = -1
-    return _result(graph, target, values, successors, order[:settled], converged=True)
-
-
-def _result(
-    graph: GeometricGraph, target: int, values: FloatArray, successors: IntArray, order: IntArray, *, converged: bool
-) -> CostMatrix:
-    for array in (values, successors, order):
-        array.flags.writeable = False
-    return CostMatrix(graph, target, "label-setting", values, successors, order, len(order), converged)
+    settled_nodes = order[:settled]
+    return matrix_of(graph, target, "label-setting", values, successors, settled_nodes, settled, converged=True)
 
 
 def _complete(graph: GeometricGraph) -> tuple[repair_kernels.Nodes, CostModel]:
-    """Return the nodes for the kernels and the model of a complete graph, or say why it is none."""
+    """Return the nodes for the kernels and the model of a complete graph; refuse any other graph."""
     if not isinstance(graph, GeometricGraph):
         msg = f"graph is a {type(graph).__name__}; give a GeometricGraph, such as GeometricGraph.complete(lattice)"
         raise GraphError(msg)

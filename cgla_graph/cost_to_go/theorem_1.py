@@ -1,4 +1,4 @@
-"""Check Lemma 1 and Theorem 1 on a graph, round by round of Eq. 9, with a witness where something fails."""
+"""A check of Lemma 1 and Theorem 1 on a graph, round by round of Eq. 9, with a witness for each failure."""
 
 import dataclasses
 import itertools
@@ -17,17 +17,17 @@ from cgla_graph.errors import GraphError
 from cgla_graph.model.adjacency import Node, label_text
 from cgla_graph.model.graph import GeometricGraph
 
-#: Up to this many nodes, each round of Eq. 9 is made to the letter, on the matrix of all weights (200 MB).
+#: Up to this many nodes, each round of Eq. 9 is made literally, on the matrix of all weights (200 MB).
 MOST_STEPPED = 5_000
-#: Up to this many, the cost matrix is computed, whose rounds look at every node.
+#: Up to this many nodes, the cost matrix is computed, whose rounds visit every node.
 MOST_SETTLED = 50_000
-#: Up to this many where a weight is below 0: least costs then take n rounds of all nodes.
+#: The same limit where a weight is below 0: least costs then take n rounds over all nodes.
 MOST_BELOW_ZERO = 1_000
-#: Edges and nodes that the triangle inequality is checked over, about, in as many searches as that allows.
+#: About how many edges and nodes all searches for the triangle inequality visit together.
 MOST_SEARCHED = 20_000_000
-#: An edge that is longer than a way round it by less, relative to it, is as long.
+#: Relative excess of an edge over a path between its ends that counts as rounding.
 _ROUNDING: Final = 1e-9
-#: Values of two algorithms that add the same weights in another order differ by no more than this, relative to them.
+#: Greatest relative difference of two algorithms that add the same weights in another order.
 SAME: Final = 1e-12
 _LEMMA: Final = "Lemma 1: no value rises"
 _FIRST: Final = "Theorem 1 (1): n rounds give the least costs"
@@ -48,9 +48,9 @@ class Statement:
     says
         The numbers, or why it was not checked.
     holds
-        Whether it does; None where that was not checked.
+        Whether it holds; None where that was not checked.
     needed
-        Whether Theorem 1 assumes or says it.
+        Whether Theorem 1 assumes or states it.
     witness
         Where it fails: the two ends of an edge, or a node; empty where it holds.
     round
@@ -68,12 +68,12 @@ class Statement:
 @dataclass(frozen=True, eq=False)
 class TheoremCheck:
     """
-    All that was checked on a graph; `print` shows a line for each statement.
+    The checks of Theorem 1 on a graph; `print` shows a line for each statement.
 
     Attributes
     ----------
     target, source
-        Nodes; without a source, each node is one.
+        Nodes; without a source, each node counts as one.
     statements
         In the order of the paper: weights, symmetry, ways to the target, the triangle inequality, Lemma 1, and the
         theorem's parts (1) to (3).
@@ -91,7 +91,7 @@ class TheoremCheck:
 
     @property
     def all_hold(self) -> bool:
-        """Whether no statement that is needed was seen to fail; one that was not checked does not count."""
+        """Whether no needed statement failed; one that was not checked does not count as a failure."""
         return not any(one.needed and one.holds is False for one in self.statements)
 
     def __str__(self) -> str:
@@ -115,31 +115,31 @@ def check_theorem_1(
     graph: GeometricGraph, target: Node, source: Node | None = None, *, matrix: CostMatrix | None = None
 ) -> TheoremCheck:
     """
-    Check on a graph what Theorem 1 assumes and what it says, with a witness where something fails.
+    Check the assumptions and the statements of Theorem 1 on a graph, with a witness for each failure.
 
     Lemma 1: no value rises in a round of Eq. 9 whose ``p_r`` is an element of Delta_k. Theorem 1: (1) n rounds give the
-    least costs, held against scipy's Dijkstra; (2) the value of a node that has served as ``p_r`` stays; (3) the
+    least costs, compared with scipy's Dijkstra; (2) the value of a node that has served as ``p_r`` stays; (3) the
     source comes into Delta_k, where it has its least cost and the search may stop.
 
     Parameters
     ----------
     graph
-        Any graph. Rounds are made to the letter for 5,000 nodes at most, 1,000 where a weight is below 0; the other
-        statements are checked for more.
+        Any graph. Rounds are made literally for 5,000 nodes at most, 1,000 where a weight is below 0; the other
+        statements are checked on larger graphs as well.
     target
         The node ``p_t`` whose costs-to-go are computed.
     source
         The node ``p_s``; without one, part (3) is checked for each node.
     matrix
-        A cost matrix to the target by label setting, to be checked instead of that of `cgla_graph.cost_matrix`.
+        A cost matrix to the target by label setting, checked instead of the one of `cgla_graph.cost_matrix`.
 
     Raises
     ------
     NodeNotFoundError
         If the target or the source is not in the graph.
     GraphError
-        If the graph is none, has too many weights to be held, or the matrix is one of another graph, target or
-        schedule, or stopped early.
+        If `graph` is no graph, has too many weights to hold, or the matrix is of another graph, target or schedule, or
+        stopped early.
 
     Examples
     --------
@@ -177,7 +177,7 @@ def check_theorem_1(
 
 
 def _require_fitting(matrix: CostMatrix, graph: GeometricGraph, target: int) -> None:
-    """Refuse a cost matrix that says nothing of the graph and the target."""
+    """Refuse a cost matrix of another graph, target or schedule."""
     if matrix.graph is not graph or matrix.target != target:
         msg = "the matrix is one of another graph or target; give cg.cost_matrix(graph, target)"
         raise GraphError(msg)
@@ -188,7 +188,7 @@ def _require_fitting(matrix: CostMatrix, graph: GeometricGraph, target: int) -> 
 
 @dataclass(frozen=True, eq=False)
 class _Edges:
-    """The edges of a graph, stored zeros too, and what Theorem 1 assumes of them."""
+    """The edges of a graph, stored zeros too, and the assumptions of Theorem 1 about them."""
 
     graph: GeometricGraph
     rows: Any
@@ -256,7 +256,7 @@ class _Edges:
         return Statement(name, says, holds=False, witness=self.ends(missing[0]))
 
     def triangles(self) -> Statement:
-        """Compare edges with the least-cost ways between their ends: those of some nodes where all take too long."""
+        """Compare edges with the cheapest paths between their ends; of a large graph, the edges of some nodes."""
         name, rows, n = "triangle inequality", self.rows, self.graph.n_nodes
         if self.has_below_zero:
             return Statement(name, "not checked: a weight is below 0", needed=False)
@@ -282,7 +282,7 @@ class _Edges:
         return Statement(name, says, holds=False, needed=False, witness=witness)
 
     def least_costs(self, matrix: CostMatrix) -> FloatArray | None:
-        """Return the least costs to the target by another algorithm; None where a circle costs less than nothing."""
+        """Return the least costs to the target by another algorithm; None where a cycle costs less than 0."""
         if self.has_below_zero:
             swept = cost_matrix(self.graph, self.graph.labels[matrix.target], schedule="synchronous")
             return swept.values if swept.converged else None
@@ -294,16 +294,16 @@ class _Edges:
 @dataclass(frozen=True, eq=False)
 class _Rounds:
     """
-    Eq. 9 with p_r from Delta_k, to the letter.
+    The rounds of Eq. 9 with p_r from Delta_k, made literally.
 
     Attributes
     ----------
     values
         G after the last round.
     rose, changed
-        The first round in which a value rose, and in which a settled one changed, and the node; None for none.
+        The first round in which a value rose, and in which a settled one changed, each with the node; None if none.
     entered
-        By node, the round in which it was in Delta_k first, and its value then.
+        By node, the first round in which it was in Delta_k, and its value then.
     sizes
         Of Delta_k, round by round.
     """
@@ -323,7 +323,7 @@ def _rounds(matrix: CostMatrix) -> _Rounds:
     entered: dict[int, tuple[int, float]] = {}
     sizes: list[int] = []
     after = np.empty(0)
-    # sums of weights as large as numbers can be are infinite
+    # sums of the largest weights overflow to infinity
     with np.errstate(over="ignore"):
         steps = itertools.pairwise(eq_9(zero_diagonal(matrix.graph), matrix.target, order))
         for number, (before, after) in enumerate(steps, start=1):
@@ -345,10 +345,10 @@ def _first(number: int, where: Any) -> tuple[int, int] | None:  # noqa: ANN401 -
 
 
 def _in_rounds(matrix: CostMatrix, rounds: _Rounds | None, name: str) -> Statement:
-    """Check Lemma 1, or part (2), by the rounds."""
+    """Check Lemma 1, or part (2), on the rounds."""
     if rounds is None:
         nodes = f"{matrix.graph.n_nodes:,} nodes, more than the {MOST_STEPPED:,}"
-        return Statement(name, f"not checked: {nodes} on which each round is made to the letter")
+        return Statement(name, f"not checked: {nodes} for which each round is made")
     found, verb = (rounds.rose, "does") if name == _LEMMA else (rounds.changed, "changes")
     if found is None:
         none = f"in none of {counted(matrix.rounds, 'round')}"
@@ -366,7 +366,7 @@ def _least(matrix: CostMatrix, edges: _Edges, rounds: _Rounds | None) -> Stateme
     if least is None:
         witness = _improvable(matrix, edges)
         return Statement(
-            _FIRST, "there are none: a circle costs less than 0", holds=False, witness=witness and edges.ends(*witness)
+            _FIRST, "there are none: a cycle costs less than 0", holds=False, witness=witness and edges.ends(*witness)
         )
     n_reached = int(np.isfinite(least).sum())
     held = [matrix.values] if rounds is None else [matrix.values, rounds.values]
@@ -379,7 +379,7 @@ def _least(matrix: CostMatrix, edges: _Edges, rounds: _Rounds | None) -> Stateme
 
 
 def _gaps(values: FloatArray, least: FloatArray) -> FloatArray:
-    """Return how far values are apart; infinity from infinity by nothing."""
+    """Return the distances of values; infinity and infinity are 0 apart."""
     with np.errstate(invalid="ignore"):
         return np.where(values == least, 0.0, np.abs(values - least))
 
@@ -428,7 +428,7 @@ def _one_source(matrix: CostMatrix, node: int, rounds: _Rounds | None) -> Statem
 
 def delta_note(sizes: Sequence[int]) -> str:
     """
-    Say how many nodes were in Delta_k, round by round.
+    Summarise how many nodes were in Delta_k, round by round.
 
     Examples
     --------
@@ -445,7 +445,7 @@ def delta_note(sizes: Sequence[int]) -> str:
 
 def are_close(values: FloatArray, others: FloatArray) -> bool:
     """
-    Tell whether values are the same but for rounding; infinity is the same as infinity only.
+    Return whether values are equal up to rounding; infinity equals only infinity.
 
     Examples
     --------
@@ -457,7 +457,7 @@ def are_close(values: FloatArray, others: FloatArray) -> bool:
 
 def eq_9(weights: FloatArray, target: int, pivots: Iterable[int]) -> Iterator[FloatArray]:
     """
-    Yield G before the first and after each use of Eq. 9, to the letter, shape ``(n,)`` each.
+    Yield G before the first and after each literal use of Eq. 9, shape ``(n,)`` each.
 
     Parameters
     ----------

@@ -217,6 +217,12 @@ class SplineMesh:
         return np.asarray(place[pieces] >= 0)
 
     @property
+    def farthest(self) -> float:
+        """The greatest coordinate of the bounds, in magnitude, map units."""
+        low, sides = np.array(self.origin), np.array(self.last) * self.spacing
+        return float(np.abs([low, low + sides]).max())
+
+    @property
     def has_walls(self) -> bool:
         """Whether an edge of the area meets any cell."""
         return len(self.sub_cells[2]) > 0
@@ -378,6 +384,12 @@ def least_angle(edges: FloatArray, bounds: Bounds) -> float:
     angles = angles_of(edges)
     inside = ((edges[:, :2] >= bounds[:2]) & (edges[:, :2] <= bounds[2:])).all(axis=1)
     return float(angles[inside & (angles > 0.0)].min(initial=math.inf))
+
+
+def bezier_values(values: FloatArray, controls: WholeArray) -> FloatArray:
+    """Return the Bézier control values of a spline on pieces with such controls (`SplineMesh`), shape ``(m, 3, 3)``."""
+    at = values[controls].reshape(-1, 3, 3)
+    return np.asarray(0.25 * (at[:, 1:2, 1:2] + at[:, 1:2, :] + at[:, :, 1:2] + at))
 
 
 def corners(area: NoFlyArea, bounds: Bounds) -> FloatArray:

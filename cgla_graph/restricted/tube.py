@@ -103,7 +103,7 @@ class Tube:
             mesh.last,
             mesh.matters,
             block.holds,
-            block.tip.least_cost,
+            block.formula.least_cost,
             least,
             most,
         )

@@ -21,7 +21,7 @@ from strategies import examples
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate import certificate_kernels, finer
-from cgla_graph.certificate.corners import Bent, corners_of
+from cgla_graph.certificate.corners import BendingPath, corners_of
 from cgla_graph.certificate.finer import FINER, FineCornerBlock
 from cgla_graph.certificate.subsolution import Level
 from cgla_graph.eikonal.marching import costs_to_go
@@ -227,7 +227,7 @@ def test_there_is_no_block_where_a_path_hardly_turns() -> None:
 
     def blocks(x: float, y: float) -> int:
         around = shapely.LineString(np.array([(-0.01, 0.1), (0.0, 0.0), (x, y)]) + tip)
-        _, steep = corners_of(problem, mesh, 3, [], Bent(around, worth=0.05))
+        _, steep = corners_of(problem, mesh, 3, [], BendingPath(around, worth=0.05))
         return len(steep)
 
     assert (blocks(0.01, -0.1), blocks(-0.05, -0.1)) == (0, 1)

@@ -14,7 +14,7 @@ import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.subsolution import Block, Level
-from cgla_graph.certificate.tips import Near, Tip
+from cgla_graph.certificate.tips import EndFormula, EndGrid
 
 ROUNDING = 1e-9
 
@@ -26,7 +26,7 @@ def test_no_way_to_an_end_is_cheaper_than_its_tip(field: cg.RiskField, k: float,
     around = rng.choice([(t.x, t.y) for t in field.threats]) if len(field) and rng.random() < 0.5 else rng.random(2)
     end, rim = np.clip(around, 0.0, 1.0), 10.0 ** rng.uniform(-4.0, -0.5)
     problem = cg.Problem((end[0], end[1]), (end[0], end[1]), field, k)
-    tip = Tip.at(problem, problem.goal, rim)
+    tip = EndFormula.at(problem, problem.goal, rim)
     angle, r = rng.uniform(0.0, 2.0 * math.pi, 40), rim * rng.random(40)
     away = np.column_stack([r * np.cos(angle), r * np.sin(angle)])
     # the inequality itself, by central differences
@@ -50,7 +50,7 @@ def test_the_tip_is_of_third_order() -> None:
         angle = np.linspace(0.0, 6.0, 20)
         away = rim * np.column_stack([np.cos(angle), np.sin(angle)])
         straight = [problem.evaluate([problem.goal, np.array(problem.goal) + d]).cost for d in away]
-        loss.append(float(np.max(straight - Tip.at(problem, problem.goal, rim).costs(away))))
+        loss.append(float(np.max(straight - EndFormula.at(problem, problem.goal, rim).costs(away))))
     assert 2.7 < oracles.rate(loss) < 3.5
 
 
@@ -83,10 +83,10 @@ def test_the_rim_of_a_block_is_bounded(field: cg.RiskField, k: float, seed: int)
     values = np.append(np.hypot(*(mesh.node_points - end).T) + 0.1 * rng.random(mesh.n_nodes), math.inf)
     every = np.ones(len(mesh.columns), dtype=bool)
     found = certificate_kernels.rim_excess(
-        values, mesh.kernel_mesh, every, (end[0], end[1]), block.centre, level.reach, block.tip.numbers
+        values, mesh.kernel_mesh, every, (end[0], end[1]), block.centre, level.reach, block.formula.numbers
     )
     u = rim_points(level.reach) + block.centre
-    excess = spline_at(level, block, u, values) - block.tip.costs(mesh.origin + u * mesh.spacing - end)
+    excess = spline_at(level, block, u, values) - block.formula.costs(mesh.origin + u * mesh.spacing - end)
     assert excess.max() <= found + 1e-9
     assert problem.k == k
 
@@ -113,11 +113,11 @@ def check_near(problem: cg.Problem, seed: int) -> None:
     """Hold the bound of a box against ways to the goal from points on the rim of the block, and beyond."""
     rng = np.random.default_rng(seed)
     level, block = block_of(problem, 64)
-    assert block.near is not None
+    assert block.end_grid is not None
     rim = (level.reach + 1) * math.hypot(*level.mesh.spacing)
     turn, r = rng.uniform(0.0, 2.0 * math.pi, 3), rim * rng.uniform(0.5, 2.4, 3)
     points = np.clip(problem.goal + np.column_stack([r * np.cos(turn), r * np.sin(turn)]), 0.0, 1.0)
-    for point, bound in zip(points, block.near.costs(points), strict=True):
+    for point, bound in zip(points, block.end_grid.costs(points), strict=True):
         start = float(point[0]), float(point[1])
         best = cg.solve(cg.Problem(start, problem.goal, problem.field, problem.k), "hybrid", tolerance=None, points=200)
         assert bound <= best.cost * (1.0 + ROUNDING)
@@ -141,16 +141,16 @@ def behind_a_wall() -> cg.Problem:
 def test_ways_that_leave_the_box_are_no_cheaper_either(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = behind_a_wall()
     _, block = block_of(problem, 64)
-    assert block.near is not None
+    assert block.end_grid is not None
     behind = np.array([0.64, 0.5])
     round_it = problem.evaluate([behind, (0.64, 0.8), (0.5, 0.8), problem.goal]).cost
-    assert block.near.costs(behind[None])[0] <= round_it
+    assert block.end_grid.costs(behind[None])[0] <= round_it
     # without the cap, the box says that the only way leads over the ridge
-    monkeypatch.setattr(Near, "kernel_near", property(lambda self: (*kernel_box(self)[:5], math.inf)))
-    assert block.near.costs(behind[None])[0] > round_it
+    monkeypatch.setattr(EndGrid, "kernel_box", property(lambda self: (*kernel_box(self)[:5], math.inf)))
+    assert block.end_grid.costs(behind[None])[0] > round_it
 
 
-kernel_box = Near.kernel_near.fget  # type: ignore[attr-defined]
+kernel_box = EndGrid.kernel_box.fget  # type: ignore[attr-defined]
 
 
 @pytest.mark.slow
@@ -184,11 +184,11 @@ def test_the_rim_of_a_block_is_bounded_by_a_box(seed: int, capped: bool) -> None
     rng = np.random.default_rng(seed)
     problem = steep_end(seed)
     level, block = block_of(problem, 64)
-    near, mesh = block.near, level.mesh
+    near, mesh = block.end_grid, level.mesh
     assert near is not None
     values = np.append(np.hypot(*(mesh.node_points - problem.goal).T) + 0.1 * rng.random(mesh.n_nodes), math.inf)
-    near = Near(near.mesh, near.values, near.cap if capped else math.inf, near.blind)
-    found = Block(block.end, block.centre, block.holds, block.tip, near).excess(level, values)
+    near = EndGrid(near.mesh, near.values, near.cap if capped else math.inf, near.blind)
+    found = Block(block.end, block.centre, block.holds, block.formula, near).excess(level, values)
     u = rim_points(level.reach) + block.centre
     points = np.array(mesh.origin) + u * mesh.spacing
     inside = ((points > 0.0) & (points < 1.0)).all(axis=1)

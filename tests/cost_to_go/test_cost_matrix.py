@@ -417,7 +417,7 @@ def test_negative_weights_run_in_a_circle() -> None:
     synchronous = cost_matrix(graph, 0, schedule="synchronous")
     assert not synchronous.converged
     assert synchronous.residual() > 0.0
-    with pytest.raises(GraphError, match=r"circle.*negative weights"):
+    with pytest.raises(GraphError, match=r"cycle.*negative weights"):
         synchronous.path_from(1)
     few, many = sweeps(graph, 0, 5), sweeps(graph, 0, 50)
     assert many.value(1) < few.value(1) < 0.0

@@ -114,7 +114,7 @@ def test_with_weights_below_0_parts_fail_and_say_where() -> None:
     assert not checked.matrix.converged
     # a circle that costs less than nothing has no least costs: Eq. 9 lowers one of its ends again
     circle = failed(check_theorem_1(below_zero([[0, 1, 0], [-2, 0, 1], [0, 0, 0]], "abt"), "t"))
-    assert "a circle costs less than 0" in circle["Theorem 1 (1)"].says
+    assert "a cycle costs less than 0" in circle["Theorem 1 (1)"].says
     assert set(circle["Theorem 1 (1)"].witness) == {"a", "b"}
     # without a circle, and settled in the right order, all but the assumption holds
     line = check_theorem_1(below_zero([[0, -1], [0, 0]], "at"), "t")
