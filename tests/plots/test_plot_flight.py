@@ -1,4 +1,4 @@
-"""Pictures and animations of flights: what is in them and where, and that files are whole and the same every time."""
+"""Pictures and animations of flights: their contents and places, and that files are whole and the same every time."""
 
 import dataclasses
 import io
@@ -162,7 +162,7 @@ def test_degrees_are_drawn_in_kilometres(north: LabelledFlight) -> None:
     np.testing.assert_allclose(traces(axes, colour_of(0))[0], uav.path / 1000)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("longitude", "latitude")
     assert f"cost {uav.cost / 1000:#.5g} km" in labels(figure)[0]
-    # nobody to meet: the moment is that of the last new plan
+    # a single UAV: the moment is that of the last new plan
     assert "safe distance" not in labels(figure)
     assert telling_tick(north) == max((tick for tick in uav.replans if tick), default=0)
     assert_tidy(figure)
@@ -250,7 +250,7 @@ def test_the_plan_ahead_begins_where_the_uav_is_and_ends_at_its_goal(flights: li
                 ahead = plan_ahead(uav, tick)
                 np.testing.assert_array_equal(ahead[0], uav.trace[tick - uav.departed])
                 np.testing.assert_allclose(ahead[-1], uav.uav.goal)
-                # what is ahead and what was flown since make up the plan
+                # the way ahead and the way flown since make up the plan
                 since = max(when for when, _ in uav.plans if when <= tick)
                 planned = np.hypot(*np.diff(uav.plan_at(tick), axis=0).T).sum()
                 flown_since = (tick - since) * 0.05

@@ -1,4 +1,4 @@
-"""On a map in degrees, what is proven of all paths holds on the Earth, from every door."""
+"""On a map in degrees, bounds of all paths hold on the Earth, from every function that proves one."""
 
 import math
 import pickle

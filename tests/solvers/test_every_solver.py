@@ -1,5 +1,6 @@
 """Promises of all solvers beside their contract: size of the map, seeds, walls, missions."""
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from cgla_graph.solvers import registry
 NOTHING = {Status.NO_PATH, Status.NOT_FOUND, Status.STUCK}
 RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
 FIELD = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=0.9), cg.Threat(0.3, 0.7, 0.05)])
+GUARDED = cg.Problem((0.1, 0.1), (0.9, 0.9), FIELD, k=10.0)
 names = pytest.mark.parametrize("name", registry.names())
 #: They promise less, and find a way here.
 FLYING = {"evolutionary", "voronoi", "milp", "q-learning", "fbcri-style", "cpvs-style"} & set(registry.names())
@@ -49,8 +51,7 @@ def test_a_map_drawn_larger_elsewhere_gives_the_same_path_there(name: str, scale
 
 @seeded
 def test_another_seed_gives_another_answer(name: str) -> None:
-    problem = cg.Problem((0.1, 0.1), (0.9, 0.9), FIELD, k=10.0)
-    answers = [quick(name, seed=seed).solve(problem) for seed in (1, 2)]
+    answers = [quick(name, seed=seed).solve(GUARDED) for seed in (1, 2)]
     assert answers[0].path.tolist() != answers[1].path.tolist() or answers[0].message != answers[1].message
 
 
@@ -61,6 +62,18 @@ def test_a_start_or_goal_that_is_walled_in_is_not_left_or_reached(name: str, end
     assert answer.status in NOTHING or (answer.status is Status.INFEASIBLE and not registry.traits(name).no_fly)
     assert answer.message or answer.status is Status.NO_PATH
     assert not answer.status.has_path
+
+
+@functools.cache
+def proven_bound() -> float:
+    return cg.lower_bound(GUARDED, 0.05).lower_bound
+
+
+@names
+def test_no_path_beats_the_certificate(name: str) -> None:
+    for seed in (1, 2, 3) if registry.traits(name).seeded else (None,):
+        solver = quick(name, times=2, **({} if seed is None else {"seed": seed}))
+        assert cg.solve(GUARDED, solver).cost >= proven_bound() > 1.2
 
 
 @complete

@@ -164,7 +164,7 @@ def answers(number: int) -> Iterator[tuple[str, Solution]]:
 
 
 def faults(problem: cg.Problem, found: dict[str, Solution]) -> Iterator[str]:
-    """Say what is not true of the answers to one problem."""
+    """Name the faults of the answers to one problem."""
     reached = [name for name, answer in found.items() if answer.status.has_path]
     bound = max((answer.lower_bound for answer in found.values() if answer.lower_bound > 0.0), default=0.0)
     for name, answer in found.items():
@@ -187,7 +187,7 @@ def faults(problem: cg.Problem, found: dict[str, Solution]) -> Iterator[str]:
 
 
 def faults_without_path(name: str, answer: Solution) -> Iterator[str]:
-    """Say what is not true of an answer that has no path."""
+    """Name the faults of an answer that has no path."""
     status = answer.status
     if not (status in NOTHING or (status is Status.INFEASIBLE and not registry.traits(name).no_fly)):
         yield f"{status.label}: {answer.message}"
@@ -198,7 +198,7 @@ def faults_without_path(name: str, answer: Solution) -> Iterator[str]:
 
 
 def faults_of_path(problem: cg.Problem, answer: Solution, bound: float) -> Iterator[str]:
-    """Say what is not true of a path."""
+    """Name the faults of a path."""
     judged = problem.evaluate(answer.path)
     if judged.violations:
         yield f"{answer.status.label}, but {'; '.join(judged.violations)}"

@@ -44,7 +44,7 @@ for solve in (
     seconds = solve()
     ended = time.perf_counter()
     total = ended - solve_began
-    # what compiling took, without what was compiled for it
+    # the time that compiling took
     compiling = compiled[-1] - compiled[0] if compiled else 0.0
     print(seconds, total - compiling + 1.0, compiling)
 """
@@ -151,7 +151,7 @@ def test_what_evaluates_paths_is_loaded_for_solvers_of_others_too() -> None:
 
 @pytest.mark.slow
 def test_the_process_that_compiles_beside_ends_well() -> None:
-    """Nobody reads what it says."""
+    """It prints nothing."""
     done = subprocess.run(
         [sys.executable, "-c", console._COMPILE, "\n".join(sys.path), ""], capture_output=True, text=True, check=True
     )

@@ -222,6 +222,21 @@ def crosses(area: BaseGeometry, starts: FloatArray, ends: FloatArray) -> BoolArr
     return np.where((starts == ends).all(axis=-1), shapely.contains(area, shapely.points(starts)), by_line)
 
 
+def shortest_around(
+    start: Point, goal: Point, corners: FloatArray, crosses: Callable[[FloatArray, FloatArray], BoolArray]
+) -> float:
+    """Return the length of a shortest path that bends in corners, shape ``(n, 2)``, only; infinite if there is none."""
+    nodes = np.vstack([start, goal, np.unique(corners, axis=0)])
+    pairs = np.array(list(itertools.combinations(range(len(nodes)), 2)))
+    starts, ends = nodes[pairs[:, 0]], nodes[pairs[:, 1]]
+    free = ~crosses(starts, ends)
+    graph: nx.Graph[int] = nx.Graph()
+    graph.add_nodes_from(range(2))
+    lengths = np.hypot(*(ends - starts).T)
+    graph.add_weighted_edges_from((*pair, length) for pair, length in zip(pairs[free], lengths[free], strict=True))
+    return float(nx.dijkstra_path_length(graph, 0, 1)) if nx.has_path(graph, 0, 1) else math.inf
+
+
 def octile(step: tuple[int, int]) -> float:
     """Return the length of a shortest path of eight-direction steps."""
     a, b = sorted(abs(d) for d in step)

@@ -1,4 +1,4 @@
-"""What the property-based tests draw: threats, fields, segments, lattices, polygons, weights and graphs."""
+"""Strategies of the property-based tests: threats, fields, segments, lattices, polygons, weights and graphs."""
 
 import math
 import os
@@ -9,12 +9,13 @@ from typing import TypeAlias
 import networkx as nx
 import numpy as np
 import shapely
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, assume, settings
 from hypothesis import strategies as st
 
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
@@ -292,6 +293,18 @@ def plane_problems(draw: st.DrawFn, *, max_threats: int = 4, areas: bool = True)
     free = [box for box in around if not any(box.covers(shapely.Point(end)) for end in (start, goal))]
     no_fly = shapely.union_all(free) if free else None
     return Problem(start, goal, draw(fields(max_threats=max_threats)), k=draw(risk_weights), no_fly=no_fly)
+
+
+@st.composite
+def lattice_problems(draw: st.DrawFn) -> Problem:
+    """Draw a map of 4 x 4 units with threats and no-fly areas, its ends on lattice points or anywhere."""
+    no_fly = draw(polygons())
+    field = RiskField([Threat(4 * t.x, 4 * t.y, 4 * t.spread, t.peak) for t in draw(fields(max_threats=3)).threats])
+    halves = st.integers(0, 8).map(lambda i: i / 2)
+    end = st.tuples(halves, halves) | st.tuples(*[st.floats(0.0, 4.0)] * 2)
+    start, goal = draw(end), draw(end)
+    assume(not NoFlyArea(no_fly).contains([start, goal]).any())
+    return Problem(start, goal, field, draw(risk_weights), (0.0, 0.0, 4.0, 4.0), no_fly)
 
 
 # Models of cost, and other ones that they change into

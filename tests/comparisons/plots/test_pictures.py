@@ -1,4 +1,4 @@
-"""Pictures: what is in them, that nothing overlaps, and that files are whole and the same every time."""
+"""Pictures: their contents, that nothing overlaps, and that files are whole and the same every time."""
 
 import dataclasses
 import re

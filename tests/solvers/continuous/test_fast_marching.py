@@ -1,4 +1,4 @@
-"""Fast marching: its paths approach the optimum, whichever way the walls stand."""
+"""Fast marching: its paths approach the optimum, around walls of any direction."""
 
 import math
 

@@ -1,12 +1,11 @@
 """The hybrid solver: never worse than any lattice, the right way around, and honest about what it does not know."""
 
 import dataclasses
-import itertools
 import time
 from typing import Any
 
-import networkx as nx
 import numpy as np
+import oracles
 import pytest
 import shapely
 import strategies
@@ -44,18 +43,7 @@ def visibility_optimum(problem: cg.Problem) -> float:
     corners = shapely.get_coordinates(problem.model.area.geometry)
     x_min, y_min, x_max, y_max = problem.bounds
     kept = (corners >= (x_min, y_min)).all(axis=1) & (corners <= (x_max, y_max)).all(axis=1)
-    nodes = np.vstack([problem.start, problem.goal, np.unique(corners[kept], axis=0)])
-    pairs = np.array(list(itertools.combinations(range(len(nodes)), 2)))
-    starts, ends = nodes[pairs[:, 0]], nodes[pairs[:, 1]]
-    free = ~problem.model.area.crosses(starts, ends)
-    graph = nx.Graph()
-    graph.add_nodes_from(range(2))
-    lengths = np.hypot(*(ends - starts).T)
-    graph.add_weighted_edges_from((*pair, length) for pair, length in zip(pairs[free], lengths[free], strict=True))
-    try:
-        return float(nx.dijkstra_path_length(graph, 0, 1))
-    except nx.NetworkXNoPath:
-        return float("inf")
+    return oracles.shortest_around(problem.start, problem.goal, corners[kept], problem.model.area.crosses)
 
 
 # How good it is
@@ -234,12 +222,6 @@ def test_a_better_path_that_the_proof_finds_is_the_answer(monkeypatch: pytest.Mo
     # the proof counts up to there, and not after
     assert [moment.cost for moment in found.trace] == [cost, found.cost]
     assert 0.0 < found.trace[-1].seconds <= found.seconds
-    assert found.certificate_seconds > 0.0
-
-
-def test_the_real_certificate_holds() -> None:
-    found = cg.solve(random_map(4), "hybrid", tolerance=0.1)
-    assert 0.0 < found.lower_bound <= found.cost
     assert found.certificate_seconds > 0.0
 
 

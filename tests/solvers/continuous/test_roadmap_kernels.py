@@ -14,7 +14,7 @@ from cgla_graph.solvers.continuous.roadmap_kernels import grow_tree
 
 
 def tree(matrix: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Grow the tree from node 0 of a dense matrix of costs, where what is infinite is no edge."""
+    """Grow the tree from node 0 of a dense matrix of costs, where infinity is no edge."""
     n = len(matrix)
     tails, heads = np.nonzero(np.isfinite(matrix))
     starts = np.concatenate([[0], np.cumsum(np.bincount(tails, minlength=n))])

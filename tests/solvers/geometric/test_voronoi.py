@@ -65,7 +65,7 @@ def test_edges_are_as_far_from_two_sites_and_none_is_nearer(seed: int, count: in
 @usual
 @given(points, points, st.floats(0.02, 0.1), st.floats(0.0, 20.0))
 def test_between_two_threats_the_way_is_their_bisector(one: Point, other: Point, spread: float, k: float) -> None:
-    """Whatever their spreads; the rest of the unrefined path is on the border, or joins start and goal."""
+    """Of threats of any spreads; the rest of the unrefined path is on the border, or joins start and goal."""
     assume(math.dist(one, other) > 0.05)
     field = cg.RiskField([cg.Threat(*one, spread=spread), cg.Threat(*other, spread=2 * spread)])
     problem = cg.Problem((0.0, 0.0), (1.0, 1.0), field, k=k)
@@ -185,7 +185,7 @@ def test_a_relaxed_path_is_feasible_and_never_dearer(
 
 
 def test_at_rest_the_path_is_locally_best_up_to_its_fineness() -> None:
-    """What is left to gain by refinement falls with the square of the links' length."""
+    """The gain left for refinement falls with the square of the links' length."""
     problem = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.5, 0.55, spread=0.12)]), k=10.0)
     counts, excess = np.array([10, 20, 40, 80]), []
     for masses in counts.tolist():

@@ -1,11 +1,11 @@
-"""Lazy Theta*: between the complete lattice's optimum and eight-direction's, whatever the map."""
+"""Lazy Theta*: between the complete lattice's optimum and eight-direction's, on any map."""
 
+import functools
 import itertools
 import math
 from fractions import Fraction
 from pathlib import Path
 
-import networkx as nx
 import numpy as np
 import oracles
 import pytest
@@ -27,25 +27,11 @@ SIDE = 4.0
 BOUNDS = (0.0, 0.0, SIDE, SIDE)
 
 
-@st.composite
-def problems(draw: st.DrawFn) -> cg.Problem:
-    """Draw a map of 4 x 4 units with threats and no-fly areas, its ends on lattice points or anywhere."""
-    no_fly = draw(own.polygons())
-    threats = [
-        cg.Threat(SIDE * t.x, SIDE * t.y, SIDE * t.spread, t.peak) for t in draw(own.fields(max_threats=3)).threats
-    ]
-    halves = st.integers(0, 2 * int(SIDE)).map(lambda i: i / 2)
-    end = st.tuples(halves, halves) | st.tuples(*[st.floats(0.0, SIDE)] * 2)
-    start, goal = draw(end), draw(end)
-    assume(not cg.NoFlyArea(no_fly).contains([start, goal]).any())
-    return cg.Problem(start, goal, cg.RiskField(threats), draw(own.risk_weights), BOUNDS, no_fly)
-
-
 resolutions = st.integers(2, 12) | st.tuples(st.integers(2, 9), st.integers(2, 9))
 
 
 @own.few
-@given(problems(), resolutions)
+@given(own.lattice_problems(), resolutions)
 @example(cg.Problem((0.0, 0.0), (0.0, 0.0), bounds=BOUNDS), 5)
 def test_between_the_complete_lattice_and_eight_directions(
     problem: cg.Problem, resolution: int | tuple[int, int]
@@ -61,19 +47,6 @@ def test_between_the_complete_lattice_and_eight_directions(
         assert theta.cost >= best.cost * (1 - 1e-12) - 1e-12
 
 
-def visibility_optimum(start: Point, goal: Point, no_fly: shapely.MultiPolygon) -> float:
-    """Return the length of a shortest path among polygons: over their corners, by networkx and shapely."""
-    corners = {tuple(spot) for spot in shapely.get_coordinates(no_fly).tolist()}
-    graph: nx.Graph[Point] = nx.Graph()
-    graph.add_nodes_from([start, goal])
-    for a, b in itertools.combinations([start, goal, *sorted(corners - {start, goal})], 2):
-        if not oracles.crosses(no_fly, np.array([a]), np.array([b]))[0]:
-            graph.add_edge(a, b, weight=math.dist(a, b))
-    if not nx.has_path(graph, start, goal):
-        return math.inf
-    return float(nx.dijkstra_path_length(graph, start, goal))
-
-
 @own.usual
 @given(own.polygons(), st.data())
 def test_without_risk_no_path_is_shorter_than_the_shortest_among_polygons(
@@ -83,7 +56,8 @@ def test_without_risk_no_path_is_shorter_than_the_shortest_among_polygons(
     start, goal = data.draw(st.tuples(halves, halves)), data.draw(st.tuples(halves, halves))
     assume(start != goal and not cg.NoFlyArea(no_fly).contains([start, goal]).any())
     answer = cg.solve(cg.Problem(start, goal, bounds=BOUNDS, no_fly=no_fly), LazyThetaStar(9))
-    best = visibility_optimum(start, goal, no_fly)
+    crosses = functools.partial(oracles.crosses, no_fly)
+    best = oracles.shortest_around(start, goal, shapely.get_coordinates(no_fly), crosses)
     assert answer.cost >= best * (1 - 1e-12)
     # with a lattice point at every corner, turning at the first corner in sight is seldom far from the best
     if answer.status.has_path:
@@ -205,10 +179,6 @@ def test_a_useless_turn_is_taken_out() -> None:
     for left_out in range(1, len(answer.path) - 1):
         shortcut = scenario.problem.evaluate(np.delete(answer.path, left_out, axis=0))
         assert not shortcut.feasible or shortcut.cost >= answer.cost * (1 - 1e-12)
-
-
-def ring() -> shapely.Polygon:
-    return shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
 
 
 def test_points_beyond_the_bounds_are_not_visited() -> None:

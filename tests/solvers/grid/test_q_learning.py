@@ -37,27 +37,12 @@ from cgla_graph.solvers.grid.value_iteration import (
     value_iteration,
 )
 
-SIDE = 4.0
-BOUNDS = (0.0, 0.0, SIDE, SIDE)
 ONE = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.5, 0.5, spread=0.1)]), k=10.0)
 #: Behind this threat, a circle in the open is worth more than the goal.
 GUARDED = cg.Problem((0.0, 0.0), (1.0, 1.0), cg.RiskField([cg.Threat(1.0, 1.0, spread=0.2)]), k=10.0)
 
 
-@st.composite
-def problems(draw: st.DrawFn) -> cg.Problem:
-    """Draw a map of 4 x 4 units with threats and no-fly areas, its ends on lattice points or anywhere."""
-    no_fly = draw(own.polygons())
-    threats = [
-        cg.Threat(SIDE * t.x, SIDE * t.y, SIDE * t.spread, t.peak) for t in draw(own.fields(max_threats=3)).threats
-    ]
-    halves = st.integers(0, 2 * int(SIDE)).map(lambda i: i / 2)
-    end = st.tuples(halves, halves) | st.tuples(*[st.floats(0.0, SIDE)] * 2)
-    start, goal = draw(end), draw(end)
-    assume(start != goal and not cg.NoFlyArea(no_fly).contains([start, goal]).any())
-    return cg.Problem(start, goal, cg.RiskField(threats), draw(own.risk_weights), BOUNDS, no_fly)
-
-
+problems = own.lattice_problems().filter(lambda problem: problem.start != problem.goal)
 resolutions = st.integers(2, 9) | st.tuples(st.integers(2, 7), st.integers(2, 7))
 corner_rules: st.SearchStrategy[CornerRule] = st.sampled_from(["touch", "both-free"])
 rewards: st.SearchStrategy[Reward] = st.sampled_from(["risk_aware", "node", "goal_only"])
@@ -66,7 +51,7 @@ discounts = st.floats(0.0, 0.98) | st.sampled_from([0.0, 0.5, 0.95])
 
 @st.composite
 def processes(draw: st.DrawFn) -> DecisionProcess:
-    on = draw(problems()).on_eight_connected(draw(resolutions), corner_rule=draw(corner_rules))
+    on = draw(problems).on_eight_connected(draw(resolutions), corner_rule=draw(corner_rules))
     reward = draw(rewards)
     least = 0.1 if reward == "goal_only" else 0.0
     return decision_process(on, reward=reward, target_reward=draw(st.floats(least, 30.0) | st.just(least)))
@@ -86,7 +71,7 @@ def tails(process: DecisionProcess) -> IntArray:
 
 
 @own.few
-@given(problems(), resolutions, corner_rules)
+@given(problems, resolutions, corner_rules)
 def test_without_discount_values_are_the_costs_of_dijkstra(
     problem: cg.Problem, resolution: int | tuple[int, int], rule: CornerRule
 ) -> None:
@@ -133,7 +118,7 @@ def test_with_a_discount_values_are_those_of_a_long_horizon(process: DecisionPro
 
 
 @own.few
-@given(problems(), resolutions, st.floats(0.05, 0.99))
+@given(problems, resolutions, st.floats(0.05, 0.99))
 def test_with_a_reward_at_the_goal_only_the_fewest_moves_count(
     problem: cg.Problem, resolution: int | tuple[int, int], gamma: float
 ) -> None:
@@ -146,7 +131,7 @@ def test_with_a_reward_at_the_goal_only_the_fewest_moves_count(
 
 
 def test_rewards_by_hand() -> None:
-    """The risk of a node is that of where a move leads, whatever the length of the move."""
+    """The risk of a move is that of the node where it leads, for moves of any length."""
     field = cg.RiskField([cg.Threat(1.0, 0.0, spread=0.2, peak=0.5)])
     on = cg.Problem((0.0, 0.0), (0.0, 1.0), field, k=4.0).on_eight_connected(2)
     by_node = decision_process(on, reward="node")
@@ -205,7 +190,7 @@ def least_by_moves(process: DecisionProcess, gamma: float) -> float:
 
 
 @own.few
-@given(problems(), st.integers(2, 6), st.floats(0.3, 0.95), st.sampled_from(["risk_aware", "node"]))
+@given(problems, st.integers(2, 6), st.floats(0.3, 0.95), st.sampled_from(["risk_aware", "node"]))
 def test_least_target_reward_by_another_way(problem: cg.Problem, side: int, gamma: float, reward: Reward) -> None:
     on = problem.on_eight_connected(side)
     process = decision_process(on, reward=reward)
@@ -362,7 +347,7 @@ def test_values_stay_on_the_side_of_the_exact_ones_where_they_began(
 
 
 @own.few
-@given(problems(), resolutions, st.integers(1, 300), own.seeds)
+@given(problems, resolutions, st.integers(1, 300), own.seeds)
 def test_best_moves_never_circle_among_values_above_the_first(
     problem: cg.Problem, resolution: int | tuple[int, int], episodes: int, seed: int
 ) -> None:
@@ -412,7 +397,7 @@ def test_falling_rates_approach_the_exact_values() -> None:
 
 
 @own.few
-@given(problems(), resolutions, corner_rules, st.integers(0, 100))
+@given(problems, resolutions, corner_rules, st.integers(0, 100))
 def test_never_cheaper_than_eight_directions_and_no_path_where_they_have_none(
     problem: cg.Problem, resolution: int | tuple[int, int], rule: CornerRule, seed: int
 ) -> None:
@@ -428,7 +413,7 @@ def test_never_cheaper_than_eight_directions_and_no_path_where_they_have_none(
 
 
 @own.few
-@given(problems(), st.integers(2, 9), st.integers(0, 100))
+@given(problems, st.integers(2, 9), st.integers(0, 100))
 def test_with_long_training_it_is_eight_direction(problem: cg.Problem, resolution: int, seed: int) -> None:
     thorough = QLearning(resolution=resolution, seed=seed, episodes=20_000, last_epsilon=1.0, tolerance=0)
     answer = cg.solve(problem, thorough)
@@ -543,7 +528,7 @@ def test_moves_that_earn_something_are_refused() -> None:
 
 @pytest.mark.parametrize("reward", ["risk_aware", "node", "goal_only"])
 def test_options_of_the_paper_learn_the_policy_of_their_own_value_iteration(reward: Reward) -> None:
-    """A discount below 1 with a reward at the goal; the optimum is another one, and dearer."""
+    """A discount below 1 with a reward at the goal: its optimum is another one, and costs more."""
     for seed in range(3):
         problem = random_scenario(seed).problem
         learner = QLearning(reward=reward, gamma=0.9, target_reward=50.0, tolerance=0.0)

@@ -86,7 +86,7 @@ def test_a_wall_is_passed_off_its_corners() -> None:
     # 0.03 outside the corners at the bottom; the second is behind the wall
     assert first == pytest.approx((0.46, 0.17))
     assert solver._subgoal(around, (0.46, 0.17), problem.goal, ()) == pytest.approx((0.54, 0.17))
-    # what has been tried is not tried again, and there is nothing else in sight
+    # a place is tried once, and there is no other in sight
     assert solver._subgoal(around, problem.start, problem.goal, ((0.46, 0.17),)) is None
     shortest = 2.0 * math.dist((0.1, 0.7), (0.49, 0.2)) + 0.02
     answer = cg.solve(problem, solver)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import shapely
 import strategies as own
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 import cgla_graph as cg
@@ -26,27 +26,12 @@ from cgla_graph.solvers.reactive.fuzzy import about
 from cgla_graph.solvers.reactive.fuzzy_steering import BASE, BLUR, MOST_WRITTEN, TABLE, TURN
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
 
-SIDE = 4.0
-BOUNDS = (0.0, 0.0, SIDE, SIDE)
 BOTH = pytest.mark.parametrize(
     "solver", [FbcriStyle(), CpvsStyle(), CpvsStyle(onward=False)], ids=["fbcri", "cpvs", "cpvs-not-onward"]
 )
 
 degrees = st.floats(-180.0, 180.0)
 clearances = st.floats(-2.0, 2.0)
-
-
-@st.composite
-def problems(draw: st.DrawFn) -> cg.Problem:
-    """Draw a map of 4 x 4 units with threats and no-fly areas, its ends anywhere."""
-    no_fly = draw(own.polygons())
-    threats = [
-        cg.Threat(SIDE * t.x, SIDE * t.y, SIDE * t.spread, t.peak) for t in draw(own.fields(max_threats=4)).threats
-    ]
-    end = st.tuples(*[st.floats(0.0, SIDE)] * 2)
-    start, goal = draw(end), draw(end)
-    assume(not cg.NoFlyArea(no_fly).contains([start, goal]).any())
-    return cg.Problem(start, goal, cg.RiskField(threats), draw(own.risk_weights), BOUNDS, no_fly)
 
 
 def turn_of(clearance: float, threat: float, aim: float) -> float:
@@ -260,7 +245,7 @@ def test_missions_arrive_on_what_they_sense(solver: FbcriStyle | CpvsStyle) -> N
         assert [uav.status.label for uav in flight.uavs.values()] == ["arrived"] * 3
 
 
-# --- what is fbcri-style's own
+# --- fbcri-style alone
 
 
 def test_the_risk_weight_makes_no_difference() -> None:

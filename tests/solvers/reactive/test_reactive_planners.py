@@ -1,5 +1,6 @@
 """What all planners that go step by step promise: short steps that may be flown, or a reason; on a map of any size."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -93,6 +94,22 @@ def test_in_a_cell_smaller_than_a_step_it_is_stuck_at_once(planner: str, reason:
     answer = made(planner).solve(cg.Problem((0.3, 0.5), (0.9, 0.5), no_fly=cell))
     assert answer.status is Status.STUCK
     assert answer.message.startswith(f"at (0.3, 0.5), step 0: {reason}")
+
+
+@pytest.mark.parametrize("planner", ["bcv-style", "bendy-ruler", "potential-field"])
+def test_where_nothing_is_in_the_way_it_flies_straight(planner: str) -> None:
+    path = made(planner).solve(cg.Problem((0.1, 0.1), (0.9, 0.8))).path
+    assert np.hypot(*np.diff(path, axis=0).T).sum() == pytest.approx(math.hypot(0.8, 0.7), rel=1e-12)
+    assert len(path) == math.ceil(math.hypot(0.8, 0.7) / 0.02) + 1
+
+
+@pytest.mark.parametrize("planner", ["bcv-style", "bendy-ruler"])
+def test_in_a_pocket_deeper_than_it_looks_it_gets_stuck(planner: str) -> None:
+    """C33: a local minimum of the behaviours is a status."""
+    pocket = shapely.box(0.2, 0.2, 0.8, 0.8).difference(shapely.box(0.0, 0.25, 0.75, 0.75))
+    answer = made(planner, max_steps=1500).solve(cg.Problem((0.25, 0.5), (0.95, 0.5), no_fly=pocket))
+    assert answer.status is Status.STUCK
+    assert "no headway" in answer.message
 
 
 @every

@@ -31,7 +31,6 @@ from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.budget import Budget
-from cgla_graph.solvers.solving import lower_bound
 
 pytest.importorskip("ompl")
 pytestmark = pytest.mark.ompl
@@ -76,16 +75,6 @@ def test_paths_are_feasible_and_cost_what_the_planner_says(
     assert found.feasible
     assert problem.judge(claimed).status is Status.FOUND
     assert found.cost >= math.dist(*ends) * (1.0 - 1e-12)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", QUICK)
-def test_no_path_beats_the_certificate(name: str) -> None:
-    bound = lower_bound(PROBLEM, 0.05).lower_bound
-    assert bound >= math.dist(PROBLEM.start, PROBLEM.goal) * (1.0 - 1e-9)
-    many = {key: 2 * value for key, value in QUICK[name].items()}
-    for seed in (1, 2, 3):
-        assert cg.solve(PROBLEM, name, **many, seed=seed).cost >= bound
 
 
 @pytest.mark.parametrize("name", QUICK)
@@ -172,7 +161,7 @@ def test_samples_are_drawn_no_longer_than_the_budget_lasts(
         monkeypatch.setattr(ompl_space, "MORE_BOUNDS", math.inf)
     began = time.perf_counter()
     answer = registry.get(name, **{"iterations": None, **budget}).solve(problem)
-    # (it would go on for ever)
+    # (otherwise it would never end)
     assert time.perf_counter() - began < 60.0
     assert answer.status in {Status.FOUND, Status.NOT_FOUND}
 
@@ -266,10 +255,13 @@ def raiser(error: BaseException) -> Callable[..., float]:
     return segment_cost
 
 
+@pytest.mark.parametrize("error", [ZeroDivisionError("broken cost"), KeyboardInterrupt()], ids=["error", "interrupt"])
 @pytest.mark.parametrize("name", CHARGED)
-def test_what_a_cost_raises_fails_the_run_and_nothing_else(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    broken_cost(monkeypatch, raiser(ZeroDivisionError("broken cost")))
-    with pytest.raises(ZeroDivisionError, match="broken cost"):
+def test_what_a_cost_raises_fails_the_run_and_nothing_else(
+    name: str, error: BaseException, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken_cost(monkeypatch, raiser(error))
+    with pytest.raises(type(error)):
         quick(name).solve(PROBLEM)
     # the process goes on, with the next run
     monkeypatch.undo()
@@ -282,13 +274,6 @@ def test_a_comparison_goes_on_after_a_planner_that_raises(monkeypatch: pytest.Mo
     runs = list(compare([load_scenario("one-threat")], entrants, n_seeds=1))
     assert [run.solution.status for run in runs] == [Status.FAILED, Status.FOUND]
     assert "broken cost" in runs[0].solution.message
-
-
-@pytest.mark.parametrize("name", CHARGED)
-def test_an_interrupt_passes_through(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    broken_cost(monkeypatch, raiser(KeyboardInterrupt()))
-    with pytest.raises(KeyboardInterrupt):
-        quick(name).solve(PROBLEM)
 
 
 @pytest.mark.parametrize("cost", [math.nan, -1.0, -math.inf])

@@ -30,7 +30,7 @@ NEAR = 1e-9
 @st.composite
 def maps(draw: st.DrawFn, *, walls: bool = True) -> cg.Problem:
     """Draw a map of the unit square, with a thin wall on some, its ends in opposite corners of any lattice."""
-    # what is fainter than the line integrals are exact decides between paths by chance
+    # threats fainter than the error of line integrals would decide between paths by chance
     field = cg.RiskField([threat for threat in draw(own.fields(1, 3)).threats if threat.peak > 1e-6])
     no_fly = None
     if walls and draw(st.booleans()):
@@ -131,22 +131,12 @@ def test_a_front_of_a_lattice_is_complete(problem: cg.Problem, resolution: tuple
     assert front.k_max > 0.0 or front.points[0].risk <= 1e-10 * front.points[0].length
     for k in weights_of(front):
         best = (length + k * risk).min()
-        # line integrals are exact to 1e-10, whatever they are multiplied with
+        # line integrals are exact to 1e-10, which k multiplies
         near = NEAR * best + 1e-10 * k
         assert min(point.length + k * point.risk for point in front) == pytest.approx(best, rel=0, abs=near)
         assert front.at(k).length + k * front.at(k).risk == pytest.approx(best, rel=0, abs=near)
     # of the shortest paths, the one of least risk
     assert front.points[0].risk == pytest.approx(risk[length <= length.min() * (1 + 1e-12)].min(), abs=NEAR)
-
-
-def test_a_front_of_nine_nodes_is_complete() -> None:
-    field = cg.RiskField([cg.Threat(0.5, 0.5, 0.2), cg.Threat(0.1, 0.6, 0.15, peak=0.6)])
-    problem = cg.Problem((0.0, 0.0), (1.0, 1.0), field)
-    risk, length = every_path(problem, (3, 3))
-    front = cg.pareto(problem, solver="dijkstra", resolution=3)
-    assert len(front) >= 3
-    for k in np.geomspace(1e-3, front.k_max, 400):
-        assert front.at(k).length + k * front.at(k).risk == pytest.approx((length + k * risk).min(), rel=NEAR)
 
 
 @own.few
@@ -524,7 +514,7 @@ def test_labels_given_up_leave_a_path_that_is_only_found(monkeypatch: pytest.Mon
     assert part.solution.risk <= 0.03
 
 
-# What is refused
+# Refusals
 
 
 def test_a_walled_in_goal() -> None:
