@@ -101,17 +101,15 @@ def solve(
             raise SolverSettingError(msg)
     # (the traits of a plug-in say so, unless it cannot be marked)
     isolated = isolated or (isinstance(solver, str) and not registry.is_built_in(solver))
-    if isinstance(problem, GraphProblem):
-        if refine:
-            msg = "a GraphProblem has only its edges, which no path can leave; give a Problem to refine its path"
-            raise ProblemError(msg)
-        with showing(f"planning with {chosen.traits.name}"):
-            kind = MapKind.of(problem.graph.model)
-            warm_up(chosen, kind)
+    if refine and isinstance(problem, GraphProblem):
+        msg = "a GraphProblem has only its edges, which no path can leave; give a Problem to refine its path"
+        raise ProblemError(msg)
+    with showing(f"planning with {chosen.traits.name}"):
+        kind = MapKind.of(problem.graph.model if isinstance(problem, GraphProblem) else problem.model)
+        warm_up(chosen, kind, refine=refine)
+        if isinstance(problem, GraphProblem):
             warm_up_restricted(chosen, problem.graph.n_nodes, kind)
             return run(chosen, problem, apart=isolated)
-    with showing(f"planning with {chosen.traits.name}"):
-        warm_up(chosen, MapKind.of(problem.model), refine=refine)
         answer = _solve_in_plane(problem, chosen, resolution, on, isolated)
         return refined(problem, answer) if refine else answer
 

@@ -8,12 +8,13 @@ import numpy as np
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph._validate import finite_number
+from cgla_graph._validate import non_negative_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.adjacency import CornerRule
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS
+from cgla_graph.solvers.base import Between
 from cgla_graph.solvers.grid import q_learning_kernels as kernels
 
 Reward: TypeAlias = Literal["risk_aware", "node", "goal_only"]
@@ -110,10 +111,7 @@ def decision_process(on: GraphProblem, *, reward: Reward = "risk_aware", target_
         If a move earns more than 0, as in an improper risk field, where endless circles may be best;
         or if the target's reward is below 0 or not finite.
     """
-    target_reward = finite_number("target_reward", target_reward)
-    if target_reward < 0.0:
-        msg = f"target_reward is {target_reward:g}; it must be at least 0"
-        raise ProblemError(msg)
+    target_reward = non_negative_number("target_reward", target_reward)
     edges = on.graph.to_csgraph()
     first, heads = edges.indptr.astype(np.int64), edges.indices.astype(np.int64)
     rewards = -np.asarray(edges.data, dtype=np.float64)
@@ -189,10 +187,7 @@ def value_iteration(process: DecisionProcess, *, gamma: float = 1.0) -> Values:
     >>> round(float(-values.states[0]), 4)
     1.2071
     """
-    gamma = finite_number("gamma", gamma)
-    if not 0.0 <= gamma <= 1.0:
-        msg = f"gamma is {gamma:g}; give a discount from 0 to 1"
-        raise ProblemError(msg)
+    gamma = Between(0.0, 1.0)("gamma", gamma)
     earned, target = process.earned, process.target
     lowest = -math.inf
     if gamma < 1.0:

@@ -2,8 +2,9 @@
 
 import dataclasses
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -171,16 +172,16 @@ def density_front(
     >>> [(point.level, point.no_path, round(point.solution.cost, 2)) for point in front]
     [(1.0, True, inf), (2.0, False, 2.41), (8.0, False, 2.0)]
     """
+    point = partial(_point, problem, corridor, solver, settings)
     if isinstance(levels, int):
         count = whole_number("levels", levels, at_least=2, at_most=1000)
-        return list(waiting("front of cost against density", _spread(problem, corridor, count, solver, settings)))
+        return list(waiting("front of cost against density", _spread(problem, count, point)))
     chosen = np.unique(number_array("levels", levels)).tolist()
-    points = (_point(problem, level, corridor, solver, settings) for level in chosen)
-    return list(waiting("front of cost against density", points, len(chosen)))
+    return list(waiting("front of cost against density", map(point, chosen), len(chosen)))
 
 
 def _point(
-    problem: Problem, level: float, corridor: float, solver: str | Solver, settings: dict[str, Any]
+    problem: Problem, corridor: float, solver: str | Solver, settings: dict[str, Any], level: float
 ) -> DensityPoint:
     try:
         limited = below_density(problem, level, corridor=corridor)
@@ -202,18 +203,16 @@ def is_proven_closed(problem: Problem) -> bool:
     return math.isinf(prove(problem, tolerance=ANY_PATH).lower_bound)
 
 
-def _spread(
-    problem: Problem, corridor: float, count: int, solver: str | Solver, settings: dict[str, Any]
-) -> Iterator[DensityPoint]:
+def _spread(problem: Problem, count: int, point: Callable[[float], DensityPoint]) -> Iterator[DensityPoint]:
     """Find the least limit with a path by halving, then points up to where there is no limit."""
     every = np.unique(np.concatenate([raster.cells.ravel() for raster in problem.field.rasters]))
-    known = {len(every) - 1: _point(problem, float(every[-1]), corridor, solver, settings)}
+    known = {len(every) - 1: point(float(every[-1]))}
     low, high = -1, len(every) - 1
     while high - low > 1 and known[high].solution.status.has_path:
         middle = (low + high) // 2
-        known[middle] = _point(problem, float(every[middle]), corridor, solver, settings)
+        known[middle] = point(float(every[middle]))
         low, high = (low, middle) if known[middle].solution.status.has_path else (middle, high)
     for index in np.unique(np.linspace(high, len(every) - 1, count).astype(int)).tolist():
         if index not in known:
-            known[index] = _point(problem, float(every[index]), corridor, solver, settings)
+            known[index] = point(float(every[index]))
     yield from (known[index] for index in sorted(known) if index >= low)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from cgla_graph._progress import Tell, showing
-from cgla_graph._text import ShortRepr, json_number, shown
+from cgla_graph._text import ShortRepr, json_number
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.errors import ProblemError
@@ -24,6 +24,7 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.model.solver import Solver
+from cgla_graph.solvers.base import Whole
 from cgla_graph.solvers.trade_off.reweighing import Reweighed
 
 #: Relative differences of length and risk below this are rounding.
@@ -234,10 +235,7 @@ def pareto(
     if tolerance is None:
         tolerance = 0.0 if reweighed.exact else TOLERANCE
     tolerance = non_negative_number("tolerance", tolerance)
-    most: object = max_points
-    if isinstance(most, bool) or not isinstance(most, int) or most < 2:  # noqa: PLR2004 - the ends
-        msg = f"max_points is {shown(max_points)}; give a whole number of at least 2"
-        raise ProblemError(msg)
+    max_points = Whole(2)("max_points", max_points)
     k_max = None if k_max is None else positive_number("k_max", k_max)
     if not problem.field.is_proper:
         return Front((), Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
