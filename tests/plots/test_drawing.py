@@ -1,4 +1,4 @@
-"""Pictures from Python: what `plot` and `animate` draw, and that they leave matplotlib's settings and figures alone."""
+"""Pictures from Python: the output of `plot` and `animate`, which leave matplotlib's settings and figures alone."""
 
 import pickle
 from collections.abc import Callable
@@ -81,14 +81,6 @@ def test_pictures_of_a_proof_have_the_path_that_it_knows(problem: cg.Problem) ->
     assert words[0] == f"path: {digits_of(proof.upper_bound, 5)}"
 
 
-def test_without_axes_a_figure_of_pyplot_is_made() -> None:
-    axes = PROBLEM.plot()
-    try:
-        assert axes.figure.number in plt.get_fignums()
-    finally:
-        plt.close(axes.figure)
-
-
 def test_a_copy_from_elsewhere_says_how_it_is_drawn() -> None:
     copy = pickle.loads(pickle.dumps(cg.solve(PROBLEM, "straight-line")))  # noqa: S301 - our own bytes
     with pytest.raises(cg.CglaError, match=r"problem\.plot\(solution\)"):
@@ -123,9 +115,10 @@ def test_a_legend_never_covers_more_than_a_fifth_of_axes() -> None:
     assert found[2.2] in (found[6.0], found[6.0][:3])
 
 
-def test_a_picture_without_a_name_is_headed_by_its_weight_alone() -> None:
+def test_without_axes_a_figure_of_pyplot_is_made_and_headed_by_the_weight() -> None:
     axes = cg.solve(PROBLEM, "straight-line").plot()
     try:
+        assert axes.figure.number in plt.get_fignums()
         assert "k = 10" in [text.get_text() for text in axes.figure.texts]
     finally:
         plt.close(axes.figure)

@@ -72,11 +72,6 @@ def test_the_table_has_degrees_where_the_map_has(tmp_path: Path) -> None:
     assert float(rows[-1]["cost"]) == pytest.approx(PROBLEM.evaluate(PATH).cost)
 
 
-def test_an_unknown_ending_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="end it in"):
-        write_profile(tmp_path / "a.txt", SCENARIO, PATH)
-
-
 def test_paths_over_rasters_are_written_as_others_are() -> None:
     on_earth = Scenario("a", "", ON_EARTH, SCENARIO.lattice)
     found = PROBLEM.judge(Solution(Status.FOUND, path=PATH, cost=PROBLEM.evaluate(PATH).cost))
@@ -92,3 +87,6 @@ def test_the_command_writes_it_and_refuses_other_endings_at_once(tmp_path: Path)
     assert target.read_text(encoding="utf-8").startswith(",".join(COLUMNS))
     refused = CliRunner().invoke(app, [*asked, str(tmp_path / "along.txt")])
     assert isinstance(refused.exception, OutputError)
+    assert "end it in" in str(refused.exception)
+    with pytest.raises(OutputError, match="end it in"):
+        write_profile(tmp_path / "a.txt", SCENARIO, PATH)

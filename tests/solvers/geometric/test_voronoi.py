@@ -77,17 +77,6 @@ def test_between_two_threats_the_way_is_their_bisector(one: Point, other: Point,
         assert math.dist(place, one) == pytest.approx(math.dist(place, other), abs=1e-7)
 
 
-def test_the_way_between_two_threats_that_bar_it_is_their_bisector() -> None:
-    """Unrefined to the last point; the chain stays on it by symmetry."""
-    threats = [cg.Threat(0.5, 0.2, spread=0.1), cg.Threat(0.5, 0.8, spread=0.1)]
-    problem = cg.Problem((0.0, 0.3), (1.0, 0.7), cg.RiskField(threats), k=10.0)
-    unrefined = cg.solve(problem, "voronoi", masses=0).path
-    assert unrefined.round(9).tolist() == [[0.0, 0.3], [0.0, 0.5], [1.0, 0.5], [1.0, 0.7]]
-    chain = cg.solve(problem, "voronoi").path
-    crossing = np.interp(0.5, *chain.T)
-    assert crossing == pytest.approx(0.5, abs=1e-3)
-
-
 @few
 @given(fields(min_threats=1), polygons(), points, points, st.integers(1, 5))
 def test_it_is_the_cheapest_way_along_the_diagram(

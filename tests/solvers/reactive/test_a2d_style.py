@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from strategies import few
 
 import cgla_graph as cg
-from cgla_graph.scenarios.scenario import load_scenario
 
 U_TRAP = shapely.box(0.3, 0.3, 0.7, 0.7).difference(shapely.box(0.2, 0.35, 0.65, 0.65))
 
@@ -95,9 +94,3 @@ def test_a_goal_behind_walls_is_walked_around_and_given_up() -> None:
     assert answer.status is cg.Status.STUCK
     assert answer.message.endswith("the way led around what is between here and the goal, and back again")
     assert 60 < int(answer.message.split("step ")[1].split(":")[0]) < 200
-
-
-def test_a_walk_longer_than_its_patience_is_stuck() -> None:
-    answer = cg.solve(load_scenario("maze").problem, "a2d-style", patience=50)
-    assert answer.status is cg.Status.STUCK
-    assert "no headway in 50 steps" in answer.message

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Callable
 from fractions import Fraction
 
 import numpy as np
@@ -142,19 +143,28 @@ def literal(
     return composed
 
 
+def check_composition(
+    conditions: list[list[Triangle]],
+    conclusions: list[Triangle],
+    inputs: list[Triangle],
+    xs: FloatArray,
+    ys: FloatArray,
+) -> None:
+    slow = np.array(literal(conditions, conclusions, inputs, xs, ys))
+    quick = RuleBase(conditions, conclusions, ys).conclude(np.array(inputs))
+    # the grid cannot exceed the supremum, and falls short of it by half a step of a side of slope 1
+    assert (slow <= quick + 1e-12).all()
+    assert (slow >= quick - (xs[1] - xs[0]) / 2 - 1e-12).all()
+
+
 @own.few
 @given(st.data(), st.integers(1, 3))
 def test_one_input_is_composed_as_the_literal_rule_says(data: st.DataObject, rules: int) -> None:
     conditions = [[data.draw(wide_triangles())] for _ in range(rules)]
     conclusions = [data.draw(whole_triangles()) for _ in range(rules)]
     inputs = [data.draw(wide_triangles())]
-    ys = np.arange(LOW, HIGH + 1.0, 2.0)
-    step = 0.25
-    slow = np.array(literal(conditions, conclusions, inputs, np.arange(3 * LOW, 3 * HIGH, step), ys))
-    quick = RuleBase(conditions, conclusions, ys).conclude(np.array(inputs))
-    # the grid cannot exceed the supremum, and falls short of it by half a step of a side of slope 1
-    assert (slow <= quick + 1e-12).all()
-    assert (slow >= quick - step / 2 - 1e-12).all()
+    xs, ys = np.arange(3 * LOW, 3 * HIGH, 0.25), np.arange(LOW, HIGH + 1.0, 2.0)
+    check_composition(conditions, conclusions, inputs, xs, ys)
 
 
 @pytest.mark.slow
@@ -167,12 +177,7 @@ def test_two_inputs_are_composed_as_the_literal_rule_says(seed: int) -> None:
         return float(peak - left), float(peak), float(peak + right)
 
     conditions, conclusions, inputs = [[draw(), draw()] for _ in range(3)], [draw() for _ in range(3)], [draw(), draw()]
-    ys = np.arange(-4.0, 5.0, 2.0)
-    step = 0.25
-    slow = np.array(literal(conditions, conclusions, inputs, np.arange(-6.0, 6.0 + step, step), ys))
-    quick = RuleBase(conditions, conclusions, ys).conclude(np.array(inputs))
-    assert (slow <= quick + 1e-12).all()
-    assert (slow >= quick - step / 2 - 1e-12).all()
+    check_composition(conditions, conclusions, inputs, np.arange(-6.0, 6.25, 0.25), np.arange(-4.0, 5.0, 2.0))
 
 
 @own.usual
@@ -204,23 +209,27 @@ def test_no_rule_no_conclusion() -> None:
     assert empty.conclude(about([0], [0])).tolist() == [0, 0]
 
 
-def test_what_is_malformed_is_refused() -> None:
-    with pytest.raises(SolverSettingError, match=r"\[2.0, 1.0, 3.0\] is no triangle"):
-        triangles([(0, 1, 2), (2, 1, 3)])
-    for bad in [(0, math.nan, 1), (-INF, -INF, 0), (math.nan, 0, 1)]:
-        with pytest.raises(SolverSettingError, match="no triangle"):
-            triangles(bad)
-    with pytest.raises(SolverSettingError, match="shape"):
-        triangles([1, 2])
-    with pytest.raises(SolverSettingError, match="no triangle"):
-        about([1], [-1])
-    with pytest.raises(SolverSettingError, match="rule base"):
-        RuleBase([[(0, 1, 2)]], [(0, 1, 2), (0, 1, 2)], grid=[0])
-    for weights in ([2.0], [math.nan], [0.5, 0.5]):
-        with pytest.raises(SolverSettingError, match="weights"):
-            RuleBase([[(0, 1, 2)]], [(0, 1, 2)], grid=[0], weights=weights)
-    sets = {"low": (0.0, 1.0, 2.0)}
-    with pytest.raises(SolverSettingError, match="'high'"):
-        RuleBase.from_table([sets], sets, {("high",): "low"}, [0])
-    with pytest.raises(SolverSettingError, match="2 conditions"):
-        RuleBase.from_table([sets], sets, {("low", "low"): "low"}, [0])
+ONE = (0.0, 1.0, 2.0)
+SETS = {"low": ONE}
+
+
+@pytest.mark.parametrize(
+    ("build", "words"),
+    [
+        (lambda: triangles([ONE, (2, 1, 3)]), r"\[2.0, 1.0, 3.0\] is no triangle"),
+        (lambda: triangles((0, math.nan, 1)), "no triangle"),
+        (lambda: triangles((-INF, -INF, 0)), "no triangle"),
+        (lambda: triangles((math.nan, 0, 1)), "no triangle"),
+        (lambda: triangles([1, 2]), "shape"),
+        (lambda: about([1], [-1]), "no triangle"),
+        (lambda: RuleBase([[ONE]], [ONE, ONE], grid=[0]), "rule base"),
+        (lambda: RuleBase([[ONE]], [ONE], grid=[0], weights=[2.0]), "weights"),
+        (lambda: RuleBase([[ONE]], [ONE], grid=[0], weights=[math.nan]), "weights"),
+        (lambda: RuleBase([[ONE]], [ONE], grid=[0], weights=[0.5, 0.5]), "weights"),
+        (lambda: RuleBase.from_table([SETS], SETS, {("high",): "low"}, [0]), "'high'"),
+        (lambda: RuleBase.from_table([SETS], SETS, {("low", "low"): "low"}, [0]), "2 conditions"),
+    ],
+)
+def test_malformed_sets_and_rules_are_refused(build: Callable[[], object], words: str) -> None:
+    with pytest.raises(SolverSettingError, match=words):
+        build()

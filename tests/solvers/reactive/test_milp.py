@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -165,25 +166,17 @@ def test_in_a_mission_it_plans_again_when_a_threat_comes_up() -> None:
     assert flight.length + 10.0 * flight.risk <= straight.cost
 
 
-def test_a_run_says_how_many_plans_are_not_the_programs() -> None:
-    crowded = random_scenario(5, threats=25).problem
-    answer = Milp(legs=5, nodes=1).solve(crowded)
-    told = re.fullmatch(r"(\d+) of (\d+) plans follow the graph of corners: the program found none .*", answer.message)
-    assert told is not None
-    assert 0 < int(told[1]) <= int(told[2])
-    assert Milp().solve(cg.Problem((0.1, 0.1), (0.9, 0.9))).message == ""
-
-
-def test_a_flight_says_so_too() -> None:
-    crowded = random_scenario(5, threats=25).problem
+@pytest.mark.parametrize("in_mission", [False, True])
+def test_a_run_says_how_many_plans_are_not_the_programs(in_mission: bool) -> None:
+    crowded, solver = random_scenario(5, threats=25).problem, Milp(legs=5, nodes=1)
     uav = cg.Uav("a", crowded.start, crowded.goal, 2.0, k=10.0)
     remarks = []
-    for field in (crowded.field, cg.RiskField()):
-        mission = cg.Mission(cg.World(field, crowded.bounds), [uav], Milp(legs=5, nodes=1), max_ticks=30)
-        remarks.append(mission.fly().uavs["a"].remark)
-    told = re.match(r"(\d+) of (\d+) plans follow the graph of corners", remarks[0])
-    assert told is not None
+    for problem in (crowded, replace(crowded, field=cg.RiskField())):
+        mission = cg.Mission(cg.World(problem.field, problem.bounds), [uav], solver, max_ticks=30)
+        remarks.append(mission.fly().uavs["a"].remark if in_mission else solver.solve(problem).message)
+    counts = re.fullmatch(r"(\d+) of (\d+) plans follow the graph of corners: the program found none .*", remarks[0])
+    assert counts is not None
     # more plans than the one of a single tick
-    assert 0 < int(told[1]) <= int(told[2])
-    assert int(told[2]) > 1
+    assert 0 < int(counts[1]) <= int(counts[2])
+    assert int(counts[2]) > 1
     assert remarks[1] == ""
