@@ -8,8 +8,8 @@ from all_pairs import all_pairs
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import usual
+from studies_small import named, proof_of
 
-from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, leaderboard_of
 from cgla_graph.comparisons.leaderboard.profiles import instance_costs
 from cgla_graph.comparisons.statistics.intervals import Estimate, success_interval
@@ -18,9 +18,9 @@ from cgla_graph.comparisons.statistics.ranking import ranking
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
+from cgla_graph.scenarios.scenario import Scenario
 
-SCENARIOS = [scenario_from_toml("start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n", f"map {i}") for i in range(40)]
+SCENARIOS = [named(f"map {i}") for i in range(40)]
 FAILURES = [status for status in Status if not status.has_path]
 
 
@@ -36,8 +36,7 @@ def run_of(
 ) -> Run:
     """Answer at that cost; an infinite one is a failure."""
     solution = Solution(Status.FOUND if cost < math.inf else status, cost=cost, seconds=seconds)
-    proof = None if math.isnan(bound) else Certificate(bound, math.inf, 0.01, 0.1, 1, "", 0.1)
-    return Run(scenario, solver, seed, exact=False, solution=solution, certificate=proof)
+    return Run(scenario, solver, seed, exact=False, solution=solution, certificate=proof_of(bound))
 
 
 def by_solver(found: Sequence[LeaderboardRow]) -> dict[str, LeaderboardRow]:

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 from strategies import costs
+from studies_small import named, proof_of
 
-from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.leaderboard.profiles import (
     finite_bound,
     instance_costs,
@@ -22,9 +22,9 @@ from cgla_graph.comparisons.leaderboard.profiles import (
 from cgla_graph.comparisons.statistics.intervals import path_cost
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status, TracePoint
-from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
+from cgla_graph.scenarios.scenario import Scenario
 
-SCENARIOS = [scenario_from_toml("start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n", f"map {i}") for i in range(4)]
+SCENARIOS = [named(f"map {i}") for i in range(4)]
 moments = st.integers(1, 9).map(float) | st.just(math.inf)
 
 
@@ -43,8 +43,7 @@ def answer(moment: float) -> Solution:
 def run_of(
     scenario: Scenario, solver: str, solution: Solution, seed: int | None = None, bound: float = math.nan
 ) -> Run:
-    proof = None if math.isnan(bound) else Certificate(bound, math.inf, 0.01, 0.1, 1, "", 0.1)
-    return Run(scenario, solver, seed, exact=False, solution=solution, certificate=proof)
+    return Run(scenario, solver, seed, exact=False, solution=solution, certificate=proof_of(bound))
 
 
 def value(at: np.ndarray, share: np.ndarray, where: float) -> float:
@@ -155,7 +154,7 @@ def test_what_somebody_has_yet_to_run_is_no_failure() -> None:
 
 
 def test_scenarios_of_the_same_name_stay_apart() -> None:
-    twin = scenario_from_toml("start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n", SCENARIOS[0].name)
+    twin = named(SCENARIOS[0].name)
     assert instance_costs([run_of(SCENARIOS[0], "a", found(1.0)), run_of(twin, "a", found(2.0))]) == {"a": [1.0, 2.0]}
 
 

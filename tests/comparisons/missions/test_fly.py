@@ -353,12 +353,23 @@ def test_ctrl_c_in_the_second_variant_keeps_the_first(cgla: Call, monkeypatch: p
     }
 
 
-def test_ctrl_c_while_its_price_is_worked_out_keeps_the_flight(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fly, "with_worth", raise_interrupt)
+@pytest.mark.parametrize(
+    ("step", "said", "kept"),
+    [
+        ("with_worth", "kept in out", {"small-alone.jsonl", "small-alone.csv"}),
+        ("_write_data", "kept in out (the last log", {"small-alone.jsonl.part"}),
+    ],
+)
+def test_ctrl_c_after_a_flight_keeps_it(
+    cgla: Call, monkeypatch: pytest.MonkeyPatch, step: str, said: str, kept: set[str]
+) -> None:
+    monkeypatch.setattr(fly, step, raise_interrupt)
     answer = cgla("fly", "small.toml", "--out", "out")
     assert answer.code == 130
-    assert "1 of 2 flights are done, kept in out" in answer.err
-    assert lines_of(Path("out/small-alone.jsonl"))[-1]["all_arrived"]
+    assert f"1 of 2 flights are done, {said}" in answer.err
+    assert {path.name for path in Path("out").iterdir()} == kept
+    if step == "with_worth":
+        assert lines_of(Path("out/small-alone.jsonl"))[-1]["all_arrived"]
 
 
 def test_a_second_ctrl_c_stops_at_once_and_the_first_where_nobody_waits_for_it(
@@ -374,14 +385,6 @@ def test_a_second_ctrl_c_stops_at_once_and_the_first_where_nobody_waits_for_it(
         with pytest.raises(KeyboardInterrupt):
             os.kill(os.getpid(), signal.SIGINT)
     assert "Ctrl-C again" in capsys.readouterr().err
-
-
-def test_a_log_that_ctrl_c_cut_short_is_named(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fly, "_write_data", raise_interrupt)
-    answer = cgla("fly", "small.toml", "--no-value", "--out", "out")
-    assert answer.code == 130
-    assert "1 of 2 flights are done, kept in out (the last log" in answer.err
-    assert [path.name for path in Path("out").iterdir()] == ["small-alone.jsonl.part"]
 
 
 # exit codes and bad input

@@ -12,8 +12,8 @@ import pytest
 import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
+from studies_small import named, proof_of
 
-from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.leaderboard.performance import PERFORMANCE_COLUMNS, TARGETS, performances
 from cgla_graph.comparisons.statistics.intervals import (
     CONFIDENCE,
@@ -28,9 +28,8 @@ from cgla_graph.comparisons.statistics.intervals import (
 )
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status, TracePoint
-from cgla_graph.scenarios.scenario import scenario_from_toml
 
-SCENARIO = scenario_from_toml("start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n", "one")
+SCENARIO = named("one")
 NEVER = (math.inf, math.inf)
 
 values = st.floats(0.0, 10.0) | st.just(math.inf)
@@ -213,9 +212,8 @@ def test_a_curve_is_the_median_at_every_moment(runs: list[Solution]) -> None:
 
 
 def runs_of(answers: Sequence[Solution], bound: float = math.nan, solver: str = "own") -> list[Run]:
-    proof = None if math.isnan(bound) else Certificate(bound, math.inf, 0.005, 0.1, 1, "", 0.1)
     return [
-        Run(SCENARIO, solver, seed, False, answer, proof)  # noqa: FBT003 - positional fields
+        Run(SCENARIO, solver, seed, exact=False, solution=answer, certificate=proof_of(bound))
         for seed, answer in enumerate(answers, 1)
     ]
 
