@@ -35,7 +35,7 @@ def least_cost_tree(matrix: "sparse.csr_array", root: int, *, directed: bool = T
     >>> costs.tolist(), path_to(2, before)
     ([0.0, 2.0, 5.0], [0, 1, 2])
     """
-    # the stubs of scipy know neither sparse arrays here nor the shape of what comes back
+    # the stubs of scipy know neither sparse arrays here nor the shapes of the answer
     search: Any = csgraph.dijkstra
     costs, before = search(matrix, directed=directed, indices=root, return_predecessors=True)
     return np.asarray(costs), np.asarray(before)

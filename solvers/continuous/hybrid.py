@@ -123,7 +123,7 @@ class Hybrid(Settings):
 
 
 class _Search:
-    """The state of one run: the best path so far, and what it took."""
+    """The state of one run: the best path so far, and its evaluations and trace."""
 
     def __init__(self, problem: Problem, settings: Hybrid) -> None:
         self.began = time.perf_counter()

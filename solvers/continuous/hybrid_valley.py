@@ -1,10 +1,10 @@
 """
 Test whether a coarse grid shows one way only, so that `hybrid` need not look for others.
 
-The costs-to-go to the goal and to the start add up to what the best way through each node costs. Where that is at most
-so much more than the best way of all, the nodes form a band around it. Another way around some threat, as cheap as
-that, lies in the band as well, which then has a hole where the threat is. So a band without holes holds one way, but
-for bends. A wide band may fill a hole that a narrow one has: several are looked at.
+The costs-to-go to the goal and to the start add up to the cost of the best way through each node. The nodes where that
+is little more than the least cost form a band around the best way. Another way around some threat, about as cheap, lies
+in the band as well, which then has a hole where the threat is. So a band without holes holds one way, but for bends. A
+wide band may fill a hole that a narrow one has: several are tested.
 
 The best way itself shows whether the grid is fine enough for that: by how far its cost is from the grid's.
 """

@@ -195,7 +195,7 @@ def _clipped(starts: FloatArray, ends: FloatArray, half: FloatArray) -> tuple[Fl
 def _around(points: FloatArray, half: FloatArray) -> IntArray:
     """Return which points are on the border of a box around the origin, in their order along it."""
     (x, y), (width, height) = points.T, half
-    # how far from the sides below, right, above, left, and how far around where it is on each
+    # distances from the sides below, right, above and left, and the place along each
     gaps = np.abs(np.column_stack([y + height, width - x, height - y, x + width]))
     along = np.column_stack([x + width, y + height, width - x, height - y])
     before = np.cumsum([0.0, 2.0 * width, 2.0 * height, 2.0 * width])

@@ -28,7 +28,7 @@ RAISE = 16.0
 @dataclass(frozen=True, eq=False)
 class DecisionProcess:
     """
-    A deterministic decision process: the moves along a graph's edges, what each earns, and where it ends.
+    A deterministic decision process: the moves along a graph's edges, their rewards, and the target.
 
     The states are the graph's nodes, by index. The moves from state ``s`` are those numbered ``first[s]`` to
     ``first[s + 1] - 1``, by rising index of where they lead.
@@ -82,7 +82,7 @@ class DecisionProcess:
 
     @property
     def earned(self) -> FloatArray:
-        """What each move earns in all, shape ``(m,)``."""
+        """Rewards of the moves with the target's, shape ``(m,)``."""
         return self.rewards + np.where(self.heads == self.target, self.target_reward, 0.0)
 
 

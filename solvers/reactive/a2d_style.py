@@ -14,7 +14,7 @@ from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Su
 
 #: How much the threshold rises where nothing else helps, and its greatest value (with rasters, that of their risk).
 RAISED, GREATEST = 1.5, 1.0
-#: The waypoints that are not gone near to again, and how near is too near, in steps.
+#: The last waypoints, which are avoided where possible, and the distance kept from them, in steps.
 RECENT, TOO_NEAR = 10, 0.5
 #: A boundary is left only where the goal is so many steps nearer than it was at the beginning of the walk.
 NEARER = 0.5
@@ -236,7 +236,7 @@ class A2dStyle(Reactive[Trail]):
         raise Stuck(msg)
 
     def _resume(self, around: Surroundings, trail: Trail) -> float:
-        """Return how near to the goal the threshold falls back: a few steps on, inside the risk it is raised for."""
+        """Return the distance from the goal at which the threshold may fall back: a few steps nearer than here."""
         return around.to_goal(trail.position) - AWAY * around.step
 
     def _stepped(self, around: Surroundings, trail: Trail, heading: float) -> Trail:

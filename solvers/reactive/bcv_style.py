@@ -23,7 +23,7 @@ AVOID_SPREADS, AVOID_MARGIN = 3.0, 0.04
 LOOK = 0.1
 #: The goal is blocked where risk rises above BLOCKED within so far; a way is free where it stays below FREE.
 SIGHT, BLOCKED, FREE = 0.15, 0.5, 0.2
-#: Stalled: less than this part of what so many steps could have brought nearer.
+#: Stalled: so many steps came nearer to the target by less than this part of their length.
 STALL_STEPS, STALL_PART = 20, 0.5
 #: Where virtual goals are put and count as reached, in shorter sides of the map, and at which angles off the goal.
 VIRTUAL, REACHED = 0.2, 0.04

@@ -68,7 +68,7 @@ class CpvsStyle(FuzzySteering[SubgoalMemory]):
     threat, 0.03 of the side outside its contour of three spreads; the middle of each gap between a threat in the way
     and another one; a place off each corner of a no-fly area. Best is the least ``|pq| + |qg| + k * risk(p to q to g)``
     from here `p` over `q` to where it wants to get `g`, among those that can be flown to straight and are not risky
-    themselves. A sub-goal is dropped within 0.05 of the side of it, where the straight way to what comes after it
+    themselves. A sub-goal is dropped within 0.05 of the side of it, where the straight way to the next one or the goal
     clears, where it turns out risky, or after 150 steps; ten steps pass before another one is set.
 
     Cooperation comes from the mission: UAVs that share threats plan on all known threats, and others are threats

@@ -96,7 +96,7 @@ FAN = np.radians([30.0, 60.0, 90.0, 120.0, 150.0])
 REACH, LOOK, CLOSE = 0.2, 0.15, 0.04
 #: Greatest risk on a ray that is free.
 FREE = 0.2
-#: So near to what it flies to, in steps, a planner that sees no area between goes straight: its turns are too wide.
+#: Within so many steps of its target, and with no area between, a planner flies straight: its turns are too wide.
 HOMING = 3
 #: A virtual target that is not reached in so many times `stall` steps is given up.
 GIVE_UP = 3

@@ -171,7 +171,7 @@ def corner_graph(model: CostModel, bounds: Bounds, goal: Point) -> CornerGraph:
     """
     Join the goal and the corners of all threats and no-fly areas, weighed by Eq. 5, and search from the goal.
 
-    Corners of no-fly areas are a hair outside of them, so that what follows the graph does not touch them.
+    Corners of no-fly areas are a hair outside of them, so that paths along the graph do not touch them.
 
     Parameters
     ----------

@@ -31,8 +31,8 @@ class KeepOut:
     offsets
         Shape ``(m,)``, in the unit of the program.
     layers
-        Of a soft obstacle, shape ``(l, 2)``: how thick its layers are from the rim inwards, the last one without end,
-        and what a unit of depth in each costs a unit of length, which rises. Empty: it is hard.
+        Of a soft obstacle, shape ``(l, 2)``: the thickness of its layers from the rim inwards, the last one without
+        end, and the price of a unit of depth in each for a unit of length, which rises. Empty: it is hard.
     """
 
     normals: FloatArray
@@ -69,7 +69,7 @@ class Horizon:
     places
         Where the path may end, shape ``(c, 2)``.
     costs_to_go
-        What it costs to go on from there, shape ``(c,)``.
+        The costs to go from there, shape ``(c,)``.
     """
 
     legs: int
@@ -93,7 +93,7 @@ class Plan:
     place
         The number of the place where it ends.
     objective
-        Of the program: what the solver minimised.
+        The value that the solver minimised.
     """
 
     points: FloatArray
@@ -103,7 +103,7 @@ class Plan:
 
 def best_plan(horizon: Horizon, *, gap: float, nodes: int) -> Plan | None:
     """
-    Solve the program: minimise length, what entering soft obstacles costs, and the cost to go from the end.
+    Solve the program: minimise length, the price of entering soft obstacles, and the cost to go from the end.
 
     Each leg is bounded by a 16-gon inside the circle of its reach, and as long as its longest shadow in 16 directions.
     Both ends of a leg lie beyond the same side of each obstacle, so that no leg cuts a corner between them (Richards,
@@ -113,7 +113,7 @@ def best_plan(horizon: Horizon, *, gap: float, nodes: int) -> Plan | None:
     Parameters
     ----------
     horizon
-        What to decide.
+        The program to solve.
     gap
         The solver may stop this near to the optimum, relative to it.
     nodes

@@ -56,7 +56,7 @@ class Surroundings:
 
     @property
     def side(self) -> float:
-        """The shorter side of the map, map units: what a planner's distances are relative to (the paper's is 1)."""
+        """The shorter side of the map, map units, to which a planner's distances are relative (the paper's is 1)."""
         return self.problem.shorter_side
 
     def to_goal(self, position: Point) -> float:
@@ -253,7 +253,7 @@ class Reactive(Settings, ABC, Generic[M]):
 
 
 def _rounded_back(here: Point, there: Point, step: float) -> Point:
-    """Take back what rounding adds to a step far from the origin, where coordinates are coarse."""
+    """Shorten a step that rounding made too long, far from the origin, where coordinates are coarse."""
     for _ in range(2):
         if math.dist(here, there) <= step * (1.0 + ROUNDING):
             break

@@ -94,7 +94,7 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
 
 class PruningCost(SegmentCost):
     """
-    Eq. 5 for BIT*, which prunes what its lower bounds exclude.
+    Eq. 5 for BIT*, which prunes vertices by lower bounds.
 
     Where only free space is ahead, the bounds are the costs, up to rounding. BIT* compares them exactly: by one
     rounding it would prune a vertex of its best path, and crash when asked for that path; or search on for something

@@ -1,4 +1,4 @@
-"""The shortest path within a risk budget, the least risk within a length, and a proof of how good the answer is."""
+"""The shortest path within a risk budget, the least risk within a length, and a bound of all such paths."""
 
 import dataclasses
 import math
@@ -137,7 +137,7 @@ def plan_within_risk(
         For solvers that need a lattice, as in `solve`.
     tolerance
         Ratio above 0 that the lower bound of the cost (`cgla_graph.lower_bound`) aims at, with
-        a solver that is not exact on a lattice. None: prove only what the straight line does.
+        a solver that is not exact on a lattice. None: prove only the bound of the straight line.
     **settings
         Settings of a solver given by name.
 

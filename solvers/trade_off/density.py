@@ -137,7 +137,7 @@ def density_front(
     **settings: Any,  # noqa: ANN401 - each solver has settings of its own
 ) -> list[DensityPoint]:
     """
-    Find what each limit of the density under the corridor costs.
+    Find the cost of each limit of the density under the corridor.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ MOST_LABELS = 200_000
 @dataclass(frozen=True)
 class ConstrainedPath:
     """
-    What a search found.
+    Result of a search.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ def constrained_path(
     ends
         Source and target.
     budget
-        What a path may use, at least 0.
+        The most that a path may use, at least 0.
     price
         Lagrange multiplier of the use, at least 0: the better it prices the budget, the fewer labels.
     known

@@ -106,7 +106,7 @@ class Front(ShortRepr):
         ``OPTIMAL``: no path on the shared lattice is cheaper under any weight from 0 to `k_max`, but for `error`;
         ``FOUND``: a solver without such a promise found these; else the reason why there is none.
     error
-        At most by how much of its cost a path that is not among `points` may be cheaper, under any weight from 0 to
+        The most that a path not among `points` may be cheaper, relative to the cost, under any weight from 0 to
         `k_max`. Proven for ``OPTIMAL``; for ``FOUND`` it takes the solver's paths for optimal.
     k_max
         The greatest weight tried.
@@ -203,8 +203,7 @@ def pareto(
         End when no path can be cheaper than the front by more than this, relative to its cost. None: 0 with an
         exact graph solver, so that the front is complete; 0.001 with others.
     max_points
-        Look for no more between the points once there are this many, at least 2; `Front.error` says what may be
-        missing then.
+        End the search between the points once there are this many, at least 2; `Front.error` then bounds the loss.
     k_max
         The greatest weight; None: grow it tenfold until that lowers the risk by no more than a thousandth of the
         shortest path's.

@@ -1,4 +1,4 @@
-"""Budgets end runs, cleanly and where they say; traces tell what a smaller budget would have found."""
+"""Budgets end runs cleanly and at their limits; a trace shows the path of every smaller budget."""
 
 import math
 import time

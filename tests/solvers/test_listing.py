@@ -1,4 +1,4 @@
-"""The file of what there is agrees with what there is, and nothing is imported to show it."""
+"""The file of built-in solvers agrees with the solvers, and lists are shown without importing them."""
 
 import subprocess
 import sys
@@ -29,7 +29,7 @@ def test_lists_of_files_are_what_the_files_hold() -> None:
 
 
 def test_lists_need_no_number_crunching() -> None:
-    """What takes a second to import is left alone, so that lists are there in a fraction of one."""
+    """Libraries that take a second to import are not imported, so that lists take a fraction of one."""
     code = (
         "import sys\nfrom cgla_graph.comparisons.cli.app import app\n"
         "for name in ('solvers', 'scenarios', 'missions'):\n    app([name], standalone_mode=False)\n"

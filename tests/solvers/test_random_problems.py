@@ -32,7 +32,7 @@ QUICK: dict[str, dict[str, Any]] = quick_solvers.QUICK | {
 RESOLUTION = 7
 WALL = shapely.box(0.45, 0.1, 0.55, 0.9)
 RING = shapely.box(0.6, 0.6, 0.95, 0.95).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
-#: What may be said where there is no path, or none was found.
+#: Statuses where there is no path, or none was found.
 NOTHING = {Status.NO_PATH, Status.NOT_FOUND, Status.STUCK}
 
 Rng = np.random.Generator
@@ -49,7 +49,7 @@ def free(rng: Rng) -> cg.Problem:
 
 
 def close(rng: Rng) -> cg.Problem:
-    """Make start and goal as good as one."""
+    """Put start and goal very close together."""
     start, far = ends(rng, WALL)
     apart = 10.0 ** rng.uniform(-12.0, -2.0)
     goal = tuple(a + apart * (b - a) for a, b in zip(start, far, strict=True))

@@ -41,7 +41,7 @@ def test_every_solver_keeps_the_contract(name: str, settings: dict[str, Any]) ->
 def test_only_solvers_that_need_no_positive_weights_get_others(name: str) -> None:
     threats = [cg.Threat(0.5, 0.5, 0.1, peak=4.0), cg.Threat(0.55, 0.5, 0.1, peak=4.0)]
     field = cg.RiskField(threats, improper=True)
-    # who plans its first steps has taken the problem
+    # a planner that plans its first steps has taken the problem
     settings = {"max_steps": 10} if name == "milp" else QUICK.get(name, {})
     solver = cg.solvers.get(name, **settings)
     answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=10.0), solver)

@@ -103,7 +103,7 @@ print(*kind, sorted(loaded() - before), sorted({name for _, name, _ in before} &
     ],
 )
 def test_what_the_work_needs_is_loaded_before_it(scenario: str, told: str, tmp_path: Path) -> None:
-    """And what only walls, or only rasters, need is left alone where there are none."""
+    """Kernels that only walls, or only rasters, need are not loaded where there are none."""
     if scenario == "rasters":
         threats, scenario = "threats = [{x = 5, y = 5, spread = 1}]", str(tmp_path / "a.toml")
         rasters = "".join(f"\n[[rasters]]\nfile = 'a.asc'\ninterpolation = '{how}'" for how in ("bilinear", "nearest"))

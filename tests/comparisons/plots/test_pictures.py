@@ -128,7 +128,7 @@ def file_bytes(figure: Figure, path: Path) -> bytes:
 
 def test_solvers_without_a_path_are_in_the_legend() -> None:
     statuses = [status for status in Status if not status.has_path and status is not Status.INFEASIBLE]
-    # what an answer that was refused holds is not drawn
+    # paths of refused answers are not drawn
     runs = [run(MAP, status.label, status=status, exact=True) for status in statuses]
     figure = map_figure(MAP, runs, [one.solver for one in runs])
     assert paths(figure) == []

@@ -1,4 +1,4 @@
-"""The hybrid solver: never worse than any lattice, the right way around, and honest about what it does not know."""
+"""The hybrid solver: never worse than any lattice, the right way around, and a bound that holds."""
 
 import dataclasses
 import time

@@ -15,7 +15,7 @@ import cgla_graph as cg
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.continuous import hybrid, hybrid_valley
 
-#: How much worse the one way may be than what a wide search finds.
+#: How much worse the one way may be than that of a wide search.
 WORSE = 4e-5
 
 

@@ -104,7 +104,7 @@ def test_both_free_holds_along_every_segment(free: BoolArray, data: st.DataObjec
     lattice = cg.Lattice((nx_, ny), bounds=problem.bounds, kind="centre")
     theta = cg.solve(problem, LazyThetaStar(lattice, "both-free"))
     eight = cg.solve(problem, EightDirection(lattice, "both-free"))
-    # where cells are joined by their sides only, what eight directions cannot reach no straight line does
+    # where cells are joined by their sides only, no straight line reaches a cell that eight directions do not
     assert theta.status.has_path == eight.status.has_path
     assert theta.cost <= eight.cost * (1 + 1e-12)
     corners = [(round(x - 0.5), round(y - 0.5)) for x, y in theta.path.tolist()]

@@ -1,4 +1,4 @@
-"""Q-Learning learns what value iteration knows, and value iteration is right."""
+"""Q-Learning learns the values of value iteration, which are exact."""
 
 import dataclasses
 import itertools
@@ -253,7 +253,7 @@ def test_random_numbers_are_those_of_splitmix64() -> None:
 
 
 def learnt(process: DecisionProcess, **settings: Any) -> tuple[FloatArray, tuple[int, int, bool]]:  # noqa: ANN401
-    """Train on all states that have moves, from values that no move can beat unless told otherwise."""
+    """Train on all states that have moves, from values that no move can beat by default."""
     chosen = {
         "alpha": 1.0,
         "gamma": 1.0,
@@ -351,7 +351,7 @@ def test_values_stay_on_the_side_of_the_exact_ones_where_they_began(
 def test_best_moves_never_circle_among_values_above_the_first(
     problem: cg.Problem, resolution: int | tuple[int, int], episodes: int, seed: int
 ) -> None:
-    """However short the training: what such a value promises is a way once made, or a better one."""
+    """After any training: such a value is the cost of a way once made, or the moves lead along a better one."""
     process = decision_process(problem.on_eight_connected(resolution))
     assume(within_reach(process))
     start = QLearning()._first_value(process)

@@ -154,7 +154,7 @@ def test_areas_along_the_edges_of_cells_leave_corridors_open() -> None:
 
 
 def test_between_areas_that_touch_in_a_corner_no_diagonal_slips_through() -> None:
-    """Cells closed like a chessboard's: rounding may lead a diagonal move across what it should touch."""
+    """Cells closed like a chessboard's: rounding may lead a diagonal move across a corner that it should touch."""
     for size in (0.1, 1.0 / 3.0, 1234.567):
         black = [
             shapely.box(size * i, size * j, size * (i + 1), size * (j + 1))

@@ -1,4 +1,4 @@
-"""The planner in the style of BCV: what the behaviours vote for, where virtual goals are put, and how it gets stuck."""
+"""The planner in the style of BCV: the votes of the behaviours, the places of virtual goals, and dead ends."""
 
 import math
 from dataclasses import replace

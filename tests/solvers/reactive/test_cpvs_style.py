@@ -1,4 +1,4 @@
-"""Sub-goals: which are chosen, when they come and go, and what they are worth (see also test_fbcri_style)."""
+"""Sub-goals: their choice, their coming and going, and their effect on paths (see also test_fbcri_style)."""
 
 import itertools
 import math

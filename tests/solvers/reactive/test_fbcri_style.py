@@ -1,4 +1,4 @@
-"""Fuzzy steering with feedback: its rules, its feedback, its virtual targets, and what it and its heir promise."""
+"""Fuzzy steering with feedback: its rules, its feedback, its virtual targets, and promises shared with cpvs-style."""
 
 import math
 from dataclasses import replace
@@ -32,7 +32,7 @@ clearances = st.floats(-2.0, 2.0)
 
 
 def turn_of(clearance: float, threat: float, aim: float) -> float:
-    """Return what the rules alone say, degrees to the left."""
+    """Return the turn by the rules alone, degrees to the left."""
     return BASE.decide(about([clearance, threat, aim], BLUR))
 
 
@@ -162,7 +162,7 @@ def test_a_virtual_target_is_the_first_free_place_off_the_aim() -> None:
     # 30 and 60 degrees off end in the wall or cross it (0.2 cos 60 = 0.1 > 0.05); 90 degrees is free, on the left
     assert memory.target == pytest.approx((0.45, 0.7))
     assert (memory.side, memory.hit) == (1, pytest.approx(0.45))
-    # who has turned to the left on the whole goes to the right
+    # a planner that has turned left on the whole goes to the right
     right = solver._placed(around, replace(solver.begin(around), turned=0.1))
     assert right.target == pytest.approx((0.45, 0.3))
     # with a threat there, the next one that is free
@@ -190,7 +190,7 @@ def test_virtual_targets_lead_out_of_a_shallow_pocket_but_not_of_a_deep_one() ->
     assert cg.solve(pocket(0.4), CpvsStyle()).status is Status.FOUND
 
 
-# --- what both promise
+# --- promises of both
 
 
 @pytest.mark.slow

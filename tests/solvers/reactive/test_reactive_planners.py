@@ -1,4 +1,4 @@
-"""What all planners that go step by step promise: short steps that may be flown, or a reason; on a map of any size."""
+"""Promises of all step-by-step planners: short steps that may be flown, or a reason; on a map of any size."""
 
 import math
 from collections.abc import Mapping

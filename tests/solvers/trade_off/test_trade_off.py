@@ -71,7 +71,7 @@ def weights_of(front: Front) -> list[float]:
 
 
 def check_shape(front: Front) -> None:
-    """Check what holds of every front: risk falls, length rises, and the ranges of weights join."""
+    """Check the shape of a front: risk falls, length rises, and the ranges of weights join."""
     points = front.points
     assert points[0].k_low == 0.0
     assert points[-1].k_high >= front.k_max
