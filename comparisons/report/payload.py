@@ -1,4 +1,4 @@
-"""What the page knows: maps, median paths, curves and all runs, as one JSON document with names said once."""
+"""The data of the page: maps, median paths, curves and all runs as one JSON document, each name once."""
 
 import math
 import shlex

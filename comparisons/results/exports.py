@@ -18,7 +18,7 @@ from cgla_graph.errors import CglaError, OutputError
 
 #: The columns of a run of a study.
 RUN_COLUMNS = tuple(column.key for column in EXPORTED)
-#: What pyarrow calls the types of columns.
+#: Names of column types in pyarrow.
 _ARROW_TYPES: Mapping[Kind, str] = {"word": "string", "whole": "int64", "number": "float64", "flag": "bool_"}
 
 
@@ -67,7 +67,7 @@ def check_targets(targets: Sequence[Path], folder: Path) -> None:
             msg = f"--export {target}: that is the study itself; choose another name"
             raise OutputError(msg)
         for ending in ("-wal", "-journal"):
-            # what stands in it would be taken for changes of the new file
+            # SQLite would apply its content to the new file
             if kind == ".db" and Path(f"{target}{ending}").exists():
                 msg = (
                     f"--export {target}: {target.name}{ending} is beside it, so that it is in use; choose another name"
@@ -118,14 +118,14 @@ def _parquet(stored: Stored, runs: Sequence[Run]) -> bytes:
     pa = _pyarrow()
     parquet = importlib.import_module("pyarrow.parquet")
     fields = [(column.key, getattr(pa, _ARROW_TYPES[column.kind])()) for column in EXPORTED]
-    table = pa.Table.from_pylist([_utf8(one) for one in run_rows(runs, stored.runs)], schema=pa.schema(fields))
+    rows = [
+        {key: _utf8_text(value) if isinstance(value, str) else value for key, value in one.items()}
+        for one in run_rows(runs, stored.runs)
+    ]
+    table = pa.Table.from_pylist(rows, schema=pa.schema(fields))
     sink = pa.BufferOutputStream()
     parquet.write_table(table.replace_schema_metadata({"title": _utf8_text(stored.title)}), sink)
     return bytes(sink.getvalue())
-
-
-def _utf8(row: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: _utf8_text(value) if isinstance(value, str) else value for key, value in row.items()}
 
 
 def _utf8_text(text: str) -> str:

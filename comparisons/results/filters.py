@@ -1,4 +1,4 @@
-"""Which runs of a study are looked at: the filters of `cgla results`."""
+"""The filters of `cgla results`, which choose runs of a study."""
 
 import difflib
 import re
@@ -20,16 +20,16 @@ _MOST_NAMED = 12
 @dataclass(frozen=True)
 class Filters:
     """
-    Which runs to keep; None keeps all.
+    Conditions on runs to keep; None keeps all.
 
     Attributes
     ----------
     scenarios, solvers
         Names and labels, or patterns as ``random-*``.
     statuses
-        How runs or flights ended, by the labels of `Status` and of `MissionStatus`.
+        Labels of `Status` and `MissionStatus`.
     seed
-        Of the runs.
+        Seed of the runs.
 
     Examples
     --------
@@ -135,7 +135,7 @@ class Filters:
 
 
 def _passes(name: str, words: Sequence[str] | None) -> bool:
-    """Tell whether names or patterns, if there are any, name this one."""
+    """Return whether a name matches one of the names or patterns; no words match all."""
     return words is None or any(word == name or fnmatchcase(name, word) for word in words)
 
 
@@ -151,7 +151,7 @@ def _split(option: str, text: str | None) -> tuple[str, ...] | None:
 
 
 def _matches(kind: str, words: Iterable[str], known: Iterable[str]) -> list[str]:
-    """List what words or patterns name, in the order of known names."""
+    """List the known names that match words or patterns, in their order."""
     names = list(known)
     found: set[str] = set()
     for word in words:

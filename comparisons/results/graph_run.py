@@ -1,4 +1,4 @@
-"""The commands `plan` and `compare` on the file of a graph: solvers between its nodes, and what each found."""
+"""The commands `plan` and `compare` on the file of a graph: solvers between its nodes, and their answers."""
 
 import csv
 import io
@@ -16,12 +16,13 @@ from cgla_graph._text import counted, duration, figure, json_number, percent
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.study import options, runner
 from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.rows import excess_over
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
 from cgla_graph.model.adjacency import Node, label_text
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
-from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.graph_file import GraphFile, read_graph
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.solving import solve
@@ -30,17 +31,9 @@ from cgla_graph.solvers.solving import solve
 MOST_SHOWN = 7
 #: Of the pairs of nodes that are drawn.
 SEED = 1
+#: The columns of files, a row a run.
 COLUMNS = (
-    "solver",
-    "from",
-    "to",
-    "status",
-    "cost",
-    "length",
-    "nodes",
-    "seconds",
-    "build_seconds",
-    "evaluations",
+    *("solver", "from", "to", "status", "cost", "length", "nodes", "seconds", "build_seconds", "evaluations"),
     "message",
 )
 
@@ -48,7 +41,7 @@ COLUMNS = (
 @dataclass(frozen=True, eq=False)
 class GraphRun:
     """
-    What solvers found between nodes of a graph.
+    Answers of solvers between nodes of a graph.
 
     Attributes
     ----------
@@ -124,7 +117,7 @@ def open_problems(
 
 
 def plan_all(opened: GraphFile, problems: Sequence[GraphProblem], entrants: Sequence[Entrant]) -> GraphRun:
-    """Run every solver on every problem; what one raises becomes its answer."""
+    """Run every solver on every problem; exceptions become answers."""
     small = GeometricGraph.from_sparse(sparse.csr_array([[0.0, 1.0], [1.0, 0.0]]), directed=opened.directed)
     for entrant in entrants:
         # compiles kernels, and imports packages, before anything is timed
@@ -134,22 +127,13 @@ def plan_all(opened: GraphFile, problems: Sequence[GraphProblem], entrants: Sequ
 
 
 def _answer(problem: GraphProblem, entrant: Entrant) -> Solution:
-    missing = registry.missing(entrant.name)
-    if missing is not None:
-        return Solution(Status.UNAVAILABLE, solver=entrant.name, message=missing)
-    settings = entrant.settings_on(None)
-    for seed in runner.seeds_of(None, entrant, [1]):
-        settings |= {} if seed is None else {"seed": seed}
-    try:
-        return solve(problem, registry.get(entrant.name, **settings))
-    except MemoryError as error:
-        return Solution(Status.OUT_OF_MEMORY, solver=entrant.name, message=runner.reason(error))
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - one solver's fault is not that of the others
-        return Solution(Status.FAILED, solver=entrant.name, message=runner.reason(error))
+    (seed,) = runner.seeds_of(None, entrant, [1])
+    settings = entrant.settings_on(None) | ({} if seed is None else {"seed": seed})
+    return runner.answer_of(entrant, lambda: solve(problem, registry.get(entrant.name, **settings)))
 
 
 def graph_title(opened: GraphFile) -> str:
-    """Say in a few words what graph it is."""
+    """Describe a graph in a few words."""
     kind = "directed" if opened.directed else "undirected"
     return f"{opened.file.name}: {counted(len(opened.labels), 'node')}, {counted(opened.n_edges, 'edge')}, {kind}"
 
@@ -168,7 +152,7 @@ def shortened(nodes: Sequence[Node]) -> str:
 
 
 def print_graph_run(run: GraphRun) -> None:
-    """Print a table with a row for each solver: of one pair of nodes its path, of several what they amount to."""
+    """Print a table with a row for each solver: its path between one pair of nodes, or totals over several pairs."""
     # where the file gives the weights, nothing is evaluated
     counts = ("evaluations",) if any(solution.evaluations for _, _, solution in run.single()) else ()
     table = _one_pair(run, counts) if len(run.problems) == 1 else _many_pairs(run, counts)
@@ -208,20 +192,13 @@ def _many_pairs(run: GraphRun, counts: Sequence[str]) -> FittedTable:
     least = [min(answers, key=lambda one: one.cost).cost for answers in zip(*run.solutions.values(), strict=True)]
     for label, answers in run.solutions.items():
         found = [(one.cost, best) for one, best in zip(answers, least, strict=True) if one.status.has_path]
-        excess = max((_excess(cost, best) for cost, best in found), default=math.nan)
+        excess = max((excess_over(cost, best) for cost, best in found), default=math.nan)
         times = [
             statistics.median(times) for times in zip(*((a.seconds, a.build_seconds) for a in answers), strict=True)
         ]
         row = (label, f"{len(found):,}", percent(excess), *map(duration, times))
         table.rows.append([*row, *(f"{sum(one.evaluations for one in answers):,}" for _ in counts)])
     return table
-
-
-def _excess(cost: float, best: float) -> float:
-    """Return how far a cost is above the best one, relative to it."""
-    if best > 0.0:
-        return cost / best - 1.0
-    return math.inf if cost > best else 0.0
 
 
 def graph_run_document(run: GraphRun) -> dict[str, Any]:
@@ -256,7 +233,7 @@ def _rows(run: GraphRun) -> list[dict[str, Any]]:
 
 
 def graph_document(opened: GraphFile) -> dict[str, Any]:
-    """Say as JSON what graph it is."""
+    """Describe a graph as JSON."""
     return {
         "file": str(opened.file),
         "nodes": len(opened.labels),

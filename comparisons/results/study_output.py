@@ -1,4 +1,4 @@
-"""What the command `compare` prints of each scenario, and the files that it writes."""
+"""Output of the command `compare`: tables of each scenario, and files."""
 
 from collections.abc import Collection, Sequence
 from pathlib import Path

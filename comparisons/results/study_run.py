@@ -1,4 +1,4 @@
-"""Studies from the command line: read, run, kept and printed."""
+"""Studies from the command line: reading, running, storing and printing."""
 
 from collections.abc import Sequence
 from contextlib import closing, nullcontext
@@ -39,7 +39,7 @@ class Request:
     study
         Solvers on maps, and on missions.
     pictures
-        How many scenarios get pictures of their own; the report has a map of each.
+        Number of scenarios with pictures of their own; the report has a map of each.
     highlighted
         Labels of solvers that stand out in pictures in any case.
     is_file
@@ -68,7 +68,7 @@ class RunOptions:
     scheduler
         Of a Dask cluster, or None.
     command
-        What the user typed.
+        The command line.
     """
 
     folder: Path | None = None
@@ -163,7 +163,7 @@ def read_request(asked: Settings, how: RunOptions | None = None) -> Request:
     Raises
     ------
     CglaError
-        If anything is wrong with any of it.
+        If the settings or a file are invalid.
     """
     how = how or RunOptions()
     if how.folder is None and (how.resume or how.overwrite):

@@ -1,4 +1,4 @@
-"""What `cgla results` prints of a study: leaderboard, a table a solver, single runs, and failures."""
+"""Tables of `cgla results`: leaderboard, a table a solver, single runs, and failures."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -76,13 +76,11 @@ def runs_table(title: str, runs: Sequence[Run]) -> FittedTable:
         [column.head for column in right],
         [column.head for column in spare],
         ["number: cgla results DIR --rerun NUMBER runs it again"],
-        [_run_cells(run, shown) for run in runs],
+        [
+            [_run_cell(column, value) for column, value in zip(shown, row(run, columns=shown).values(), strict=True)]
+            for run in runs
+        ],
     )
-
-
-def _run_cells(run: Run, columns: Sequence[RunColumn]) -> list[str]:
-    values = zip(columns, row(run, columns=columns).values(), strict=True)
-    return [_run_cell(column, value) for column, value in values]
 
 
 def _run_cell(column: RunColumn, value: Any) -> str:  # noqa: ANN401 - what files hold of it
@@ -165,14 +163,10 @@ def _unpaired_lines(found: Regression) -> list[str]:
 
 def _where(keys: Sequence[RunKey]) -> str:
     """Name the runs that have no like, whole solvers in one word."""
-    by_solver: dict[str, list[RunKey]] = {}
+    scenarios: dict[str, dict[str, None]] = {}
     for key in keys:
-        by_solver.setdefault(key.solver, []).append(key)
-    return listed([f"{solver} on {listed(_scenarios(group), 3)}" for solver, group in by_solver.items()])
-
-
-def _scenarios(keys: Sequence[RunKey]) -> list[str]:
-    return list(dict.fromkeys(key.scenario for key in keys))
+        scenarios.setdefault(key.solver, {})[key.scenario] = None
+    return listed([f"{solver} on {listed(list(names), 3)}" for solver, names in scenarios.items()])
 
 
 def summary_line(found: Regression) -> str:

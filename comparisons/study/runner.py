@@ -4,7 +4,7 @@ import dataclasses
 import importlib
 import math
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
@@ -229,19 +229,26 @@ class SharedGraph:
 
 
 def run(ground: SharedGraph, entrant: Entrant, seed: int | None) -> Solution:
-    """Run one solver; an exception becomes a failed answer."""
-    missing = registry.missing(entrant.name)
-    if missing is not None:
-        return Solution(Status.UNAVAILABLE, solver=entrant.name, message=missing)
-    settings = entrant.settings_on(ground.scenario)
-    if seed is not None:
-        settings["seed"] = seed
+    """Run one solver (errors as in `answer_of`)."""
     problem, lattice = ground.scenario.problem, ground.scenario.lattice
-    try:
+
+    def answer() -> Solution:
+        settings = entrant.settings_on(ground.scenario) | ({} if seed is None else {"seed": seed})
         if registry.traits(entrant.name).domain == "plane":
             return _solve(problem, entrant, settings, resolution=lattice)
         solution = _solve(problem, entrant, settings, on=ground.graph())
         return dataclasses.replace(solution, build_seconds=ground.build_seconds + solution.build_seconds)
+
+    return answer_of(entrant, answer)
+
+
+def answer_of(entrant: Entrant, answer: Callable[[], Solution]) -> Solution:
+    """Return what a call of a solver returns; a missing package or an exception becomes an answer, too."""
+    missing = registry.missing(entrant.name)
+    if missing is not None:
+        return Solution(Status.UNAVAILABLE, solver=entrant.name, message=missing)
+    try:
+        return answer()
     except MemoryError as error:
         return Solution(Status.OUT_OF_MEMORY, solver=entrant.name, message=reason(error))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a comparison survives any solver
