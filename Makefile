@@ -63,7 +63,7 @@ oldest: pyproject.toml
 	.venv-oldest/bin/python -m pip install --quiet --constraint .venv-oldest/pins.txt --no-build-isolation --editable '.[$(EXTRAS)]'
 	$(IN_VERSIONS)$(CURDIR)/.venv-oldest/kernels .venv-oldest/bin/python -m pytest $(OF_VERSIONS)
 	if $(NEWEST) -c '' 2>/dev/null; then $(NEWEST) -m venv .venv-newest && \
-		.venv-newest/bin/python -m pip install --quiet $(OF_TESTS) --editable . && \
+		.venv-newest/bin/python -m pip install --quiet $(OF_TESTS) --editable '.[distributed]' && \
 		$(IN_VERSIONS)$(CURDIR)/.venv-newest/kernels .venv-newest/bin/python -m pytest $(OF_VERSIONS); fi
 
 # the site, in build/docs; warnings are errors. The second time, what has not changed is not made again
