@@ -1,4 +1,4 @@
-"""Lists of edges, and the sparse matrices made of them: the workshop behind `GeometricGraph`'s constructors."""
+"""Lists of edges and the sparse matrices made of them, for `GeometricGraph`'s constructors."""
 
 import math
 from collections.abc import Hashable, Sequence
@@ -18,13 +18,13 @@ from cgla_graph.model.lattice import Lattice
 Node: TypeAlias = Hashable
 CornerRule: TypeAlias = Literal["touch", "both-free"]
 
-#: What an edge has that lacks its weight.
+#: Stands for the weight of an edge that has none.
 MISSING = object()
 
 
 def label_text(label: Node) -> str:
     r"""
-    Write a node's label so that it can stand in a line of text.
+    Return a node's label as one line of printable text.
 
     Examples
     --------
@@ -77,7 +77,7 @@ def cell_corners(lattice: Lattice, positions: FloatArray) -> tuple[IntArray, Int
 def compressed(
     tails: IntArray, heads: IntArray, weights: FloatArray, n_nodes: int, *, mirrored: bool
 ) -> "scipy.sparse.csr_array":
-    """Store the finite edges row by row, the lightest of parallel ones; `mirrored` adds each the other way round."""
+    """Store the finite edges row by row, the lightest of parallel ones; `mirrored` adds the reverse of each."""
     finite = np.isfinite(weights)
     tails, heads, weights = tails[finite], heads[finite], weights[finite]
     if mirrored:

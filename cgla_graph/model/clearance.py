@@ -1,4 +1,4 @@
-"""Safety margins around no-fly areas: points nearer than a distance are closed as well."""
+"""Safety margins around no-fly areas: areas widened by a distance."""
 
 import math
 from functools import lru_cache
@@ -13,19 +13,20 @@ from cgla_graph.model.no_fly import NoFlyArea
 
 #: Round corners become polygons with this many edges a right angle: 0.12 % wider than the arc, at most.
 EDGES: Final = 16
-#: A path may be nearer than asked for by this part of the map's longer side: rounding.
+#: A path may miss its clearance by this part of the map's longer side, for rounding.
 ROUNDING: Final = 1e-9
-#: How often the distance is halved for an area that a place is too near to; after that, its outline counts.
+#: How often the distance is halved for an area that a place is too near to; after that, the area is not widened.
 HALVINGS: Final = 10
 
 
 @lru_cache(maxsize=16)
 def widened(no_fly: BaseGeometry, distance: float, *, inside: bool = False) -> BaseGeometry:
     """
-    Widen areas by a distance: round corners become polygons around the true arcs, or inside of them.
+    Widen areas by a distance: round corners become polygons around the true arcs, or inside them.
 
-    A path outside of areas widened around the arcs is at least so far from them. A path that far away is outside of
-    areas widened inside of the arcs: a bound for all paths there holds for it.
+    With polygons around the arcs, a path outside the widened areas is at least the distance away from the areas. With
+    polygons inside the arcs, a path that is at least the distance away is outside the widened areas, so that a bound
+    for all paths outside holds for it.
 
     Parameters
     ----------
@@ -34,7 +35,7 @@ def widened(no_fly: BaseGeometry, distance: float, *, inside: bool = False) -> B
     distance
         Map units, above 0.
     inside
-        Which of the two.
+        Whether the polygons are inside the arcs.
 
     Examples
     --------
@@ -55,11 +56,11 @@ def widened(no_fly: BaseGeometry, distance: float, *, inside: bool = False) -> B
 
 def widened_clear_of(no_fly: BaseGeometry, distance: float, place: Point) -> BaseGeometry:
     """
-    Widen areas as `widened` does, but none so far that it covers a place that is already too near to one.
+    Widen areas as `widened` does, but none so far that it covers a given place.
 
-    An area that would cover it is widened by half the distance, or a quarter, …: by the most of these that leaves the
-    place outside. So what keeps out of it is at least about half as far from the area as the place is. By halves, and
-    not up to the place itself: between two areas that both reach up to it, there would be no way out.
+    An area that would cover the place is widened by half the distance, or a quarter, …: the greatest of these that
+    leaves the place outside. So a path outside is at least about half as far from the area as the place is. The
+    distance is halved, and not cut to reach just up to the place, because two such areas would leave no way out.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def widened_clear_of(no_fly: BaseGeometry, distance: float, place: Point) -> Bas
     distance
         Map units, above 0.
     place
-        Outside of all areas; around one that is inside of an area, that area stays as it is.
+        A point outside all areas; an area that contains it is not widened.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What a straight segment costs: Eq. 5, and infinity where it crosses a no-fly area."""
+"""The cost of a straight segment: Eq. 5, and infinity where it crosses a no-fly area."""
 
 import os
 from collections.abc import Callable
@@ -27,7 +27,7 @@ THREADED_FROM = 200
 @dataclass(frozen=True)
 class CostModel(ShortRepr):
     """
-    The one cost of the toolkit: every graph, solver and oracle weighs its segments with it.
+    The cost of segments, which every graph, solver and oracle uses.
 
     Parameters
     ----------
@@ -65,11 +65,11 @@ class CostModel(ShortRepr):
 
     @cached_property
     def area(self) -> NoFlyArea:
-        """The no-fly polygons, made ready for exact crossing tests."""
+        """The no-fly polygons, indexed for exact crossing tests."""
         return indexed_area(self.no_fly)
 
     def kernel_model(self) -> graph_kernels.Model:
-        """Hand the model to a kernel, with scratch memory of its own (one call for each thread)."""
+        """Return the model as kernels take it, with scratch memory of its own (one call for each thread)."""
         return self.k, self.field.kernel_field(), self.area.kernel_arrays
 
     def weights(self, starts: ArrayLike, ends: ArrayLike) -> FloatArray:
@@ -98,7 +98,7 @@ class CostModel(ShortRepr):
         weights = np.empty(len(first))
 
         def weigh(part: slice) -> None:
-            # (what costs more than the greatest number costs infinity)
+            # (costs beyond the largest float are infinite)
             with np.errstate(over="ignore"):
                 weights[part] = np.hypot(*(second[part] - first[part]).T)
                 weights[part][self.area.crosses(first[part], second[part])] = np.inf
@@ -159,7 +159,7 @@ def indexed_area(no_fly: BaseGeometry | None) -> NoFlyArea:
     >>> indexed_area(None) is indexed_area(None)
     True
     """
-    # objects that are no geometry are refused by name, not by the cache
+    # other objects are refused with a message of ours, not by the cache
     is_area = isinstance(cast("object", no_fly), BaseGeometry | None)
     return _indexed(no_fly) if is_area else NoFlyArea(no_fly)
 
@@ -195,7 +195,7 @@ def share_out(task: Callable[[int, int], None], n_items: int) -> None:
 
 def in_parts(task: Callable[[slice], None], n_items: int, *, size: int = 1) -> None:
     """
-    Run a task on all cores: ``task(part)`` for items in a row, one thread each.
+    Run a task on all cores: ``task(part)`` for consecutive items, one thread each.
 
     Little work (below ten times `THREADED_FROM` items of size 1) stays in this thread.
 

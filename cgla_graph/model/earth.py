@@ -1,4 +1,4 @@
-"""Metres around a point of the Earth: planners need a plane, maps give degrees."""
+"""Maps of the Earth: the projection from degrees to metres, its distortion, and geodesics."""
 
 import math
 from collections.abc import Iterable
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 EDGE_DEGREES = 0.05
 EDGE_METRES = 1.0
 
-#: Digits of degrees that are written: a tenth of a millimetre.
+#: Digits of degrees in output: a tenth of a millimetre.
 DIGITS = 9
 
 GeometryT = TypeVar("GeometryT", bound=BaseGeometry)
@@ -32,9 +32,9 @@ GeometryT = TypeVar("GeometryT", bound=BaseGeometry)
 FARTHEST = 20_003_932.0
 # From the centre of WGS84 to a pole, metres; one over its square is the greatest curvature, that at the equator.
 POLAR_RADIUS = 6_356_752.314245
-# More than lengths of geodesics and the points that they lead to are off by (15 nanometres).
+# Bound of the error of geodesics' lengths and end points, metres (they are off by 15 nanometres).
 GEODESIC_ERROR = 1e-6
-# Radians, below which a series of two terms is exact to the last digit.
+# Radians; below this, a series of two terms is exact to the last digit.
 SMALL_ANGLE = 1e-3
 
 
@@ -156,7 +156,7 @@ class LocalProjection:
 
     def stretch(self, distance: float) -> float:
         """
-        Bound how many times as long as on the Earth a line is on the plane.
+        Bound the ratio of a line's length on the plane to its length on the Earth.
 
         On the Earth, ``distance = r`` from the origin, a step across the line from the origin is ``m(r) / r`` times as
         long as on the plane, where ``m`` is the reduced length of geodesics: ``m'' = -K m``, ``m(0) = 0``,
@@ -168,7 +168,7 @@ class LocalProjection:
         Parameters
         ----------
         distance
-            How far from the origin the line goes, metres.
+            Greatest distance of the line from the origin, metres.
 
         Returns
         -------
@@ -186,12 +186,12 @@ class LocalProjection:
 
     def scale(self, distance: FloatArray) -> FloatArray:
         """
-        Bound how many times as long as on the plane a line is on the Earth: one over `stretch`.
+        Bound the ratio of a line's length on the Earth to its length on the plane from below: one over `stretch`.
 
         Parameters
         ----------
         distance
-            How far from the origin the line goes, metres, any shape.
+            Greatest distance of the line from the origin, metres, any shape.
 
         Returns
         -------
@@ -214,7 +214,7 @@ class LocalProjection:
         angle = away / POLAR_RADIUS
         small = angle < SMALL_ANGLE
         safe = np.where(small, 1.0, angle)
-        # (cos x - sin x / x) / x^2, of which small angles leave a difference of rounding alone
+        # (cos x - sin x / x) / x^2, whose difference is only rounding at small angles
         slope = np.where(small, angle**2 / 30.0 - 1.0 / 3.0, (np.cos(safe) - np.sin(safe) / safe) / safe**2)
         return np.asarray(metres * (slope / POLAR_RADIUS**2)[:, None])
 
@@ -234,16 +234,16 @@ class LocalProjection:
         """
         Turn a lower bound of the cost of every path on the plane into one of every path on the Earth.
 
-        A line on the Earth, and the integral of a risk along it, are at least ``1 / stretch(r)`` times what they are on
-        the plane, if it stays within ``r`` of the origin. A path that goes farther is no shorter than from the start
-        out to that distance and back to the goal, as distances from the origin are exact. With
-        ``r = (bound + |start| + |goal|) / 2`` that is the bound itself; no path is farther out than the corners of the
-        bounds, though. And no path is shorter than the geodesic that joins its ends.
+        If a line stays within ``r`` of the origin, its length on the Earth and the integral of a risk along it are at
+        least ``1 / stretch(r)`` times those on the plane. A path that goes farther is at least as long as the way from
+        the start out to ``r`` and back to the goal, as distances from the origin are exact; with ``r = (bound + |start|
+        + |goal|) / 2`` this length is the bound itself. No path goes farther out than the corners of the bounds, and no
+        path is shorter than the geodesic that joins its ends.
 
         Parameters
         ----------
         bound
-            Of ``length + k * risk``, metres, with a risk of at least 0; values that are not finite stay as they are.
+            Bound of ``length + k * risk``, metres, with a risk of at least 0; values that are not finite are returned.
         start, goal
             The ends, metres.
         bounds
@@ -376,7 +376,7 @@ def project_area(area: GeometryT, projection: LocalProjection) -> GeometryT:
 
 def places_around(place: Point, distance: float) -> FloatArray:
     """
-    Return the points so far east, north, west and south of a point, degrees, shape ``(4, 2)``.
+    Return the points at a distance east, north, west and south of a point, degrees, shape ``(4, 2)``.
 
     Parameters
     ----------
@@ -390,11 +390,7 @@ def places_around(place: Point, distance: float) -> FloatArray:
     >>> places_around((25.0, 60.0), 55_800.0).round(2).tolist()
     [[26.0, 60.0], [25.0, 60.5], [24.0, 60.0], [25.0, 59.5]]
     """
-    quarter = min(distance, 0.5 * FARTHEST)
-    longitude, latitude, _ = _geod().fwd(
-        np.full(4, place[0]), np.full(4, place[1]), [90.0, 0.0, -90.0, 180.0], np.full(4, quarter)
-    )
-    return np.column_stack([longitude, latitude])
+    return geodesic_points(place, np.array([90.0, 0.0, -90.0, 180.0]), min(distance, 0.5 * FARTHEST))
 
 
 def geodesic_length(start: Point, goal: Point) -> float:
@@ -432,7 +428,7 @@ def geodesic_between(starts: FloatArray, ends: FloatArray, share: float) -> Floa
 
 def geodesic_points(place: Point, azimuths: FloatArray, distance: float) -> FloatArray:
     """
-    Return the points so far from a point of the Earth in some directions, degrees, shape ``(n, 2)``.
+    Return the points at a distance from a point of the Earth in some directions, degrees, shape ``(n, 2)``.
 
     Parameters
     ----------
@@ -455,7 +451,7 @@ def geodesic_points(place: Point, azimuths: FloatArray, distance: float) -> Floa
 
 def geodesic_lengths(place: Point, points: FloatArray) -> FloatArray:
     """
-    Return the distances of points from one on WGS84, metres; longitudes may go on beyond 180 degrees.
+    Return the distances of points from a point on WGS84, metres; longitudes may go on beyond 180 degrees.
 
     Examples
     --------
@@ -480,14 +476,14 @@ def degrees_of(path: FloatArray, projection: LocalProjection) -> FloatArray:
 
 def distortion_note(projection: LocalProjection | None, paths: Iterable[FloatArray]) -> str:
     """
-    Say by how much lengths on a flat map exceed those on the Earth; empty for a map in the plane.
+    Return a note of how much lengths on a flat map exceed those on the Earth; empty for a map in the plane.
 
     Parameters
     ----------
     projection
-        Of the map.
+        The projection of the map.
     paths
-        Those that are shown, metres.
+        The paths that are shown, metres.
 
     Examples
     --------
@@ -502,7 +498,7 @@ def distortion_note(projection: LocalProjection | None, paths: Iterable[FloatArr
 
 def wrapped(longitude: FloatArray) -> FloatArray:
     """
-    Bring longitudes into -180 to 180 degrees, those that are there already to the last bit.
+    Bring longitudes into -180 to 180 degrees; those in that range stay the same to the last bit.
 
     Examples
     --------
@@ -514,9 +510,9 @@ def wrapped(longitude: FloatArray) -> FloatArray:
 
 def projected_bounds(box: Bounds, projection: LocalProjection) -> Bounds:
     """
-    Return the least box in metres around a box of longitudes and latitudes, and a metre more.
+    Return the smallest box in metres around a box of longitudes and latitudes, widened by a metre.
 
-    Its sides bend when projected: between the points laid on them they bulge by up to a metre.
+    The sides bend when projected: between the points laid on them they bulge by up to a metre.
 
     Examples
     --------
@@ -531,7 +527,7 @@ def projected_bounds(box: Bounds, projection: LocalProjection) -> Bounds:
 @cache
 def _geod() -> "pyproj.Geod":
     """Return the geodesics of WGS84."""
-    # PROJ's own "aeqd" projects by the same geodesics, but puts all within 0.6 mm of the origin on it.
+    # PROJ's own "aeqd" uses the same geodesics, but maps all points within 0.6 mm of the origin to the origin.
     import pyproj  # noqa: PLC0415 - slow to import, and most problems need no map
 
     return pyproj.Geod(ellps="WGS84")

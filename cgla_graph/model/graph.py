@@ -1,7 +1,7 @@
 """
 The geometric graph that every graph solver plans on: complete, 8-connected, or the user's own.
 
-Longer than most modules: each way to make a graph says in full what it takes and refuses.
+It is longer than most modules because each constructor documents in full what it takes and refuses.
 """
 
 import warnings
@@ -47,7 +47,7 @@ MOST_POINTS = 100_000_000
 @dataclass(frozen=True, eq=False)
 class GeometricGraph(ShortRepr):
     """
-    Nodes, and a weight for each ordered pair of them: the one thing that a graph solver sees.
+    Nodes, and a weight for each ordered pair of them: all that a graph solver gets.
 
     Made by `complete`, `eight_connected`, `from_matrix`, `from_sparse`, `from_networkx`, `from_igraph` or
     `from_rustworkx`. The weights are held as a dense matrix, as a sparse one, or computed on request (a complete graph
@@ -59,13 +59,13 @@ class GeometricGraph(ShortRepr):
     labels
         The nodes, in the order of their indices: 0, 1, … unless the user's graph names them.
     weights
-        How the weights are held.
+        The weights, dense, sparse or computed on request.
     positions
         Shape ``(n, 2)``, map units, read-only; None if the nodes have none.
     directed
         Whether weights may differ between the two directions.
     model
-        What a segment costs, where the weights come from Eq. 5; else None.
+        The cost of a segment, where the weights come from Eq. 5; else None.
     lattice
         The lattice whose points are the first nodes, or None.
 
@@ -83,7 +83,7 @@ class GeometricGraph(ShortRepr):
     lattice: Lattice | None = None
     weights: Weights = field(kw_only=True, repr=False)
 
-    #: networkx hands its calls with such a graph to `cgla_graph.networkx_backend`.
+    #: networkx dispatches calls with such a graph to `cgla_graph.networkx_backend`.
     __networkx_backend__: ClassVar[str] = "cgla"
 
     @classmethod
@@ -99,7 +99,7 @@ class GeometricGraph(ShortRepr):
         """
         Join every pair of points by its straight segment, weighted by Eq. 5.
 
-        Weights are computed when asked; `with_weights_held` computes them all.
+        Weights are computed on request; `with_weights_held` computes all of them.
 
         Parameters
         ----------
@@ -271,7 +271,7 @@ class GeometricGraph(ShortRepr):
             A node for each vertex, all different. If left out, the vertices' attribute ``name`` where igraph has one,
             else 0, 1, ….
         field, k, no_fly
-            As in `from_networkx`: what Eq. 5 needs.
+            As in `from_networkx`, for Eq. 5.
 
         Returns
         -------
@@ -473,7 +473,7 @@ class GeometricGraph(ShortRepr):
         except (TypeError, ValueError) as error:
             msg = f"the sparse weight matrix is {type(matrix).__name__} ({error}); give a square scipy sparse matrix"
             raise GraphError(msg) from error
-        # adds duplicates up, and keeps stored zeros
+        # adds up duplicates, and keeps stored zeros
         rows.sum_duplicates()
         entries = scipy.sparse.coo_array(rows)
         if entries.ndim != 2 or entries.shape[0] != entries.shape[-1]:  # noqa: PLR2004 - a matrix
@@ -488,7 +488,7 @@ class GeometricGraph(ShortRepr):
         stored = compressed(tails[kept], heads[kept], weights[kept], len(names), mirrored=not directed)
         return cls(names, _positions(positions, len(names)), directed=directed, weights=SparseWeights(stored))
 
-    #: `from_sparse`, by the name of the library, as the others have it.
+    #: `from_sparse`, named after its library as the other constructors are.
     from_scipy = from_sparse
 
     def is_directed(self) -> bool:
@@ -506,7 +506,7 @@ class GeometricGraph(ShortRepr):
 
     @property
     def is_implicit(self) -> bool:
-        """Whether weights are computed when asked (see `with_weights_held`)."""
+        """Whether weights are computed on request (see `with_weights_held`)."""
         return isinstance(self.weights, ImplicitWeights)
 
     @property
@@ -521,16 +521,16 @@ class GeometricGraph(ShortRepr):
 
     @property
     def n_edges(self) -> int:
-        """Number of edges: ordered pairs in a directed graph, else unordered ones; weighs a graph that is implicit."""
+        """Number of edges: ordered pairs in a directed graph, else unordered ones; weighs an implicit graph."""
         return self.weights.n_edges if self.directed else self.weights.n_edges // 2
 
     @property
     def n_pairs(self) -> int:
         """
-        Number of pairs whose weight Eq. 5 gives; 0 where the weights were given.
+        Number of pairs that are weighed by Eq. 5; 0 where the weights were given.
 
-        Of a complete graph all pairs count, those as well that a no-fly area takes away or that are added up along a
-        line of the lattice; of an 8-connected one, its edges.
+        Of a complete graph all pairs count, also those that a no-fly area takes away or that are added up along a line
+        of the lattice; of an 8-connected graph, the edges.
         """
         if self.model is None:
             return 0
@@ -538,12 +538,12 @@ class GeometricGraph(ShortRepr):
 
     @property
     def has_proper_field(self) -> bool:
-        """Whether no weight can be below 0: they were given and checked, or no threat peaks above 1."""
+        """Whether no weight can be below 0: weights were given and checked, or no threat peaks above 1."""
         return self.model is None or self.model.field.is_proper
 
     @property
     def has_negative_weights(self) -> bool:
-        """Whether a weight is below 0, against the assumption of Theorem 1; only an improper risk field does that."""
+        """Whether a weight is below 0, against the assumption of Theorem 1; only with an improper risk field."""
         if self.has_proper_field:
             return False
         weights = self.weights.rows.data if isinstance(self.weights, SparseWeights) else self.weights.matrix()
@@ -551,7 +551,7 @@ class GeometricGraph(ShortRepr):
 
     def with_weights_held(self) -> "GeometricGraph":
         """
-        Return the graph with all its weights held in memory, ``8 n ** 2`` bytes; one that holds them is returned as is.
+        Return the graph with all its weights held in memory, ``8 n ** 2`` bytes; this graph if it holds them already.
 
         Examples
         --------
@@ -568,7 +568,7 @@ class GeometricGraph(ShortRepr):
 
     def under(self, model: CostModel) -> "GeometricGraph":
         """
-        Return the complete graph of the same nodes under another cost model, its weights computed when asked.
+        Return the complete graph of the same nodes under another cost model, with weights computed on request.
 
         Raises
         ------
@@ -600,13 +600,13 @@ class GeometricGraph(ShortRepr):
         NodeNotFoundError
             If the graph has no such node.
         """
-        # a number of a node is its index, and needs no table of all of them
+        # nodes 0, 1, … are their own indices, and need no table
         if isinstance(self.labels, range) and isinstance(node, int) and node in self.labels:
             return int(node)
         try:
             return self._indices[node]
         except (KeyError, TypeError):
-            first = [*map(shown, self.labels[:3]), *(["…"] if self.n_nodes > 3 else [])]  # noqa: PLR2004 - an inkling
+            first = [*map(shown, self.labels[:3]), *(["…"] if self.n_nodes > 3 else [])]  # noqa: PLR2004 - a few
             count = f"{self.n_nodes} node{'s' * (self.n_nodes != 1)}"
             msg = f"node {shown(node)} is not in the graph; it has {count}: {', '.join(first)}"
             raise NodeNotFoundError(msg) from None
@@ -705,7 +705,7 @@ class GeometricGraph(ShortRepr):
         >>> GeometricGraph.from_matrix([[0, 3], [3, 0]], labels="ab").to_networkx().edges["a", "b"]["weight"]
         3.0
         """
-        import networkx as nx  # noqa: PLC0415 - slow to import, and most programs have no use for it
+        import networkx as nx  # noqa: PLC0415 - slow to import, and rarely needed
 
         graph: nx.Graph[Any] = nx.DiGraph() if self.directed else nx.Graph()
         graph.add_nodes_from(self.labels)
@@ -729,7 +729,7 @@ class GeometricGraph(ShortRepr):
 
 
 def _with_extra(base: FloatArray, lattice: Lattice | None, extra: Sequence[Point]) -> FloatArray:
-    """Append the extra points; one that lies on a lattice point replaces its coordinates (they agree to 1e-9)."""
+    """Append the extra points; one on a lattice point (within 1e-9 of a step) replaces its coordinates."""
     positions = base.copy()
     added: list[Point] = []
     snapped: dict[int, Point] = {}

@@ -1,4 +1,4 @@
-"""Graphs of other libraries, read as lists of nodes and edges; a library is not imported for that."""
+"""Readers of other libraries' graphs as lists of nodes and edges, which do not import the library."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, eq=False)
 class GraphLists:
     """
-    What a graph of another library holds.
+    The nodes and edges of a graph of another library.
 
     Attributes
     ----------
     labels
         The nodes.
     spots
-        What each node has for its position, or None.
+        The position of each node, or None.
     ends
         Shape ``(m, 2)``: the indices of each edge's tail and head.
     weights
-        What each edge has for its weight, or `MISSING`.
+        The weight of each edge, or `MISSING`.
     directed
         Whether an edge leads one way only.
     """
@@ -54,7 +54,7 @@ def read_networkx(graph: "nx.Graph[Any]", weight: str | None, pos: str) -> Graph
 
 
 def read_igraph(graph: Any, weight: str | None, pos: str) -> GraphLists:  # noqa: ANN401 - of an optional package
-    """Read an igraph graph; igraph says None where an edge or a vertex lacks what others have."""
+    """Read an igraph graph; igraph gives None where an edge or a vertex lacks an attribute."""
     _library_of(graph, "igraph", "Graph")
     labels = graph.vs["name"] if "name" in graph.vs.attributes() else range(graph.vcount())
     held = graph.es[weight] if weight in graph.es.attributes() else [None] * graph.ecount()
@@ -64,7 +64,7 @@ def read_igraph(graph: Any, weight: str | None, pos: str) -> GraphLists:  # noqa
 
 
 def read_rustworkx(graph: Any, weight: str | None, pos: str) -> GraphLists:  # noqa: ANN401 - of an optional package
-    """Read a rustworkx graph, whose nodes and edges carry any one object: attributes by name, or the weight itself."""
+    """Read a rustworkx graph, whose nodes and edges hold any object: attributes by name, or the weight itself."""
     rustworkx = _library_of(graph, "rustworkx", "PyGraph", "PyDiGraph")
     labels = list(graph.node_indices())
     # nodes that were removed leave gaps between the indices
@@ -84,7 +84,7 @@ def _pairs(ends: Sequence[tuple[int, int]]) -> IntArray:
 
 
 def _library_of(graph: object, library: str, *kinds: str) -> Any:  # noqa: ANN401 - a module
-    """Return the library, and refuse what is none of its graphs; who has one has imported it."""
+    """Return the library of a graph, which is imported if there is such a graph; refuse other objects."""
     module = sys.modules.get(library)
     if module is None or not isinstance(graph, tuple(getattr(module, kind) for kind in kinds)):
         article = "an" if library.startswith("i") else "a"

@@ -1,4 +1,4 @@
-"""From people on the ground to risk per metre flown, and from prices to a risk weight."""
+"""Risk to people on the ground per metre flown, and the risk weight from prices."""
 
 from typing import Literal, TypeAlias, get_args
 
@@ -7,9 +7,9 @@ from cgla_graph._validate import positive_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.risk_raster import RasterRisk
 
-#: What a raster counts people on.
+#: Units of the density of people.
 People: TypeAlias = Literal["people/km2", "people/m2"]
-#: Square metres of each.
+#: Square metres of the area in each unit.
 AREAS = {"people/km2": 1e6, "people/m2": 1.0}
 SECONDS_AN_HOUR = 3600.0
 
@@ -35,15 +35,15 @@ def ground_risk(
     people
         Density of people, on a map in metres.
     unit
-        What it counts: ``people/km2`` or ``people/m2`` (as `RasterRisk.from_file` gives them with ``kind="count"``).
+        Its unit: ``people/km2``, or ``people/m2`` (as `RasterRisk.from_file` gives with ``kind="count"``).
     failures_per_hour
-        Losses of control that end in a crash, per flight hour, above 0. SORA's targets, for want of data: 0.1 at SAIL
+        Losses of control that end in a crash, per flight hour, above 0. Without data, take SORA's targets: 0.1 at SAIL
         I, a tenth of that with each level, 1e-6 at SAIL VI.
     speed
-        Over ground, metres a second, above 0.
+        Ground speed, metres a second, above 0.
     lethal_area
-        On which people are hit when it comes down, square metres, above 0. SORA 2.5, Annex F: 6.5 up to 1 m of
-        characteristic dimension, 65 up to 3 m, 650 up to 8 m.
+        Area on which people are hit by the aircraft when it comes down, square metres, above 0. SORA 2.5, Annex F: 6.5
+        up to 1 m of characteristic dimension, 65 up to 3 m, 650 up to 8 m.
     fatality
         Probability that a person who is hit dies, above 0 and at most 1; the default is the worst case.
 
@@ -82,15 +82,15 @@ def ground_risk(
 
 def risk_weight(*, prevented_fatality: float, metre: float) -> float:
     """
-    Return the `k` under which a path's cost is its price, in metres flown: of fatalities and metres.
+    Return the `k` with which a path's cost is its price, fatalities and distance together, in metres flown.
 
     Parameters
     ----------
     prevented_fatality
-        What preventing one fatality is worth, in some currency, above 0: the value of a prevented fatality of
-        transport appraisal (about 2.3 million pounds in the United Kingdom, 13 million dollars in the United States).
+        Value of a prevented fatality in transport appraisal, in some currency, above 0 (about 2.3 million pounds in the
+        United Kingdom, 13 million dollars in the United States).
     metre
-        What a metre of flight costs, in the same currency, above 0.
+        Price of a metre of flight, in the same currency, above 0.
 
     Returns
     -------

@@ -1,8 +1,8 @@
 """
-Solvers that may crash or hang run in a process of their own, so that the user's process lives.
+Runs of solvers that may crash or hang, in a process of their own, so that the user's process goes on.
 
-One worker serves a program. It is started by the first run that needs it, which takes about a second, and kept for the
-next; a run then takes a millisecond more than here. After a crash it is replaced.
+A program has one such worker process. The first run that needs it starts it, which takes about a second; later runs
+take a millisecond more than in the user's process. After a crash it is replaced.
 """
 
 import os
@@ -29,9 +29,9 @@ from cgla_graph.model.unchanged import unchanged
 if TYPE_CHECKING:
     from cgla_graph.isolation.process import WorkerProcess
 
-#: How long a run without a setting ``seconds`` may take, in seconds.
+#: Longest time of a run without a setting ``seconds``, in seconds.
 LONGEST = 600.0
-#: By how much a run may exceed its setting ``seconds``: so many seconds, and such a share of it.
+#: By how much a run may exceed its setting ``seconds``: seconds, and a share of the setting, added up.
 GRACE, GRACE_SHARE = 2.0, 0.1
 
 _STATUS = {
@@ -46,27 +46,27 @@ _working = threading.Lock()
 
 def run(solver: Any, problem: Problem | GraphProblem, *, apart: bool = False) -> tuple[Solution, float]:  # noqa: ANN401 - of either kind
     """
-    Run a solver, in a process of its own if it is asked for, or if its traits ask for that.
+    Run a solver, in a process of its own if `apart` or its traits say so.
 
     Parameters
     ----------
     solver
-        Of either domain; it is sent to the other process, as is the problem.
+        A solver of either domain; it is sent to the other process together with the problem.
     problem
-        What it solves.
+        The problem.
     apart
-        Whether it runs in a process of its own in any case.
+        Whether it runs in a process of its own even if its traits do not say so.
 
     Returns
     -------
     answer, seconds
-        What the solver returned, and how long it took by its own process's clock. Of a run that took its process down
-        the answer is a `Solution` with the status ``CRASHED``, and of one that did not end in time, ``TIMED_OUT``.
+        The solver's answer, and its time by the clock of its own process. If the run crashed its process, the answer is
+        a `Solution` with the status ``CRASHED``; if it did not end in time, ``TIMED_OUT``.
 
     Raises
     ------
     SolverSettingError
-        If solver and problem cannot be sent.
+        If the solver or the problem cannot be sent.
     SolverFaultError
         If the answer is no `Solution`, or a solver that is not of this package changes its problem.
     WorkerError
@@ -90,7 +90,7 @@ def run(solver: Any, problem: Problem | GraphProblem, *, apart: bool = False) ->
 
 def made(solver: Any, method: str, args: tuple[Any, ...], *, apart: bool = False) -> tuple[Any, float]:  # noqa: ANN401 - of either kind
     """
-    Call a method of a solver on a problem and more, as `run` does; of a call that is lost, the value is an `Outcome`.
+    Call a method of a solver on a problem and more, as `run` does; if the call is lost, the value is an `Outcome`.
 
     Examples
     --------
@@ -105,7 +105,7 @@ def made(solver: Any, method: str, args: tuple[Any, ...], *, apart: bool = False
     with _working:
         outcome = _worker().make(_make, (solver, method, args, limit), limit + PREPARATION, _progress.tell_inside)
     if outcome.failure is Failure.RAISED:
-        # (what the solver raises is no failure of the call)
+        # (an exception of the solver itself is returned as a value)
         remedy = "define its class, and those in its problem, in a module that can be imported"
         msg = f"{solver.traits.name} runs in a process of its own: {outcome.message}; {remedy}"
         raise SolverSettingError(msg)
@@ -119,7 +119,7 @@ def made(solver: Any, method: str, args: tuple[Any, ...], *, apart: bool = False
 
 def limit_of(solver: Any) -> float:  # noqa: ANN401 - of either kind
     """
-    Return how long an isolated solver's run may take, in seconds: its setting, and some grace; else `LONGEST`.
+    Return the time limit of an isolated solver's run, in seconds: its setting and some grace, or `LONGEST`.
 
     Examples
     --------
@@ -138,9 +138,9 @@ def lost(outcome: Outcome, limits: Limits) -> tuple[Status, str]:
     Parameters
     ----------
     outcome
-        With a failure.
+        The outcome of the run, with a failure.
     limits
-        Those that it ran under.
+        The limits of the run.
 
     Raises
     ------
@@ -164,7 +164,7 @@ def lost(outcome: Outcome, limits: Limits) -> tuple[Status, str]:
 
 
 def why_lost(solver: Any, outcome: Outcome) -> str:  # noqa: ANN401 - of either kind
-    """Say why a call of `made` has no answer, and what to do."""
+    """Return why a call of `made` has no answer, and the remedy."""
     remedy = "try another seed or solver" if solver.traits.seeded else "try another solver"
     if outcome.failure is not Failure.TIMED_OUT:
         return f"{outcome.message}, and this one goes on; {remedy}"
@@ -174,7 +174,7 @@ def why_lost(solver: Any, outcome: Outcome) -> str:  # noqa: ANN401 - of either 
 
 
 def _timed(solver: Any, method: str, args: tuple[Any, ...]) -> tuple[Any, float]:  # noqa: ANN401 - of either kind
-    """Call a method; a solver of others may not change the problem."""
+    """Call a method; check that a solver from outside this package does not change the problem."""
     ours = type(solver).__module__.startswith("cgla_graph.")
     with nullcontext() if ours else unchanged(args[0], solver.traits.name):
         began = time.perf_counter()
@@ -190,38 +190,38 @@ def _worker() -> "WorkerProcess":
     return WorkerProcess([__name__])
 
 
-def _begin_anew() -> None:
-    """Have a worker of its own in a copy of this process."""
+def _forget_worker() -> None:
+    """Let a forked copy of this process start a worker of its own."""
     global _working  # noqa: PLW0603 - one a process
     _worker.cache_clear()
     _working = threading.Lock()
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_begin_anew)
+    os.register_at_fork(after_in_child=_forget_worker)
 
 
 # ---- in the worker ----
 
 
 def _make(solver: Any, method: str, args: tuple[Any, ...], limit: float) -> bytes:  # noqa: ANN401 - of either kind
-    """Call a method of a solver; return what it answers or raises, pickled."""
+    """Call a method of a solver; return its answer or its exception, pickled."""
     problem: Problem | GraphProblem = args[0]
     try:
-        # no run is charged for what it needs to be loaded
+        # imports are not part of the run's time
         for package in solver.traits.needs:
             import_module(package)
         _warm_up(MapKind.of(problem.graph.model if isinstance(problem, GraphProblem) else problem.model))
         with limited_time(limit):
             return pickle.dumps((_timed(solver, method, args), None), pickle.HIGHEST_PROTOCOL)
-    except BaseException as error:  # noqa: BLE001 - the next run is made in any case, and the program lives
+    except BaseException as error:  # noqa: BLE001 - the worker serves the next run
         error.add_note(f"In the solver's own process:\n{''.join(traceback.format_exception(error))}")
         return _sendable(error)
 
 
 @cache
 def _warm_up(kind: MapKind) -> None:
-    """Load the compiled kernels, so that no run is charged for that."""
+    """Load the compiled kernels, which is not part of a run's time."""
     problem = small_problem(kind)
     risk_kernels.segment_cost(0.0, 0.0, 1.0, 1.0, 1.0, problem.field.kernel_field())
     segment_crosses(0.0, 0.0, 1.0, 1.0, problem.model.area.kernel_arrays)
@@ -230,13 +230,13 @@ def _warm_up(kind: MapKind) -> None:
 
 
 def _sendable(error: BaseException) -> bytes:
-    """Pickle an exception; one that cannot be sent, or that would end the program, becomes words."""
+    """Pickle an exception; one that cannot be sent, or that would end the program, becomes a `RuntimeError`."""
     words = pickle.dumps((None, RuntimeError(one_line(error))))
     if not isinstance(error, Exception):
         return words
     try:
         reply = pickle.dumps((None, error))
         pickle.loads(reply)  # noqa: S301 - written one line above
-    except Exception:  # noqa: BLE001 - exceptions may be of any make
+    except Exception:  # noqa: BLE001 - pickling may raise anything
         return words
     return reply

@@ -16,9 +16,7 @@ LatticeKind: TypeAlias = Literal["closed", "upper", "lower", "centre"]
 
 #: A lattice point this close to a given point, in lattice steps, counts as that point.
 SNAP = 1e-9
-
-
-#: More points a side than this are a mistake.
+#: More points a side than this are refused as a mistake.
 MOST_A_SIDE = 1_000_000
 
 
@@ -34,14 +32,14 @@ class Lattice:
     bounds
         The box ``(x_min, y_min, x_max, y_max)``, map units.
     kind
-        Where the ``n`` points of a side of length 1 lie. ``closed``: from border to border, ``i / (n - 1)``;
+        Position of the ``n`` points on a side of length 1. ``closed``: from border to border, ``i / (n - 1)``;
         ``upper``: ``i / n`` for ``i = 1 … n`` (the paper's, by the coordinates it names); ``lower``: ``i / n`` from 0;
         ``centre``: the middles of ``n`` cells (grid maps).
 
     Raises
     ------
     ProblemError
-        If a resolution is not a whole number of at least 2, the bounds are no box or the kind is unknown.
+        If a resolution is not a whole number of at least 2, the bounds are no box, or the kind is unknown.
 
     Examples
     --------

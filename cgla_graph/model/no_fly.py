@@ -15,9 +15,9 @@ from cgla_graph._validate import broadcast, point_array
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.no_fly_kernels import AreaArrays, in_line, pair_sectors, segments_cross
 
-# Beyond it, the products of the exact arithmetic overflow.
+# Beyond this, the products of the exact arithmetic overflow.
 MAX_COORDINATE: Final = 1e120
-# A wall is so many times as long as it is wide, at least, and it is looked for at these places along each edge.
+# A wall is at least this many times as long as wide, and is searched for at these places along each edge.
 LENGTHS_OF_WALL: Final = 4.0
 PLACES_ALONG_EDGE: Final = (0.25, 0.5, 0.75)
 # Rows of the index for one edge, at most: tall edges would otherwise be listed in every slab.
@@ -31,7 +31,7 @@ class NoFlyArea:
 
     A segment crosses where it meets the topological interior of the union of the polygons. So a path may pass
     through a point where two polygons touch, run along an edge, and end on a corner. The answers are exact
-    for the given doubles: there is no tolerance, so that the thinnest wall stands.
+    for the given doubles: there is no tolerance, so that even the thinnest wall counts.
 
     Parameters
     ----------
@@ -49,8 +49,8 @@ class NoFlyArea:
     Notes
     -----
     Shapely's union rounds the points where boundaries of *overlapping* polygons intersect; the answers are
-    exact for the union, which is ``geometry``. Coordinates below 1e-120 in magnitude, other than 0, are
-    beyond the exact arithmetic.
+    exact for that union, ``geometry``. Coordinates below 1e-120 in magnitude, other than 0, are beyond the
+    exact arithmetic.
 
     Examples
     --------
@@ -121,8 +121,8 @@ class NoFlyArea:
         """
         The least width of a wall, map units; infinite without any.
 
-        Of a polygon, the mean width: twice its area over its outline's length. Of a part of one, how far it is from an
-        edge straight through to the other side, where that is less than a quarter of the edge.
+        The width of a polygon is its mean width: twice its area over the length of its outline. The width of a part of
+        it is the distance from an edge straight through to the other side, if that is below a quarter of the edge.
 
         Examples
         --------
@@ -208,7 +208,7 @@ class NoFlyArea:
         return self._crossed(flat, flat).reshape(given.shape[:-1])
 
     def _crossed(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
-        """Tell of segments ``(n, 2)`` whether each meets the interior; an empty area needs no kernel for that."""
+        """Return whether each of the segments ``(n, 2)`` meets the interior; no kernel is called for an empty area."""
         if self.is_empty:
             return np.zeros(len(starts), dtype=bool)
         return segments_cross(starts, ends, self._kernel_arrays)
@@ -270,7 +270,7 @@ class NoFlyArea:
         if self.is_empty:
             return math.inf
         line = Point(points[0]) if len(points) == 1 else LineString(points)
-        # (where a segment is shorter than numbers can say, GEOS divides by the square of its length, and goes on)
+        # (GEOS divides by the square of a segment's length, which may underflow to 0, and goes on)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
             return float(shapely.distance(line, self._geometry))
 
@@ -348,7 +348,7 @@ def _thinnest(geometry: Polygon | MultiPolygon, edges: FloatArray) -> float:
     from_edge = np.tile(np.arange(len(edges)), len(PLACES_ALONG_EDGE))
     foot = np.concatenate([begin + share * step for share in PLACES_ALONG_EDGE])
     with np.errstate(all="ignore"):
-        # (an edge as short as the least numbers has no direction: no comparison holds then)
+        # (the shortest edges underflow and have no direction: all comparisons are false then)
         inward = (np.column_stack([-step[:, 1], step[:, 0]]) / lengths[:, None])[from_edge]
         ahead = lengths[from_edge] / LENGTHS_OF_WALL
         rays = shapely.linestrings(np.stack([foot, foot + ahead[:, None] * inward], axis=1))
@@ -371,7 +371,7 @@ def _edges(geometry: BaseGeometry) -> FloatArray:
     """Return every edge as `NoFlyArea.edges` has them, sorted by least x."""
     rings = shapely.get_rings(shapely.get_parts(geometry))
     if not len(rings):
-        # (no kernel is needed for that)
+        # (without loading a kernel)
         return np.empty((0, 6))
     coordinates, ring = shapely.get_coordinates(rings, return_index=True)
     coordinates += 0.0  # turns -0.0 into 0.0, so that equal vertices sort together
@@ -393,8 +393,7 @@ def _split(starts: FloatArray, ends: FloatArray, ring: IntArray) -> tuple[FloatA
     """
     Cut every edge at the vertices of other rings that lie on it: a hole's corner may touch the shell's edge.
 
-    So all the sectors around a point become known to ``pair_sectors``. Starts and ends are ``(n, 2)``, map units;
-    ring is ``(n,)``.
+    So ``pair_sectors`` gets all sectors around a point. Starts and ends are ``(n, 2)``, map units; ring is ``(n,)``.
     """
     tree = shapely.STRtree(np.array(shapely.linestrings(np.stack([starts, ends], axis=1)), ndmin=1))
     vertex, edge = tree.query(shapely.points(starts))  # every vertex in the box of an edge
@@ -415,10 +414,10 @@ def _index(edges: FloatArray) -> AreaArrays:
         return _read_only(frame, np.zeros(1, dtype=np.int64), np.empty((0, 8)))
     low, high = edges[:, :2].min(axis=0), edges[:, :2].max(axis=0)
     height = high[1] - low[1]
-    # As many slabs as an edge-by-edge grid has rows.
+    # As many slabs as a square grid of one cell an edge has rows.
     slabs = max(1, math.isqrt(len(edges)))
     while True:
-        # The very arithmetic of the kernel slab_of: an edge and a segment that meet must agree on a slab.
+        # The same arithmetic as the kernel slab_of: an edge and a segment that meet must agree on a slab.
         levels = np.clip((edges[:, 1:4:2] - low[1]) * (slabs / height), 0.0, slabs - 1.0).astype(np.int64)
         first, last = levels.min(axis=1), levels.max(axis=1)
         spans = last - first + 1

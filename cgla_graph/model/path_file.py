@@ -1,15 +1,15 @@
-"""Planned paths in files: CSV, GeoJSON and JSON, each by the ending of its name."""
+"""Files of planned paths: CSV, GeoJSON and JSON, chosen by the file's ending."""
 
 import csv
 import io
 import json
-import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from cgla_graph._files import write_files
+from cgla_graph._text import json_number
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import OutputError
 from cgla_graph.model.earth import LocalProjection, degrees_of
@@ -19,7 +19,7 @@ ENDINGS = (".csv", ".geojson", ".json")
 
 def csv_of(path: FloatArray, projection: LocalProjection | None) -> str:
     """
-    Write waypoints as CSV: x and y in map units, and longitude and latitude where these are known.
+    Return waypoints as CSV: x and y in map units, and longitude and latitude on a map in degrees.
 
     Examples
     --------
@@ -43,16 +43,16 @@ def save_path(
     file: str | os.PathLike[str], path: FloatArray, projection: LocalProjection | None, numbers: Mapping[str, Any]
 ) -> Path:
     """
-    Write a path and its numbers; nothing half-written keeps the name.
+    Write a path and its numbers to a file, whole or not at all.
 
     Parameters
     ----------
     file
-        Ends in one of `ENDINGS`; GeoJSON is for paths whose longitudes and latitudes are known.
+        A file that ends in one of `ENDINGS`; GeoJSON needs a map in degrees.
     path
         Waypoints, shape ``(m, 2)``, map units.
     projection
-        Where degrees are known.
+        The projection of a map in degrees; None in the plane.
     numbers
         Values written beside the waypoints; numbers that are not finite become null.
 
@@ -72,18 +72,16 @@ def save_path(
     if kind == ".geojson" and projection is None:
         msg = f"{target}: the path has no longitudes and latitudes, only x and y; save it as .csv or .json"
         raise OutputError(msg)
-    said = {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in numbers.items()
-    }
+    written = {key: json_number(value) if isinstance(value, float) else value for key, value in numbers.items()}
     degrees = None if projection is None else degrees_of(path, projection).tolist()
     if kind == ".csv":
         text = csv_of(path, projection)
     elif kind == ".json":
         lonlat = {} if degrees is None else {"path_lonlat": degrees}
-        text = json.dumps({**said, "path": path.tolist(), **lonlat}, allow_nan=False, indent=1) + "\n"
+        text = json.dumps({**written, "path": path.tolist(), **lonlat}, allow_nan=False, indent=1) + "\n"
     else:
         line = {"type": "LineString", "coordinates": degrees if len(path) > 1 else degrees * 2}  # type: ignore[operator]
-        feature = {"type": "Feature", "properties": said, "geometry": line}
+        feature = {"type": "Feature", "properties": written, "geometry": line}
         text = json.dumps({"type": "FeatureCollection", "features": [feature]}, allow_nan=False, indent=1) + "\n"
     write_files({target: text.encode("utf-8")})
     return target

@@ -33,11 +33,11 @@ from cgla_graph.model.solution import Solution, Status
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: A solver's own cost may differ from the oracle's by this much, relative to it, before it counts as wrong.
+#: Relative difference between a solver's own cost and the oracle's from which the solver's counts as wrong.
 COST_TOLERANCE = 1e-6
-#: A spread below this part of the map's longer side is taken for a mistake.
+#: A spread below this part of the map's longer side counts as a mistake.
 SMALLEST_SPREAD = 1e-5
-#: A proven bound may exceed the cost of a path by rounding only.
+#: Relative rounding by which a proven bound may exceed the cost of a path.
 BOUND_TOLERANCE = 1e-9
 #: Up to this many nodes, all pairs of a complete graph are weighed at once (288 MB).
 FULL_UP_TO = 6000
@@ -46,12 +46,13 @@ FULL_UP_TO = 6000
 @dataclass(frozen=True)
 class Evaluation(ShortRepr):
     """
-    What the oracle says of a path.
+    The oracle's evaluation of a path.
 
     Attributes
     ----------
     length, risk, cost
-        ``cost = length + k * risk``; length in map units, of legs that are straight on the plane, measured there.
+        ``cost = length + k * risk``; the length is measured on the plane, along legs that are straight there, map
+        units.
     clearance
         Least distance to the no-fly area, map units; 0 where the path touches or crosses it, infinite without one.
     violations
@@ -88,13 +89,13 @@ class Problem(Plottable):
     no_fly
         Shapely polygons that no path may cross; touching their boundary is allowed. None: no such area.
     clearance
-        How far every path has to stay from the no-fly area, map units, at least 0. Solvers keep out of the area widened
-        by that, its round corners by polygons (`model`), so that they stay up to 0.12 % farther away; the oracle
+        Least distance of every path from the no-fly area, map units, at least 0. Solvers keep out of the area widened
+        by it, with polygons for round corners (`model`), so that they stay up to 0.12 % farther away; the oracle
         measures the distance itself, and a proven bound holds for every path that keeps it.
     projection
-        How longitude and latitude became map units, metres; None for a map in the plane. Solutions have ``lonlat``
-        then, and what is proven of all paths holds on the Earth. `evaluate` measures on the plane, along legs that are
-        straight there: lengths, and risks with them, are longer than on the Earth by at most `stretch`.
+        The projection from longitude and latitude to map units, metres; None for a map in the plane. With one,
+        solutions have ``lonlat``, and bounds of all paths hold on the Earth. `evaluate` measures on the plane, along
+        legs that are straight there: lengths and risks exceed those on the Earth by at most the factor `stretch`.
 
     Raises
     ------
@@ -120,7 +121,7 @@ class Problem(Plottable):
     projection: LocalProjection | None = dataclasses.field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        """Check everything once, so that no solver has to."""
+        """Check all parts once, so that no solver has to."""
         object.__setattr__(self, "clearance", non_negative_number("clearance", self.clearance))
         if self.field is None:
             object.__setattr__(self, "field", RiskField())
@@ -139,7 +140,7 @@ class Problem(Plottable):
         self._warn_of_small_spreads()
 
     def _too_near(self, name: str) -> str:
-        """Say why start or goal may not be where it is."""
+        """Return why start or goal may not be where it is."""
         place = getattr(self, name)
         away = self.area.path_clearance([place])
         if away == 0.0 and self.area.contains(place):
@@ -150,7 +151,7 @@ class Problem(Plottable):
         )
 
     def _warn_of_small_spreads(self) -> None:
-        """Warn of a threat that is too small for the map, as one whose spread is in degrees on a map in metres."""
+        """Warn of a threat that is too small for the map, such as one with a spread in degrees on a map in metres."""
         x_min, y_min, x_max, y_max = self.bounds
         side = max(x_max - x_min, y_max - y_min)
         number, spread = min(
@@ -165,7 +166,7 @@ class Problem(Plottable):
 
     @cached_property
     def model(self) -> CostModel:
-        """What a segment costs here: infinitely much where it comes nearer to the no-fly area than the clearance."""
+        """The cost of segments: infinite where one comes nearer to the no-fly area than the clearance."""
         if self.clearance == 0.0 or self.no_fly is None:
             return CostModel(self.field, self.k, self.no_fly)
         return CostModel(self.field, self.k, widened(self.no_fly, self.clearance))
@@ -177,7 +178,7 @@ class Problem(Plottable):
 
     def relaxed(self) -> "Problem":
         """
-        Return a problem without clearance in which every feasible path of this one is feasible: bounds hold for it.
+        Return a problem without clearance in which all feasible paths of this one are feasible, to bound their cost.
 
         Examples
         --------
@@ -195,7 +196,7 @@ class Problem(Plottable):
 
     @property
     def _slack(self) -> float:
-        """By how much a path may be nearer to the no-fly area than the clearance, as numbers are rounded."""
+        """By how much a path may miss the clearance, for rounding."""
         x_min, y_min, x_max, y_max = self.bounds
         return ROUNDING * max(x_max - x_min, y_max - y_min)
 
@@ -271,7 +272,7 @@ class Problem(Plottable):
     @property
     def least_length(self) -> float:
         """
-        A length that no path undercuts: the distance of start and goal, that on the Earth where the map is in degrees.
+        Lower bound of the length of every path: the distance of start and goal, on the Earth for a map in degrees.
 
         Examples
         --------
@@ -284,12 +285,12 @@ class Problem(Plottable):
 
     def stretch(self, points: FloatArray) -> float:
         """
-        Bound how many times as long as on the Earth a path on the map is; 1 for a map in the plane.
+        Bound the ratio of a path's length on the map to its length on the Earth; 1 for a map in the plane.
 
         Parameters
         ----------
         points
-            Of the path, shape ``(m, 2)``, map units.
+            Waypoints of the path, shape ``(m, 2)``, map units.
 
         Returns
         -------
@@ -307,7 +308,7 @@ class Problem(Plottable):
 
     @property
     def shorter_side(self) -> float:
-        """The shorter side of the bounds, map units: what distances that are to fit any map are relative to."""
+        """The shorter side of the bounds, map units, as a unit for distances that fit any map."""
         x_min, y_min, x_max, y_max = self.bounds
         return min(x_max - x_min, y_max - y_min)
 
@@ -335,7 +336,7 @@ class Problem(Plottable):
 
     def evaluate(self, path: ArrayLike) -> Evaluation:
         """
-        Judge any polyline: the one oracle, which no solver replaces.
+        Evaluate any polyline: the oracle that judges all solvers.
 
         Parameters
         ----------
@@ -345,7 +346,7 @@ class Problem(Plottable):
         Returns
         -------
         evaluation
-            Length, risk, cost, clearance, and what makes the path infeasible.
+            Length, risk, cost, clearance, and why the path is infeasible.
 
         Raises
         ------
@@ -389,21 +390,20 @@ class Problem(Plottable):
 
     def judge(self, solution: Solution) -> Solution:
         """
-        Replace what a solver says of its path by what the oracle says.
+        Replace a solver's numbers of its path by the oracle's.
 
         Parameters
         ----------
         solution
-            A solver's answer. Its status becomes ``INFEASIBLE`` if the path is, and ``FAILED`` if the path does not
-            join start and goal or the solver's own cost is wrong.
+            A solver's answer. Its status becomes ``INFEASIBLE`` if the path is infeasible, and ``FAILED`` if the path
+            does not join start and goal or the solver's own cost is wrong.
 
         Returns
         -------
         solution
             A new one.
         """
-        solution = replace(solution, projection=self.projection)
-        solution = replace(solution, problem=self)
+        solution = replace(solution, projection=self.projection, problem=self)
         if not solution.status.has_path:
             return replace(solution, cost=np.inf, length=np.inf, risk=np.inf)
         try:
@@ -427,14 +427,14 @@ class Problem(Plottable):
         Parameters
         ----------
         *solutions
-            Any number of them, of any solvers; the legend says what each costs.
+            Solutions of any solvers; the legend gives the cost of each.
         ax
             Matplotlib axes to draw on; None makes a figure, as ``pyplot`` does, with a legend beside the map.
 
         Returns
         -------
         axes
-            Those of the map. Coordinates are map units, or kilometres on a map in longitude and latitude.
+            The axes of the map. Coordinates are map units, or kilometres on a map in longitude and latitude.
 
         Examples
         --------
@@ -455,15 +455,15 @@ class Problem(Plottable):
         Parameters
         ----------
         resolution
-            Points a side of a closed lattice over the bounds, or a `Lattice`. Of one that goes beyond the bounds, the
-            oracle refuses paths through the points outside.
+            Points a side of a closed lattice over the bounds, or a `Lattice`. If the lattice goes beyond the bounds,
+            the oracle refuses paths through the points outside.
         extra
             More points that become nodes, map units.
 
         Returns
         -------
         problem
-            The same problem on a graph whose weights are computed when asked (see `GraphProblem.with_weights_held`).
+            The same problem on a graph whose weights are computed on request (see `GraphProblem.with_weights_held`).
 
         Raises
         ------
@@ -478,7 +478,7 @@ class Problem(Plottable):
     def on_eight_connected(
         self, resolution: "int | tuple[int, int] | Lattice" = 20, *, corner_rule: CornerRule = "touch"
     ) -> "GraphProblem":
-        """Lay the 8-connected lattice over the bounds; else like `on_lattice`."""
+        """Lay the 8-connected lattice over the bounds; otherwise like `on_lattice`."""
         lattice = resolution if isinstance(resolution, Lattice) else Lattice(resolution, bounds=self.bounds)
         graph = GeometricGraph.eight_connected(
             lattice,
@@ -520,7 +520,7 @@ class GraphProblem(Plottable):
     target: Node
 
     def __post_init__(self) -> None:
-        """Check that both nodes are there."""
+        """Check that the graph has both nodes."""
         self.graph.index_of(self.source)
         self.graph.index_of(self.target)
 
@@ -547,10 +547,10 @@ class GraphProblem(Plottable):
 
     def judge(self, solution: Solution) -> Solution:
         """
-        Replace what a solver says of its nodes by what the graph says (see `Problem.judge`).
+        Replace a solver's numbers of its nodes by the graph's (see `Problem.judge`).
 
-        Risk is the integral of the cost model's field along the path, length needs positions; each is NaN where the
-        graph does not know it.
+        Risk is the integral of the cost model's field along the path, and length needs positions; each is NaN where the
+        graph has no model or no positions.
         """
         solution = replace(solution, problem=self)
         if not solution.status.has_path:
@@ -588,16 +588,7 @@ def _honest(claimed: Solution, judged: Solution) -> Solution:
 
 
 def _refuse(solution: Solution, message: str) -> Solution:
-    """Return a failure with nothing of the solver's own answer."""
-    nothing = Solution(Status.FAILED)
-    return replace(
-        solution,
-        status=nothing.status,
-        path=nothing.path,
-        nodes=nothing.nodes,
-        cost=nothing.cost,
-        length=nothing.length,
-        risk=nothing.risk,
-        lower_bound=nothing.lower_bound,
-        message=message,
-    )
+    """Return a failure without the solver's own answer."""
+    failed = Solution(Status.FAILED, message=message)
+    answer = "status", "path", "nodes", "cost", "length", "risk", "lower_bound", "message"
+    return replace(solution, **{name: getattr(failed, name) for name in answer})

@@ -1,4 +1,4 @@
-"""Rasters in files: GeoTIFF, ESRI ASCII grids, CSV and NumPy's arrays; degrees become metres, and totals stay."""
+"""Readers of raster files (GeoTIFF, ESRI ASCII grids, CSV, NumPy), and their projection from degrees to metres."""
 
 import gzip
 import io
@@ -8,6 +8,7 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import IO, Any, Literal, NoReturn, TypeAlias, TypeVar, get_args
 
@@ -29,9 +30,9 @@ GEOTIFF = (".tif", ".tiff")
 ENDINGS = (*GEOTIFF, ".asc", ".npy", ".npz", ".csv", ".csv.gz")
 #: Characters a line of text at most, and characters a cell.
 LONGEST_LINE, CHARACTERS = 1 << 24, 32
-#: Degrees on WGS84, or on a datum within a metre or two of it.
+#: EPSG codes of degrees on WGS84, or on a datum within a metre or two of it.
 WGS84 = (4326, 4979, 4258, 4269)
-#: Metres from the origin of a projection: beyond that it distorts areas by more than a percent.
+#: Metres from the origin of a projection; beyond this it distorts areas by more than a percent.
 FARTHEST = 1_500_000.0
 #: Nodes a side of the grid between which projections are interpolated, by splines of degree 5.
 NODES = 33
@@ -42,7 +43,7 @@ CHUNK = 2_000_000
 @dataclass(frozen=True, eq=False)
 class RasterCells:
     """
-    The cells of a file, as they are there.
+    The cells of a file.
 
     Attributes
     ----------
@@ -69,9 +70,9 @@ def read_cells(
     signed: bool = False,
 ) -> RasterCells:
     """
-    Read the cells of a raster file; nothing is allocated before its size is known to be at most `most` cells.
+    Read the cells of a raster file, whose size is checked against `most` cells before memory is allocated.
 
-    Negative values, which no risk has, are refused unless it is `signed`.
+    Negative values are refused unless the raster is `signed`.
 
     Raises
     ------
@@ -118,7 +119,7 @@ def read_cells(
 
 def in_degrees(path: str | os.PathLike[str]) -> bool:
     """
-    Tell whether a raster says of itself that it is in degrees: a GeoTIFF alone does. None of its cells is read.
+    Return whether a raster file declares coordinates in degrees, which only a GeoTIFF can. No cell is read.
 
     Raises
     ------
@@ -126,7 +127,9 @@ def in_degrees(path: str | os.PathLike[str]) -> bool:
         As `read_cells`.
     """
     file = Path(path)
-    return _ending(file) in GEOTIFF and file.is_file() and _told_by(file, lambda: _geotiff(file, None)[2]) == "lonlat"
+    if _ending(file) not in GEOTIFF or not file.is_file():
+        return False
+    return _read_safely(file, lambda: _geotiff(file, None)[2]) == "lonlat"
 
 
 def cells_in_metres(
@@ -141,28 +144,28 @@ def cells_in_metres(
     """
     Turn the cells of a file into densities on a plane: counts are divided by areas, degrees become metres.
 
-    The sum of density times area stays what it was, to rounding: the count of a raster of counts. Cells without data
-    that stand for 0 stay without data; of a raster in degrees, the new ones that have none below them.
+    The sum of density times area stays the same up to rounding; for a raster of counts, it is the total count. Cells
+    without data that stand for 0 stay without data; of a raster in degrees, new cells that cover only such cells.
 
     Parameters
     ----------
     path
-        What error messages call the file.
+        The file, for error messages.
     cells
         As `read_cells` gives them.
     kind
         ``count`` (of each cell) or ``density``.
     nodata
-        What NaN stands for, in the file's own units; None if there is none.
+        Value of cells without data (NaN), in the file's own units; None refuses them.
     projection
-        Of degrees; None for one around the middle of the raster.
+        Projection of degrees; None for one around the middle of the raster.
     most
         Cells at most.
 
     Raises
     ------
     ProblemError
-        If `kind` is no such word, there are cells without data but no `nodata`, or the raster is too wide for a plane.
+        If `kind` is unknown, there are cells without data but no `nodata`, or the raster is too wide for a plane.
     """
     file = Path(path)
     if kind not in get_args(Kind):
@@ -192,7 +195,7 @@ def cells_in_metres(
 
 
 def _projected(file: Path, cells: RasterCells, kind: Kind, projection: LocalProjection, most: int) -> RasterCells:
-    """Lay a grid of metres over a raster in degrees; each of its cells is the mean over sub-points."""
+    """Lay a grid in metres over a raster in degrees; each of its cells is the mean over sub-points."""
     from scipy.interpolate import RectBivariateSpline  # noqa: PLC0415 - slow to import
 
     west, south, east, north = cells.bounds
@@ -222,23 +225,10 @@ def _projected(file: Path, cells: RasterCells, kind: Kind, projection: LocalProj
     # the edges of the raster bend
     outline = np.concatenate([metres[0], metres[-1], metres[:, 0], metres[:, -1]])
     (x_min, y_min), (x_max, y_max) = outline.min(axis=0).tolist(), outline.max(axis=0).tolist()
-    mean = 0.5 * (south + north)
-    wide = (
-        float(
-            np.hypot(
-                *np.diff(
-                    [
-                        projection.forward([float(wrapped(np.array([lon]))[0]), mean])
-                        for lon in (west, 0.5 * (west + east))
-                    ],
-                    axis=0,
-                )[0]
-            )
-        )
-        * 2.0
-        / columns
-    )
-    high = float(np.hypot(*np.diff(metres[NODES // 2][[0, NODES // 2]], axis=0)[0])) * 2.0 / rows
+    # half a parallel and half a meridian, from the middle of the raster
+    middle = metres[NODES // 2, NODES // 2]
+    wide = 2.0 * math.dist(metres[0, NODES // 2], middle) / columns
+    high = 2.0 * math.dist(metres[NODES // 2, 0], middle) / rows
     across, up = max(1, round((x_max - x_min) / wide)), max(1, round((y_max - y_min) / high))
     if across * up > most:
         shrink = math.sqrt(across * up / most)
@@ -258,7 +248,7 @@ def _sampled(
     """
     Return the mean over `fine` x `fine` sub-points of each cell, row 0 in the north; outside the source it is 0.
 
-    NaN stands for 0, and stays where there is nothing else.
+    NaN counts as 0; a cell over NaN alone is NaN.
     """
     from scipy.interpolate import RectBivariateSpline  # noqa: PLC0415 - slow to import
 
@@ -302,7 +292,7 @@ def _quadrangles(x: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def _ending(file: Path) -> str:
-    """Return the ending that says what a file holds."""
+    """Return the ending of a file, which gives its format."""
     name = file.name.lower()
     found = next((ending for ending in sorted(ENDINGS, key=len, reverse=True) if name.endswith(ending)), None)
     if found is None:
@@ -311,17 +301,17 @@ def _ending(file: Path) -> str:
 
 
 def _read(file: Path, ending: str, most: int) -> tuple[FloatArray, Bounds | None, Coordinates | None]:
-    """Read any file: its values, its own bounds and what coordinates these are, if it says so."""
+    """Read any file: its values, and its own bounds and kind of coordinates if it declares them."""
     if ending in GEOTIFF:
-        return _told_by(file, lambda: _geotiff(file, most))
+        return _read_safely(file, lambda: _geotiff(file, most))
     if ending == ".asc":
-        return _told_by(file, lambda: _ascii_grid(file, most))
+        return _read_safely(file, lambda: _ascii_grid(file, most))
     readers = {".npy": _npy, ".npz": _npz}
-    return _told_by(file, lambda: readers.get(ending, _csv)(file, most)), None, None
+    return _read_safely(file, lambda: readers.get(ending, _csv)(file, most)), None, None
 
 
-def _told_by(file: Path, read: Callable[[], ReadT]) -> ReadT:
-    """Read from a file; what goes wrong is told in one line."""
+def _read_safely(file: Path, read: Callable[[], ReadT]) -> ReadT:
+    """Read from a file; turn errors into a `ProblemError` of one line."""
     try:
         return read()
     except (EOFError, zipfile.BadZipFile, zlib.error, UnicodeDecodeError) as error:
@@ -345,7 +335,7 @@ def _geotiff(file: Path, most: int | None) -> tuple[FloatArray, Bounds | None, C
     with warnings.catch_warnings(), rasterio.Env(GDAL_PAM_ENABLED="NO"):
         warnings.simplefilter("ignore")
         try:
-            # by its full path and of one driver, so that no name leads elsewhere
+            # by its full path and with one driver, so that no name opens something else
             with rasterio.open(str(file.resolve()), driver="GTiff") as opened:
                 if most is None:
                     return np.empty((0, 0)), None, None if opened.crs is None else _about(file, opened.crs)
@@ -377,7 +367,7 @@ def _place_of(file: Path, transform: Any, rows: int, columns: int) -> tuple[Boun
 
 
 def _about(file: Path, crs: Any) -> Coordinates:  # noqa: ANN401 - rasterio has no types
-    """Say what the coordinates of a GeoTIFF are."""
+    """Return the kind of coordinates of a GeoTIFF; refuse those that are not supported."""
     code = crs.to_epsg()
     name = f"EPSG:{code}" if code else crs.to_string()[:60]
     remedy = "warp it to EPSG:4326 (gdalwarp -t_srs EPSG:4326)"
@@ -404,7 +394,7 @@ def _ascii_grid(file: Path, most: int) -> tuple[FloatArray, Bounds, None]:
     _require_size(file, rows, columns, most)
     (x_min, x_max), (y_min, y_max) = _ascii_side(file, header, "x", columns), _ascii_side(file, header, "y", rows)
     values, filled = np.empty(rows * columns), 0
-    for line in _chain(rest, lines):
+    for line in chain((rest,), lines):
         words = line.split()
         if filled + len(words) > len(values):
             _fail(file, f"it has more than {rows} x {columns} values", "correct ncols and nrows")
@@ -417,7 +407,7 @@ def _ascii_grid(file: Path, most: int) -> tuple[FloatArray, Bounds, None]:
 
 
 def _ascii_header(file: Path, lines: Iterator[str]) -> tuple[dict[str, float], str]:
-    """Return the header of an ESRI ASCII grid, its names in small letters, and the first line behind it."""
+    """Return the header of an ESRI ASCII grid, its names in lower case, and the first line after it."""
     header: dict[str, float] = {}
     for line in lines:
         words = line.split()
@@ -463,7 +453,7 @@ def _csv(file: Path, most: int) -> FloatArray:
 
 
 def _lines(file: Path, most: int) -> Iterator[str]:
-    """Give the lines of a text, gzipped or not, no more and no longer ones than `most` cells need."""
+    """Yield the lines of a text, gzipped or not; refuse more or longer lines than `most` cells need."""
     opener: Any = gzip.open if file.name.lower().endswith(".gz") else open
     read = 0
     with opener(file, "rt", encoding="utf-8-sig") as text:
@@ -472,11 +462,6 @@ def _lines(file: Path, most: int) -> Iterator[str]:
             if len(line) >= LONGEST_LINE or read > CHARACTERS * most:
                 _fail(file, f"it is longer than {most} numbers", "cut out the part that matters")
             yield line
-
-
-def _chain(first: str, rest: Iterator[str]) -> Iterator[str]:
-    yield first
-    yield from rest
 
 
 def _parsed(file: Path, words: list[str], where: str) -> FloatArray:
@@ -509,7 +494,7 @@ def _npy(file: Path, most: int) -> FloatArray:
 
 
 def _npz(file: Path, most: int) -> FloatArray:
-    """Read the one array of an archive, or the one that is called values."""
+    """Read the only array of an archive, or the one named values."""
     with zipfile.ZipFile(file) as archive:
         names = [name for name in archive.namelist() if name.endswith(".npy")]
         chosen = "values.npy" if "values.npy" in names else names[0] if len(names) == 1 else None
@@ -549,7 +534,7 @@ def _require_size(file: Path, rows: int, columns: int, most: int) -> None:
 
 
 def _require_risk(file: Path, values: NDArray[np.float64], *, signed: bool) -> None:
-    """Check that there are data, all of them finite and at least 0, unless they may have a sign."""
+    """Check that there are data, all finite and, unless `signed`, at least 0."""
     if np.isnan(values).all():
         _fail(file, "it holds no data: all of its values are NaN or nodata", "give a raster with data")
     wrong = ((values < 0.0) & (not signed)) | np.isinf(values)

@@ -1,4 +1,4 @@
-"""Threats and the risk field that they make together."""
+"""Threats, and the risk field of several threats."""
 
 import math
 import warnings
@@ -21,15 +21,11 @@ from cgla_graph.model.risk_raster_kernels import Rasters, add_densities, add_gra
 
 Member = TypeVar("Member")
 
-#: How Eq. 1 of the paper can be read: see `Threat.from_eq1`.
+#: Readings of Eq. 1 of the paper: see `Threat.from_eq1`.
 Reading: TypeAlias = Literal["membership", "literal", "sigma2", "gauss2d"]
-
-
-#: Up to here the quadrature keeps its accuracy for improper fields.
+#: Greatest peak with which the quadrature keeps its accuracy for improper fields.
 HIGHEST_PEAK = 1e6
-
-
-#: Methods that kernels compute from the threats themselves: a subclass of `RiskField` cannot change them.
+#: Methods whose values kernels compute from the threats: a subclass of `RiskField` cannot override them.
 OF_KERNELS = ("density", "gradient", "line_integral", "table", "raster_array", "kernel_field", "is_proper")
 
 
@@ -38,7 +34,7 @@ class ImproperFieldWarning(UserWarning):
 
 
 class SmallSpreadWarning(UserWarning):
-    """A threat is so small that no map of that size shows it: its spread may be in other units than the map."""
+    """A threat is too small for its map: its spread may be in other units than the map."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +120,7 @@ class Threat:
             "sigma2": (sigma, 1.0 / (math.sqrt(2.0 * math.pi) * sigma)),
             "gauss2d": (sigma, 1.0 / (2.0 * math.pi * sigma**2)),
         }
-        if reading not in list(readings):  # a list, because anything may be looked up in it
+        if reading not in list(readings):  # a list, as `reading` may be unhashable
             msg = f"unknown reading of Eq. 1: {shown(reading)}; choose one of {', '.join(readings)}"
             raise ProblemError(msg)
         spread, peak = readings[reading]
@@ -147,7 +143,7 @@ class Threat:
         Raises
         ------
         ProblemError
-            If it is negative, or so large that nothing of the threat is left.
+            If it is negative, or so large that the threat vanishes.
 
         Examples
         --------
@@ -168,9 +164,9 @@ class Threat:
 @dataclass(frozen=True)
 class RiskField(ShortRepr):
     """
-    The risk of several threats, ``F = 1 - prod(1 - f_i)`` (Eq. 2): what one of them does if they act independently.
+    The risk of several threats, ``F = 1 - prod(1 - f_i)`` (Eq. 2).
 
-    Risk that is given on rasters is added to that of the threats.
+    It is the risk that at least one of the threats acts if they are independent. Risk on rasters is added to it.
 
     Parameters
     ----------
@@ -179,14 +175,14 @@ class RiskField(ShortRepr):
     rasters
         Risk per unit length on grids of cells, whose densities are added.
     improper
-        Allow peaks above 1. ``F`` may then leave [0, 1] and even turn negative, which breaks the assumption of
-        positive weights under Theorem 1; a warning says so. Only for showing what breaks.
+        Allow peaks above 1. ``F`` may then leave [0, 1] and even be negative, which breaks the assumption of positive
+        weights in Theorem 1; a warning says so. Use it only to show what fails.
 
     Raises
     ------
     ProblemError
-        If something else than threats is given, or a peak exceeds 1 in a field that is not improper; or of a subclass,
-        if it computes the risk in another way, which solvers would ignore.
+        If a member of `threats` is no threat, or a peak exceeds 1 in a field that is not improper; or if a subclass
+        overrides how the risk is computed, which solvers would ignore.
 
     Examples
     --------
@@ -202,7 +198,7 @@ class RiskField(ShortRepr):
     improper: bool = field(default=False, kw_only=True)
 
     def __new__(cls, *_: object, **__: object) -> Self:
-        """Refuse a subclass that overrides a method which kernels do not call."""
+        """Refuse a subclass that overrides methods that kernels do not call."""
         changed = [name for name in OF_KERNELS if getattr(cls, name) is not getattr(RiskField, name)]
         if changed:
             msg = (
@@ -281,11 +277,11 @@ class RiskField(ShortRepr):
         return raster_array(self.rasters) if self.rasters else None
 
     def kernel_field(self) -> risk_kernels.Field:
-        """Hand the field to a kernel, with scratch memory of its own (one call for each thread)."""
+        """Return the field as kernels take it, with scratch memory of its own (one call for each thread)."""
         return self.table, risk_kernels.workspace(len(self)), not self.is_proper, self.raster_array
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle threats and rasters alone: what kernels read is made anew, read-only."""
+        """Pickle only threats and rasters: the arrays of kernels are made again, read-only."""
         return partial(RiskField, rasters=self.rasters, improper=self.improper), (self.threats,)
 
     def with_threats(self, threats: Iterable[Threat]) -> "RiskField":
@@ -360,8 +356,8 @@ class RiskField(ShortRepr):
         """
         Evaluate the gradient of ``F``.
 
-        On a line between cells of a raster it is that of the side right of and above it. Jumps, as between cells that
-        are not interpolated, are no part of it.
+        On a line between cells of a raster it is that of the side to the right and above. Jumps, as between cells that
+        are not interpolated, do not count.
 
         Parameters
         ----------
@@ -395,7 +391,7 @@ class RiskField(ShortRepr):
 
     def contour_radii(self, level: float) -> FloatArray:
         """
-        Return how far from its centre each threat's own risk falls to a level.
+        Return the distance from its centre at which each threat's own risk falls to a level.
 
         Parameters
         ----------
@@ -405,7 +401,7 @@ class RiskField(ShortRepr):
         Returns
         -------
         radii
-            Shape ``(m,)``, map units; 0 for threats that are nowhere as risky.
+            Shape ``(m,)``, map units; 0 for threats whose peak is below the level.
 
         Raises
         ------
@@ -427,8 +423,9 @@ class RiskField(ShortRepr):
         """
         Integrate ``F`` along straight segments (Eq. 6).
 
-        Exact up to rounding and negligible tails: within 1e-10 on maps of unit size, however many threats overlap;
-        of rasters, within 1e-12 of the integral. The same float for both directions of a segment.
+        The result is exact up to rounding and negligible tails: within 1e-10 on maps of unit size, for any number of
+        overlapping threats; for rasters, within 1e-12 of the integral. Both directions of a segment give the same
+        float.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Risk that is given on a grid of cells: people on the ground, casualties, radar, noise, the cost of terrain."""
+"""Risk on a grid of cells: people on the ground, casualties, radar, noise, the cost of terrain."""
 
 import hashlib
 import math
@@ -26,7 +26,7 @@ Origin: TypeAlias = Literal["upper", "lower"]
 
 #: Cells of one raster, at most: 160 MB, and as much again while it is read.
 MOST_CELLS = 20_000_000
-#: Densities beyond this leave no digits to lengths.
+#: Greatest density; beyond it, sums with lengths lose all digits of the lengths.
 GREATEST = 1e100
 #: Corners of a quarter of a circle.
 ROUND = 64
@@ -37,7 +37,7 @@ class RasterRisk:
     """
     Risk per unit length on a grid of cells.
 
-    Outside its bounds a raster has no risk; its edges belong to it.
+    Outside its bounds a raster has no risk; the edges belong to the raster.
 
     Parameters
     ----------
@@ -48,19 +48,19 @@ class RasterRisk:
     interpolation
         ``bilinear``: the values hold at the cells' centres, with bilinear interpolation between them, and constant
         across the outer half cells. ``nearest``: each value holds on its whole cell; on the edge of two cells, the
-        lesser one.
+        smaller one.
     origin
         Where row 0 is: ``upper``, at ``y_max`` (as in pictures and GeoTIFF), or ``lower``, at ``y_min``.
     scale
-        What the values are multiplied by to give risk per unit length, above 0.
+        Factor from values to risk per unit length, above 0.
     nodata
-        What NaN stands for, before scaling. None: NaN is refused.
+        Value of cells that are NaN, before scaling. None: NaN is refused.
 
     Raises
     ------
     ProblemError
-        If a value is negative or infinite, NaN without `nodata`, all are NaN, the shape is none of a raster or has more
-        than 20 million cells, or a setting is malformed.
+        If a value is negative or infinite, or NaN without `nodata`, if all are NaN, if the shape is not that of a
+        raster or has more than 20 million cells, or a setting is malformed.
 
     Examples
     --------
@@ -106,9 +106,8 @@ class RasterRisk:
             "nodata": None if nodata is None else non_negative_number("raster nodata", nodata),
         }.items():
             object.__setattr__(self, name, one)
-        most = float(np.max(self.cells))
-        if not most <= GREATEST:
-            msg = f"the raster's greatest risk is {most:g} per unit length; it must be at most {GREATEST:g}"
+        if not self.greatest <= GREATEST:
+            msg = f"the raster's greatest risk is {self.greatest:g} per unit length; it must be at most {GREATEST:g}"
             raise ProblemError(msg)
 
     @classmethod
@@ -128,33 +127,33 @@ class RasterRisk:
         r"""
         Read a raster: GeoTIFF (``pip install 'cgla-graph[geo]'``), ``.asc``, ``.csv``, ``.csv.gz``, ``.npy``, ``.npz``.
 
-        Longitudes and latitudes become metres, and the sum of density times area stays what it was.
+        Longitudes and latitudes become metres, and the sum of density times area stays the same.
 
         Parameters
         ----------
         path
             The file.
         bounds
-            The outer edges of the outer cells, where the file does not say so itself (GeoTIFF and ``.asc`` do).
+            The outer edges of the outer cells, unless the file gives them (GeoTIFF and ``.asc`` do).
         kind
-            ``density``: values are per unit of length or area. ``count``: each is of its whole cell, as people; it is
-            divided by the cell's area, in map units squared.
+            ``density``: values are per unit of length or area. ``count``: each value is the total of its cell, such as
+            people; it is divided by the cell's area, in map units squared.
         interpolation, origin
-            As of `RasterRisk`.
+            As in `RasterRisk`.
         scale
-            What the densities are multiplied by, above 0.
+            Factor of the densities, above 0.
         nodata
-            What cells stand for that have no data, in the file's own units, before scaling. None: they are refused.
+            Value of cells without data, in the file's own units, before scaling. None: they are refused.
         coordinates
-            ``plane`` or ``lonlat`` (degrees); None for what a GeoTIFF says, and else for a plane.
+            ``plane`` or ``lonlat`` (degrees); None takes those that a GeoTIFF declares, else a plane.
         projection
-            Of longitudes and latitudes to metres; None for one around the middle of the raster.
+            Projection of longitudes and latitudes to metres; None for one around the middle of the raster.
 
         Raises
         ------
         ProblemError
             If the file cannot be read, is malformed, too large (20 million cells) or holds no risk; the message names
-            it, what is wrong and the remedy.
+            the file, the fault and the remedy.
 
         Examples
         --------
@@ -178,13 +177,12 @@ class RasterRisk:
             raise ProblemError(msg) from error
 
     def __repr__(self) -> str:
-        """Say what it is, in one line."""
-        rows, columns = self.values.shape
-        most = float(self.cells.max())
-        return f"RasterRisk({rows} x {columns} cells, {self.interpolation}, up to {most:.4g}, bounds={self.bounds})"
+        """Return size, interpolation, greatest risk and bounds in one line."""
+        cells = " x ".join(map(str, self.values.shape))
+        return f"RasterRisk({cells} cells, {self.interpolation}, up to {self.greatest:.4g}, bounds={self.bounds})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the arguments: the read-only cells are made anew."""
+        """Pickle the arguments: the read-only cells are made again."""
         given = {name: getattr(self, name) for name in ("interpolation", "origin", "scale", "nodata")}
         return partial(RasterRisk, **given), (self.values, self.bounds)
 
@@ -198,9 +196,9 @@ class RasterRisk:
 
     @cached_property
     def _digest(self) -> bytes:
-        """What tells rasters apart."""
-        said = repr((self.bounds, self.interpolation, self.cells.shape)).encode()
-        return hashlib.sha256(said + np.ascontiguousarray(self.cells).tobytes()).digest()
+        """Digest of the risk, for equality."""
+        settings = repr((self.bounds, self.interpolation, self.cells.shape)).encode()
+        return hashlib.sha256(settings + np.ascontiguousarray(self.cells).tobytes()).digest()
 
     @cached_property
     def cells(self) -> FloatArray:
@@ -243,20 +241,20 @@ class RasterRisk:
 
     def area_above(self, level: float, *, buffer: float = 0.0) -> BaseGeometry:
         """
-        Return where a cell's own risk is above a level, widened.
+        Return the area of the cells whose own risk is above a level, widened.
 
         Parameters
         ----------
         level
             Risk per unit length, at least 0.
         buffer
-            By how much the cells are widened, map units, at least 0: half the width of a corridor that is to stay clear
-            of them. Round corners are polygons around the circle, at most 1/13000 too wide.
+            By how much the cells are widened, map units, at least 0: half the width of a corridor that has to stay
+            clear of them. Round corners are polygons around the circle, at most 1/13000 too wide.
 
         Returns
         -------
         area
-            Cells are taken whole, with either interpolation. Empty if there are none.
+            Whole cells, with either interpolation; empty if there are none.
 
         Raises
         ------
@@ -272,7 +270,10 @@ class RasterRisk:
         True
         """
         level, reach = non_negative_number("level", level), non_negative_number("buffer", buffer)
-        area = shapely.union_all(_strips(self, self.cells > level))
+        x_min, y_min, _, _ = self.bounds
+        (width, height), (rows, columns) = self.cell_size, self.values.shape
+        x, y = x_min + np.arange(columns + 1) * width, y_min + np.arange(rows + 1) * height
+        area = shapely.union_all(cell_strips(self.cells > level, x, y))
         # a polygon around the circle, not inside it
         reach /= math.cos(math.pi / (4.0 * ROUND))
         # (a buffer far below the rounding of the coordinates comes back empty)
@@ -280,7 +281,7 @@ class RasterRisk:
 
     def scaled(self, factor: float) -> "RasterRisk":
         """
-        Return a raster whose risk is a multiple of this one's.
+        Return a raster whose risk is multiplied by a factor.
 
         Raises
         ------
@@ -302,13 +303,13 @@ class RasterRisk:
         )
 
     def header(self, offset: int) -> list[float]:
-        """Return the numbers that kernels know it by (`risk_raster_kernels`); its values begin at `offset`."""
+        """Return the header for kernels (`risk_raster_kernels`); the values begin at `offset`."""
         x_min, y_min, x_max, y_max = self.bounds
         rows, columns = self.values.shape
         width, height = self.cell_size
         bilinear = self.interpolation == "bilinear"
         half, more = (0.5, 1) if bilinear else (0.0, 0)
-        # places are off by some ulps of the coordinates
+        # coordinates are rounded by some ulps
         near_x, near_y = (
             2.0**-49 * (max(abs(low), abs(high)) / size + count)
             for low, high, size, count in ((x_min, x_max, width, columns), (y_min, y_max, height, rows))
@@ -327,7 +328,7 @@ class RasterRisk:
 
 def raster_array(rasters: Sequence[RasterRisk]) -> FloatArray:
     """
-    Hand rasters, at least one, to kernels as one array, read-only.
+    Return rasters, at least one, as the read-only array that kernels take.
 
     Examples
     --------
@@ -384,14 +385,17 @@ def _checked(values: ArrayLike, remedy: str | None) -> FloatArray:
     return given
 
 
-def _strips(raster: RasterRisk, chosen: BoolArray) -> list[BaseGeometry]:
-    """Return the chosen cells, those next to each other in a row as one rectangle."""
-    x_min, y_min, _, _ = raster.bounds
-    width, height = raster.cell_size
+def cell_strips(chosen: BoolArray, x: FloatArray, y: FloatArray) -> list[BaseGeometry]:
+    """
+    Return the chosen cells between lines at `x` and `y`, adjacent cells of a row as one rectangle.
+
+    Examples
+    --------
+    >>> [strip.bounds for strip in cell_strips(np.array([[True, True, False]]), np.arange(4.0), np.arange(2.0))]
+    [(0.0, 0.0, 2.0, 1.0)]
+    """
     strips: list[BaseGeometry] = []
     for row in np.flatnonzero(chosen.any(axis=1)).tolist():
-        edges = np.flatnonzero(np.diff(chosen[row], prepend=False, append=False))
-        for first, last in edges.reshape(-1, 2).tolist():
-            low, high = y_min + row * height, y_min + (row + 1) * height
-            strips.append(shapely.box(x_min + first * width, low, x_min + last * width, high))
+        edges = np.flatnonzero(np.diff(chosen[row], prepend=False, append=False)).reshape(-1, 2).tolist()
+        strips += [shapely.box(x[first], y[row], x[last], y[row + 1]) for first, last in edges]
     return strips

@@ -1,4 +1,4 @@
-"""A small map of each kind: running a solver on it loads the kernels that such maps need."""
+"""Small maps of each kind: a solver that runs on one loads the kernels that such maps need."""
 
 from functools import cache
 from typing import NamedTuple
@@ -16,14 +16,14 @@ SMALL_PATH = (0.0, 0.0), (0.2, 0.9), (1.0, 1.0)
 
 class MapKind(NamedTuple):
     """
-    What a map has that needs kernels of its own.
+    The parts of a map that need kernels of their own.
 
     Attributes
     ----------
     walls
-        A no-fly area.
+        Whether it has a no-fly area.
     rasters
-        Risk on rasters.
+        Whether it has risk on rasters.
 
     Examples
     --------
@@ -36,7 +36,7 @@ class MapKind(NamedTuple):
 
     @classmethod
     def of(cls, model: CostModel | None) -> "MapKind":
-        """Return the kind of a map with a cost model; of none, as graphs of one's own have, the plainest."""
+        """Return the kind of a map with a cost model; without one, as in a user's own graph, the simplest kind."""
         return cls() if model is None else cls(not model.area.is_empty, bool(model.field.rasters))
 
 
@@ -57,7 +57,7 @@ def small_field(kind: MapKind) -> RiskField:
 
 def small_problem(kind: MapKind) -> Problem:
     """
-    Return a problem on a map of a kind, so that every kernel that is needed has something to do.
+    Return a problem on a map of a kind that uses every kernel of that kind.
 
     Examples
     --------
@@ -72,7 +72,7 @@ def small_problem(kind: MapKind) -> Problem:
 @cache
 def load_oracle(kind: MapKind) -> None:
     """
-    Load what evaluates paths, once in a process.
+    Load the kernels that evaluate paths, once in a process.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What a solver answers: a status, a path and its numbers."""
+"""A solver's answer: a status, a path and its numbers."""
 
 import os
 from collections.abc import Sequence
@@ -43,17 +43,17 @@ class Status(Enum):
 
     @property
     def label(self) -> str:
-        """The short form for tables and files."""
+        """Short form for tables and files."""
         return self.name.lower().replace("_", "-")
 
     @property
     def has_path(self) -> bool:
-        """Whether there is a path that may be flown."""
+        """Whether there is a feasible path."""
         return self in {Status.OPTIMAL, Status.FOUND}
 
     @property
     def is_path(self) -> bool:
-        """The same under its name before, `has_path`."""
+        """`has_path`, by its earlier name."""
         return self.has_path
 
 
@@ -65,7 +65,7 @@ class TracePoint:
     Attributes
     ----------
     seconds
-        Since the solver started.
+        Time since the solver started.
     evaluations
         Segments weighed by Eq. 5 so far.
     cost
@@ -77,20 +77,16 @@ class TracePoint:
     cost: float
 
 
-#: How close to each other a lower bound and the path it is held against shall be, as a ratio, unless asked otherwise.
+#: Default of the greatest gap between a lower bound and the cost of a path, as a ratio.
 TOLERANCE = 0.005
-#: Why no search answers where the assumption of Theorem 1 fails.
+#: Message where the assumption of Theorem 1 fails.
 NEGATIVE_WEIGHTS = "weights below 0, where no search is known to end at the optimum (Theorem 1 needs positive ones)"
-
-
-def _no_waypoints() -> FloatArray:
-    return np.empty((0, 2))
 
 
 @dataclass(frozen=True, eq=False)
 class Solution(Plottable):
     """
-    The answer of a solver; every number in it that says how good the path is comes from the oracle.
+    The answer of a solver; the oracle computes all numbers that measure the path.
 
     Attributes
     ----------
@@ -101,9 +97,9 @@ class Solution(Plottable):
     nodes
         The nodes of the path, where it was found on a graph.
     cost, length, risk
-        Of the path; ``cost = length + k * risk``, length in map units, measured on the plane along legs that are
-        straight there (`Problem.stretch` bounds how much longer that is than on the Earth). Infinite without a path;
-        length and risk are NaN where a graph does not say them.
+        Numbers of the path; ``cost = length + k * risk``, length in map units, measured on the plane along legs that
+        are straight there (`Problem.stretch` bounds how much longer that is than on the Earth). Infinite without a
+        path; length and risk are NaN where a graph does not give them.
     clearance
         Least distance to the no-fly area, map units; infinite without one.
     lower_bound
@@ -114,24 +110,24 @@ class Solution(Plottable):
     seconds
         Time to solve; `build_seconds` is the time before that, to weigh the graph.
     certificate_seconds
-        Time to prove `lower_bound`, which is no part of `seconds`.
+        Time to prove `lower_bound`, not counted in `seconds`.
     evaluations
-        Pairs of points whose cost was asked for: segments weighed while solving, and the pairs of the graph
+        Pairs of points whose cost was computed: segments weighed while solving, and the pairs of the graph
         (`GeometricGraph.n_pairs`).
     trace
         Best cost over time, for anytime solvers.
     message
-        What else there is to say, in one line.
+        A remark on the answer, in one line.
     problem
-        The `Problem` or `GraphProblem` that it answers, for pictures; None in a copy from another process or a file.
+        The `Problem` or `GraphProblem` that it solves, for pictures; None in a copy from another process or a file.
     certificate
-        The `cgla_graph.Certificate` that `lower_bound` is of; None where there is none, and in such a copy.
+        The `cgla_graph.Certificate` of `lower_bound`; None where there is none, and in such a copy.
     projection
-        How longitude and latitude became map units; None on a map in the plane.
+        The projection from longitude and latitude to map units; None on a map in the plane.
     """
 
     status: Status
-    path: FloatArray = field(default_factory=_no_waypoints)
+    path: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
     nodes: Sequence[Node] = ()
     cost: float = np.inf
     length: float = np.inf
@@ -157,7 +153,7 @@ class Solution(Plottable):
         Raises
         ------
         ProblemError
-            If the map is in the plane: the path has x and y alone.
+            If the map is in the plane: the path has only x and y.
 
         Examples
         --------
@@ -173,7 +169,7 @@ class Solution(Plottable):
         self, turn_radius: float, *, start_heading: float | None = None, goal_heading: float | None = None
     ) -> Any:  # noqa: ANN401 - a `Flyable`, which is a solution: its module stands above this one
         """
-        Plan a path of lines and arcs that turns no tighter than a radius, as `cgla_graph.flyable` does.
+        Plan a path of lines and arcs with a least turn radius, as `cgla_graph.flyable` does.
 
         Examples
         --------
@@ -188,12 +184,12 @@ class Solution(Plottable):
         """
         Write the path to a file: ``.csv``, ``.json`` (with its numbers), or ``.geojson`` on a map in lon/lat.
 
-        Where longitudes and latitudes are known, they are written, too.
+        On a map in degrees, longitudes and latitudes are written too.
 
         Parameters
         ----------
         file
-            Where to; its ending says in which form.
+            The file; its ending gives the format.
 
         Returns
         -------
@@ -203,8 +199,8 @@ class Solution(Plottable):
         Raises
         ------
         OutputError
-            If there is no path, the ending is another one, GeoJSON is asked for of a map in the plane, or the file
-            cannot be written.
+            If there is no path, the ending is unknown, the map of a GeoJSON file is in the plane, or the file cannot be
+            written.
 
         Examples
         --------
@@ -221,13 +217,13 @@ class Solution(Plottable):
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave problem and certificate out of copies for other processes: their maps and grids may be large."""
+        """Leave problem and certificate out of copies for other processes, as they may be large."""
         return {name: value for name, value in self.__dict__.items() if name not in {"problem", "certificate"}}
 
     @property
     def gap(self) -> float:
         """
-        The proven distance from the optimum, ``cost / lower_bound - 1``; NaN without a bound.
+        The greatest possible excess over the optimum, ``cost / lower_bound - 1``; NaN without a bound.
 
         Examples
         --------
@@ -243,7 +239,7 @@ class Solution(Plottable):
     @property
     def total_seconds(self) -> float:
         """
-        The time to weigh the graph and to solve, without that to prove `lower_bound`.
+        The time to weigh the graph and to solve, without the time to prove `lower_bound`.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""The solver contract: what a solver is, what one that plans step by step is, and how a ready one is run."""
+"""The solver contract: solvers, their traits, solvers that plan step by step, and how to run a solver."""
 
 import dataclasses
 from collections.abc import Hashable, Mapping
@@ -16,14 +16,14 @@ from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.model.weights import beyond_holding
 
-#: What `run` says for a solver without the trait `rasters`.
+#: Message of `run` for a solver without the trait `rasters`.
 NO_RASTERS = "it goes by where threats are, and does not see risk on rasters; hybrid and fast-marching do"
 
 
 @dataclass(frozen=True)
 class Traits:
     """
-    What a solver is and promises; the contract checks hold it to that.
+    Properties and promises of a solver, which the contract checks test.
 
     Attributes
     ----------
@@ -38,28 +38,26 @@ class Traits:
     anytime
         Whether it records its best cost over time in `Solution.trace`.
     seeded
-        Whether it draws random numbers; then it has a setting ``seed`` and the same seed gives the same path.
+        Whether it draws random numbers; then it has a setting ``seed``, and the same seed gives the same path.
     no_fly
-        Whether it plans around no-fly areas; if not, its path may turn out infeasible.
+        Whether it plans around no-fly areas; if not, its path may be infeasible.
     complete
-        Whether it can be expected to find a path where there is one, given time; if not, it may get stuck, and says
-        how.
+        Whether it is expected to find a path if there is one, given time; if not, it may get stuck, and reports how.
     needs
         Packages beyond those that the toolkit always has.
     needs_positive
         Whether it needs the assumption of Theorem 1: no weight below 0 on a graph, no peak above 1 in the plane. Where
-        that does not hold, `run` answers "unsupported" and does not call it.
+        that does not hold, `run` answers "unsupported" and does not call the solver.
     lazy
-        Whether it weighs only the pairs of an implicit graph that it needs, and counts them. Others weigh all, and are
-        kept from graphs of more than `cgla_graph.model.weights.MOST_HELD` nodes.
+        Whether it weighs only the pairs of an implicit graph that it needs, and counts them. Other solvers weigh all
+        pairs, and do not run on graphs of more than `cgla_graph.model.weights.MOST_HELD` nodes.
     isolated
-        Whether it runs code of others that may crash or hang; plug-ins that the registry builds have it. Then
-        it runs in a process of its own, to which it and its problem are sent: their classes have to be in modules. One
-        that exceeds its setting ``seconds`` by more than a tenth and 2 s is stopped; one without such a setting, after
-        600 s.
+        Whether it runs foreign code that may crash or hang; plug-ins that the registry builds have this trait. Then it
+        runs in a process of its own, to which it and its problem are sent: their classes have to be in modules. It is
+        stopped when it exceeds its setting ``seconds`` by a tenth and 2 s, or after 600 s without such a setting.
     rasters
-        Whether it takes risk on rasters (plane solvers; a graph solver sees weights alone). To one that
-        reasons about the places of threats, a raster is nothing: `run` answers "unsupported" and does not call it.
+        Whether it takes risk on rasters (plane solvers; a graph solver gets only weights). A solver that reasons about
+        the places of threats ignores rasters: `run` answers "unsupported" and does not call it.
 
     Examples
     --------
@@ -84,7 +82,7 @@ class Traits:
 
 @runtime_checkable
 class GraphSolver(Protocol):
-    """A frozen dataclass of settings that plans on a graph, of which it knows nothing but nodes and weights."""
+    """A frozen dataclass of settings that plans on a graph, using only nodes and weights."""
 
     traits: ClassVar[Traits]
 
@@ -110,19 +108,19 @@ Solver: TypeAlias = GraphSolver | PlaneSolver
 @dataclass(frozen=True, eq=False)
 class Move:
     """
-    What a solver decided for one step.
+    A solver's decision for one step.
 
     Attributes
     ----------
     path
-        Waypoints from where the UAV is, shape ``(m, 2)``, map units, together no longer than a step. The last step may
-        end at the goal before its length is used up.
+        Waypoints from the UAV's position on, shape ``(m, 2)``, map units, together no longer than a step. The last step
+        may be shorter and end at the goal.
     memory
-        What the solver wants to be handed back at its next step.
+        State of the solver that is passed to its next step.
     stuck
         Why there is no further step, in one line; empty where there is one.
     counts
-        Counters to add up over a flight, for a solver that `Remarks` on it.
+        Counters that are summed over a flight, for a solver that `Remarks` on it.
     """
 
     path: FloatArray
@@ -133,16 +131,16 @@ class Move:
 
 @runtime_checkable
 class Remarks(Protocol):
-    """A solver that goes step by step and has something to say of a whole flight, by what it counted."""
+    """A solver that plans step by step and makes a remark on a whole flight from its counters."""
 
     def remark(self, counts: Mapping[str, int]) -> str:
-        """Say in one line what one should know; empty if nothing."""
+        """Return a remark of one line; may be empty."""
         ...
 
 
 @runtime_checkable
 class StepByStep(Protocol):
-    """A solver of the plane that a mission asks for one step a tick, on what its UAV knows then."""
+    """A plane solver that decides one step of a mission each tick, from the knowledge of its UAV at that tick."""
 
     traits: ClassVar[Traits]
 
@@ -155,9 +153,9 @@ class StepByStep(Protocol):
         problem
             The known map; its start is the UAV's position.
         memory
-            Of the last move; None before the first.
+            Memory of the last move; None before the first.
         step
-            How far to go, map units.
+            Length of the step, map units.
         """
         ...
 
@@ -170,25 +168,25 @@ def run(
     apart: bool = False,
 ) -> Solution:
     """
-    Run a ready solver on a problem of its domain, and have the oracle judge its answer.
+    Run a solver on a problem of its domain, and judge its answer by the oracle.
 
     Parameters
     ----------
     solver
         The solver.
     problem
-        A `GraphProblem` for a graph solver, a `Problem` for one of the plane.
+        A `GraphProblem` for a graph solver, a `Problem` for a plane solver.
     resolution
-        For a solver of the plane that has such a setting and left it open: points a side, or a `Lattice`.
+        For a plane solver whose setting ``resolution`` is None: points a side, or a `Lattice`.
     apart
-        Whether it runs in a process of its own; one with the trait ``isolated`` does in any case.
+        Whether it runs in a process of its own; a solver with the trait ``isolated`` always does.
 
     Returns
     -------
     solution
-        Judged. Start equal to goal needs no solver, negative weights are kept from a solver that needs positive ones,
-        and rasters from one that does not see them. Its time is what solving took, without what the solver says it
-        spent on building or on a certificate.
+        The judged answer. If start and goal are the same, no solver is called. A solver that needs positive weights
+        does not get negative ones, and a solver that ignores rasters gets none. `seconds` is the time to solve, without
+        the solver's own times to build and to certify.
 
     Raises
     ------
@@ -212,7 +210,7 @@ def run(
         msg = f"{traits.name} plans {wanted}"
         raise SolverSettingError(msg)
     if isinstance(problem, GraphProblem) and problem.graph.is_implicit:
-        # whether a weight is below 0 is known once all are
+        # a weight below 0 is only found once all weights are known
         to_check = traits.needs_positive and not problem.graph.has_proper_field
         too_much = beyond_holding(problem.graph.n_nodes)
         if too_much and not traits.lazy:
@@ -239,7 +237,7 @@ def run(
 
 
 def _on_earth(problem: Problem | GraphProblem, answer: Solution) -> Solution:
-    """Turn a bound that a solver has proven on the plane, as those without a certificate, into one on the Earth."""
+    """Turn a bound without a certificate, which a solver has proven on the plane, into one on the Earth."""
     if isinstance(problem, GraphProblem) or problem.projection is None or answer.certificate is not None:
         return answer
     around = problem.start, problem.goal, problem.bounds
@@ -248,7 +246,7 @@ def _on_earth(problem: Problem | GraphProblem, answer: Solution) -> Solution:
 
 def next_move(solver: StepByStep, problem: Problem, memory: Hashable | None, step: float) -> Move:
     """
-    Ask a solver for one step, where `run` would run it; if its process is lost, it is stuck.
+    Ask a solver for one step, in the process in which `run` runs it; if that process is lost, the solver is stuck.
 
     Examples
     --------
@@ -271,7 +269,7 @@ def has_negative_weights(problem: Problem | GraphProblem) -> bool:
 
 def is_blind_to(problem: Problem, traits: Traits) -> bool:
     """
-    Return whether a problem has risk on rasters, which a solver does not see.
+    Return whether a problem has risk on rasters that a solver ignores.
 
     Examples
     --------
@@ -282,7 +280,7 @@ def is_blind_to(problem: Problem, traits: Traits) -> bool:
 
 
 def trivial_solution(problem: Problem, solver: str) -> Solution:
-    """Answer a problem whose start is its goal: nothing costs less than staying, unless risk may be below 0."""
+    """Answer a problem whose start is its goal: staying is optimal, unless risk may be below 0."""
     known = problem.field.is_proper
     answer = Solution(
         Status.OPTIMAL if known else Status.FOUND, path=np.array([problem.start]), cost=0.0, solver=solver

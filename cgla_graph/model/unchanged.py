@@ -1,22 +1,18 @@
-"""Whether a solver has left its problem as it was."""
+"""A check that a solver does not change its problem."""
 
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TypeAlias
 
 import numpy as np
 
 from cgla_graph.errors import SolverFaultError
 
-#: The parts of a problem, by the attributes that lead there.
-Snapshot: TypeAlias = Mapping[tuple[str, ...], object]
-
 
 @contextmanager
 def unchanged(problem: object, solver: str) -> Iterator[None]:
     """
-    Compare a problem after the body with what it was before.
+    Check that the body does not change a problem.
 
     Parameters
     ----------
@@ -28,7 +24,7 @@ def unchanged(problem: object, solver: str) -> Iterator[None]:
     Raises
     ------
     SolverFaultError
-        If a part of it was replaced; cached values are no change.
+        If a part of the problem was replaced; cached values do not count as a change.
 
     Examples
     --------
@@ -50,7 +46,7 @@ def unchanged(problem: object, solver: str) -> Iterator[None]:
 
 
 def _parts(thing: object, place: tuple[str, ...], seen: set[int]) -> Iterator[tuple[tuple[str, ...], object]]:
-    """List what something of ours is made of, each part once; arrays by their shapes and checksums."""
+    """Yield the parts of an object by the attributes that lead to them, each once; arrays as shapes and checksums."""
     if isinstance(thing, np.ndarray):
         yield place, (thing.shape, zlib.crc32(np.ascontiguousarray(thing).data))
     elif isinstance(thing, tuple) and any(map(_is_made_of_parts, thing[:1])):

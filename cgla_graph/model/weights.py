@@ -1,7 +1,8 @@
 """
-How a graph holds its weights: as a dense matrix, as a sparse one, or not at all and computed when asked.
+The weights of a graph: as a dense matrix, as a sparse one, or computed on request.
 
-All three answer alike: infinity where there is no edge, 0 at the node itself. None changes when it is asked.
+All three give the same answers: infinity where there is no edge, 0 at the node itself. They do not change when they are
+asked.
 """
 
 import math
@@ -18,9 +19,9 @@ from cgla_graph._types import FloatArray
 from cgla_graph.errors import GraphError
 from cgla_graph.model.cost_model import CostModel
 
-#: Nodes of an implicit graph whose weights are all computed, 8 bytes a pair: 5 GB.
+#: Most nodes of an implicit graph whose weights are all computed, 8 bytes a pair: 5 GB.
 MOST_HELD = 25_000
-#: Up to so many, their memory (288 MB) is taken for granted.
+#: Up to so many nodes, free memory is not checked (288 MB).
 ALWAYS_HELD = 6000
 
 
@@ -71,7 +72,7 @@ class DenseWeights:
     values: FloatArray
 
     def __post_init__(self) -> None:
-        """Keep the matrix from being written to."""
+        """Make the matrix read-only."""
         self.values.flags.writeable = False
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -80,7 +81,7 @@ class DenseWeights:
         self.__post_init__()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out what can be worked out again."""
+        """Leave out cached values."""
         return {"values": self.values}
 
     def row(self, index: int) -> FloatArray:
@@ -138,7 +139,7 @@ class SparseWeights:
     rows: "scipy.sparse.csr_array"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out what can be worked out again."""
+        """Leave out cached values."""
         return {"rows": self.rows}
 
     def row(self, index: int) -> FloatArray:
@@ -187,12 +188,12 @@ class SparseWeights:
 @dataclass(frozen=True, eq=False)
 class ImplicitWeights:
     """
-    Every pair of nodes joined by its straight segment, weighed by Eq. 5 when asked; symmetric.
+    Every pair of nodes joined by its straight segment, weighed by Eq. 5 on request; symmetric.
 
     Parameters
     ----------
     model
-        What a segment costs.
+        The cost of a segment.
     positions
         Shape ``(n, 2)``, map units.
     lattice_shape
@@ -216,7 +217,7 @@ class ImplicitWeights:
         return self.model.pair(self.positions, tail, head, self.lattice_shape)
 
     def matrix(self) -> FloatArray:
-        """Weigh all pairs, on all cores; nothing of it is kept."""
+        """Weigh all pairs, on all cores, without keeping the result."""
         return self.held().values
 
     def matrix_to(self) -> FloatArray:
@@ -233,7 +234,7 @@ class ImplicitWeights:
         return self.held().n_edges
 
     def held(self) -> DenseWeights:
-        """Weigh all pairs, and hold what they weigh; of more than `MOST_HELD` nodes, a `GraphError`."""
+        """Weigh all pairs and hold their weights; raise `GraphError` for more than `MOST_HELD` nodes."""
         if too_much := beyond_holding(len(self.positions)):
             msg = f"that needs {too_much}; cg.solve(problem, 'cgla') weighs what can be part of one optimum"
             raise GraphError(msg)
@@ -241,7 +242,7 @@ class ImplicitWeights:
 
 
 def beyond_holding(n_nodes: int) -> str:
-    """Say what all weights take if that is too much: for `MOST_HELD` nodes, or for free memory; else nothing."""
+    """Return how much memory all weights take if that is too much; empty if they can be held."""
     gigabytes = 8e-9 * n_nodes**2
     if n_nodes > MOST_HELD:
         limit = f"where at most {MOST_HELD} nodes are weighed at once"
@@ -254,7 +255,7 @@ def beyond_holding(n_nodes: int) -> str:
 
 def free_memory() -> float:
     """
-    Return how many bytes this process may still take; infinite where that is not known.
+    Return how many bytes this process may still allocate; infinite where that is not known.
 
     Examples
     --------

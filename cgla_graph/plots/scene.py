@@ -25,7 +25,7 @@ from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import TimedArea, TimedThreat, World
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.risk_raster import RasterRisk
+from cgla_graph.model.risk_raster import RasterRisk, cell_strips
 from cgla_graph.plots.looks import COLOURS
 from cgla_graph.plots.risk_samples import greatest_cells, missing_cells, risk_samples, sample_edges
 from cgla_graph.scenarios.scenario import Scenario
@@ -209,11 +209,7 @@ def _no_data(raster: RasterRisk, problem: Problem) -> BaseGeometry:
     if max(gone.shape) > _GRID:
         x, y = sample_edges(problem, _GRID)
         gone = greatest_cells(raster, gone.astype(np.float64), x, y) > 0.0
-    strips = []
-    for row in np.flatnonzero(gone.any(axis=1)).tolist():
-        edges = np.flatnonzero(np.diff(gone[row], prepend=False, append=False)).reshape(-1, 2).tolist()
-        strips += [shapely.box(x[first], y[row], x[last], y[row + 1]) for first, last in edges]
-    return shapely.union_all(strips)
+    return shapely.union_all(cell_strips(gone, x, y))
 
 
 def data_keys(problem: Problem) -> Iterator[tuple[Artist, str]]:
