@@ -1,4 +1,4 @@
-"""Bytes and text of untrusted files: bounded in size, in a known encoding."""
+"""Bytes and text of untrusted files, bounded in size and in a known encoding."""
 
 import codecs
 import os
@@ -11,9 +11,9 @@ from cgla_graph.errors import FileFormatError
 FilePath: TypeAlias = str | os.PathLike[str]
 Kind: TypeAlias = Literal["zip", "xml", "json", "text"]
 
-#: Bytes of a file, or of what an archive holds, at most.
+#: Bytes of a file, or of a member of an archive, at most.
 MOST_BYTES = 64 << 20
-#: Marks that begin a text, and the encodings that they say; that of UTF-32 begins like that of UTF-16.
+#: Byte-order marks and their encodings; UTF-32 comes first because its mark begins with that of UTF-16.
 MARKS = (
     (codecs.BOM_UTF8, "utf-8"),
     (codecs.BOM_UTF32_LE, "utf-32"),
@@ -32,12 +32,12 @@ def read_bytes(path: FilePath, called: str = "") -> bytes:
     path
         The file.
     called
-        What errors call it, if not by its path.
+        Name in errors, instead of the path.
 
     Raises
     ------
     FileFormatError
-        If it is not there, is no regular file, cannot be read, or has more than `MOST_BYTES`.
+        If it does not exist, is not a regular file, cannot be read, or has more than `MOST_BYTES`.
 
     Examples
     --------
@@ -50,7 +50,7 @@ def read_bytes(path: FilePath, called: str = "") -> bytes:
     """
     file = called or os.fspath(path)
     try:
-        # a pipe or a device might never end, or never begin
+        # reading a pipe or a device may block or never end
         if not Path(path).is_file():
             there = "it is a directory" if Path(path).is_dir() else "it is no regular file"
             fault(file, there if Path(path).exists() else "there is no such file", "check the name")
@@ -60,7 +60,7 @@ def read_bytes(path: FilePath, called: str = "") -> bytes:
         raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        fault(file, f"it cannot be read ({reason})", "check the name, and who may read it")
+        fault(file, f"it cannot be read ({reason})", "check its name and permissions")
     if len(data) > MOST_BYTES:
         fault(file, f"it has more than {MOST_BYTES >> 20} MiB", "cut out the part that matters")
     return data
@@ -68,31 +68,31 @@ def read_bytes(path: FilePath, called: str = "") -> bytes:
 
 def read_text(path: FilePath) -> str:
     """
-    Return the text of a file: UTF-8, or what its byte-order mark says.
+    Return the text of a file in UTF-8, or in the encoding of its byte-order mark.
 
     Raises
     ------
     FileFormatError
-        If it cannot be read, is too large (`MOST_BYTES`), or is no such text.
+        If it cannot be read, is larger than `MOST_BYTES`, or is not text in this encoding.
     """
     return text_of(read_bytes(path), os.fspath(path))
 
 
 def text_of(data: bytes, file: str) -> str:
     r"""
-    Return the text that bytes stand for, without the byte-order mark.
+    Decode the bytes of a text file, without the byte-order mark.
 
     Parameters
     ----------
     data
-        UTF-8, or what a byte-order mark says.
+        UTF-8, or the encoding of a byte-order mark.
     file
-        What errors call it.
+        Name of the file in errors.
 
     Raises
     ------
     FileFormatError
-        If it is no such text.
+        If it is not text in this encoding.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def text_of(data: bytes, file: str) -> str:
 
 def kind_of(data: bytes) -> Kind:
     r"""
-    Tell what bytes are by how they begin.
+    Return the kind of a file by its first bytes.
 
     Examples
     --------
@@ -125,6 +125,6 @@ def kind_of(data: bytes) -> Kind:
 
 
 def fault(where: str, wrong: str, remedy: str) -> NoReturn:
-    """Raise the error that says in one line where something is wrong, what, and what to do."""
+    """Raise a `FileFormatError` of one line: the place, the fault, and the remedy."""
     msg = f"{place(where)}: {wrong}; {remedy}"
     raise FileFormatError(" ".join(msg.split()))

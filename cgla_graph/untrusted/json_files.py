@@ -1,4 +1,4 @@
-"""Untrusted JSON: bounded in depth and size, one value per key, no NaN."""
+"""Reader of untrusted JSON, bounded in depth and size, without duplicate keys and NaN."""
 
 import json
 import os
@@ -10,9 +10,9 @@ from cgla_graph._text import shown
 from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import FilePath, fault, read_bytes, text_of
 
-#: Objects and lists inside one another, at most.
+#: Greatest depth of nested objects and lists.
 DEEPEST = 64
-#: Objects, and objects and lists together: 50 MB of positions are fewer, 50 MB of brackets would fill the memory.
+#: Objects, and objects and lists together, at most: 50 MB of positions have fewer, 50 MB of brackets more.
 MOST_OBJECTS, MOST_LISTS = 1_000_000, 4_000_000
 
 
@@ -22,13 +22,13 @@ class _RefusedError(Exception):
 
 def read_json(path: FilePath) -> object:
     """
-    Return what a JSON file holds.
+    Return the value of a JSON file.
 
     Raises
     ------
     FileFormatError
-        If it cannot be read, is too large or nested too deeply, is not JSON (NaN is none), or has a key twice in an
-        object, of which one value would be lost.
+        If it cannot be read, is too large or nested too deeply, is not JSON (which has no NaN), or has a key twice in
+        an object.
 
     Examples
     --------
@@ -45,7 +45,7 @@ def read_json(path: FilePath) -> object:
 
 def json_of(data: bytes, file: str) -> object:
     """
-    Return what the bytes of a JSON document hold; errors call it `file`, and are those of `read_json`.
+    Return the value of the bytes of a JSON file, named `file` in errors; the errors are those of `read_json`.
 
     Examples
     --------
@@ -61,17 +61,15 @@ def json_of(data: bytes, file: str) -> object:
     except json.JSONDecodeError as error:
         fault(file, f"line {error.lineno}, column {error.colno}: not JSON ({error.msg})", "correct it there")
     except _RefusedError as error:
-        raise FileFormatError(f"{file}: {error}") from error  # noqa: TRY003, EM102 - said where it was found
+        raise FileFormatError(f"{file}: {error}") from error  # noqa: TRY003, EM102 - the message was made there
     except (ValueError, RecursionError) as error:
         fault(file, f"not JSON that can be read ({str(error)[:100]})", "remove numbers of thousands of digits")
 
 
 def _require_shape(text: str, file: str) -> None:
-    """Check how deep and how large a document is, before anything is made of it."""
-    plain = text
-    if "\\" in text:
-        # (an escaped quote ends no string)
-        plain = text.replace("\\\\", "").replace('\\"', "")
+    """Check depth and size of a document before it is parsed."""
+    # (an escaped quote does not end a string)
+    plain = text.replace("\\\\", "").replace('\\"', "")
     codes = np.frombuffer(plain.encode("utf-8"), dtype=np.uint8)
     step = np.zeros(256, dtype=np.int8)
     step[[ord("["), ord("{")]], step[[ord("]"), ord("}")]] = 1, -1
@@ -81,7 +79,7 @@ def _require_shape(text: str, file: str) -> None:
     marks = marks[~inside & (marks != quote)]
     steps = step[marks]
     if np.cumsum(steps, dtype=np.int32).max(initial=0) > DEEPEST:
-        fault(file, f"it is nested more than {DEEPEST} deep", "leave out what is nested so")
+        fault(file, f"it is nested more than {DEEPEST} deep", "leave out the nested parts")
     objects, both = int((marks == ord("{")).sum()), int((steps == 1).sum())
     if objects > MOST_OBJECTS or both > MOST_LISTS:
         wrong = f"it has {objects:,} objects and {both - objects:,} lists, more than {MOST_OBJECTS:,} or {MOST_LISTS:,}"
@@ -89,7 +87,7 @@ def _require_shape(text: str, file: str) -> None:
 
 
 def _one_value_a_key(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    """Return an object; a key that stands twice is refused, as one of its values would be lost."""
+    """Return an object; refuse a duplicate key, because one of its values would be lost."""
     made = dict(pairs)
     if len(made) < len(pairs):
         seen: set[str] = set()
@@ -101,5 +99,5 @@ def _one_value_a_key(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 def _no_constant(name: str) -> NoReturn:
     """Refuse NaN and Infinity."""
-    msg = f"it holds {name}, which is no JSON; write a number, or null"
+    msg = f"it has {name}, which is not JSON; write a number, or null"
     raise _RefusedError(msg)

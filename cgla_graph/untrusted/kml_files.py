@@ -1,4 +1,4 @@
-"""Untrusted KML, plain or in an archive (KMZ), read without writing to the disk."""
+"""Reader of untrusted KML, plain or in an archive (KMZ), which writes nothing to the disk."""
 
 import io
 import os
@@ -11,19 +11,19 @@ from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import MOST_BYTES, FilePath, fault, kind_of, read_bytes
 from cgla_graph.untrusted.xml_files import tag_of, xml_of
 
-#: Files in an archive, at most, and what each of them is listed under.
+#: Files in an archive, at most, and the mark of each entry of its directory.
 MOST_MEMBERS, MEMBER = 10_000, b"PK\x01\x02"
 
 
 def read_kml(path: FilePath) -> Element:
     """
-    Return the root of a KML file, or of the one KML file in an archive (KMZ); its content says which it is.
+    Return the root of a KML file, or of the only KML file in an archive (KMZ), as its content requires.
 
     Raises
     ------
     FileFormatError
-        If it cannot be read, is no KML (see `cgla_graph.untrusted.xml_files.read_xml`), or is an archive with none or
-        with several, or one that is damaged, encrypted or grows beyond `MOST_BYTES`.
+        If it cannot be read, is not KML (see `cgla_graph.untrusted.xml_files.read_xml`), or is an archive that has no
+        or several KML files, is damaged, encrypted or unpacks to more than `MOST_BYTES`.
 
     Examples
     --------
@@ -41,7 +41,7 @@ def read_kml(path: FilePath) -> Element:
 
 def kml_of(data: bytes, file: str) -> Element:
     """
-    Return the root of the bytes of a KML or KMZ file; errors call it `file`, and are those of `read_kml`.
+    Return the root of the bytes of a KML or KMZ file, named `file` in errors; the errors are those of `read_kml`.
 
     Examples
     --------
@@ -56,7 +56,7 @@ def kml_of(data: bytes, file: str) -> Element:
 
 def unzipped(data: bytes, file: str, ending: str) -> bytes:
     """
-    Return the one member of an archive whose name ends so; no more of it than `MOST_BYTES` is ever unpacked.
+    Return the only member of an archive with an ending; at most `MOST_BYTES` of it are unpacked.
 
     Raises
     ------
@@ -71,10 +71,10 @@ def unzipped(data: bytes, file: str, ending: str) -> bytes:
             if len(found) != 1:
                 few = ", ".join(info.filename[:40] for info in found[:3])
                 wrong = f"it is an archive with {len(found)} {ending} files" + (f" ({few}, …)" if found else "")
-                fault(file, wrong, "unpack it, and give those that count")
-            # others may take as much memory as they like
+                fault(file, wrong, f"unpack it, and give one {ending} file")
+            # (other methods have no bound of their memory)
             if found[0].compress_type not in {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}:
-                fault(file, f"its {ending} file is compressed in an unusual way", "pack it as an ordinary zip archive")
+                fault(file, f"its {ending} file has an unsupported compression", "pack it as an ordinary zip archive")
             with archive.open(found[0]) as member:
                 content = member.read(MOST_BYTES + 1)
     except FileFormatError:

@@ -1,4 +1,4 @@
-"""Untrusted XML: no declarations of types or entities, bounded in depth and size."""
+"""Reader of untrusted XML, bounded in depth and size, without document types and entities."""
 
 import os
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder
@@ -9,12 +9,12 @@ from defusedxml.ElementTree import DefusedXMLParser
 from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import FilePath, fault, read_bytes
 
-#: Elements inside one another, and altogether, at most.
+#: Greatest depth of nested elements, and number of elements.
 DEEPEST, MOST_ELEMENTS = 64, 1_000_000
 
 
 class _Builder(TreeBuilder):
-    """Builds a tree that is not too deep or too large."""
+    """Builder of trees of bounded depth and size."""
 
     def __init__(self, file: str) -> None:
         super().__init__()
@@ -24,7 +24,7 @@ class _Builder(TreeBuilder):
         self.depth += 1
         self.count += 1
         if self.depth > DEEPEST:
-            fault(self.file, f"it is nested more than {DEEPEST} deep", "leave out what is nested so")
+            fault(self.file, f"it is nested more than {DEEPEST} deep", "leave out the nested parts")
         if self.count > MOST_ELEMENTS:
             fault(self.file, f"it has more than {MOST_ELEMENTS:,} elements", "cut out the part that matters")
         return super().start(tag, attrs)
@@ -41,8 +41,8 @@ def read_xml(path: FilePath) -> Element:
     Raises
     ------
     FileFormatError
-        If it cannot be read, is too large or nested too deeply, is not XML, or declares a document type or entities,
-        by which a file could name others or grow without end.
+        If it cannot be read, is too large or nested too deeply, is not XML, or declares a document type or entities
+        (with which a file could refer to other files or grow without bound).
 
     Examples
     --------
@@ -59,7 +59,7 @@ def read_xml(path: FilePath) -> Element:
 
 def xml_of(data: bytes, file: str) -> Element:
     """
-    Return the root of the bytes of an XML document; errors call it `file`, and are those of `read_xml`.
+    Return the root of the bytes of an XML file, named `file` in errors; the errors are those of `read_xml`.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def tag_of(element: Element) -> str:
 
 def child_text(element: Element, name: str) -> str:
     """
-    Return the text of the first child of a name, without blanks around it; empty if there is none.
+    Return the text of the first child with a name, without surrounding blanks; empty if there is none.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Files of strangers: what is refused, in one line, before it takes time or memory."""
+"""Untrusted files: hostile ones are refused in one line before they take time or memory."""
 
 import io
 import json
@@ -51,9 +51,8 @@ def test_byte_order_marks_are_read(encoding: str) -> None:
     ],
 )
 def test_json_that_is_refused(data: bytes, said: str) -> None:
-    with pytest.raises(FileFormatError, match=said) as told:
+    with pytest.raises(FileFormatError, match=f"^zones.json: .*{said}"):
         json_of(data, "zones.json")
-    assert str(told.value).startswith("zones.json: ")
 
 
 def test_brackets_in_strings_are_no_nesting() -> None:
@@ -117,7 +116,7 @@ def test_kml_that_is_refused(data: bytes, said: str) -> None:
 
 
 def test_a_bomb_is_not_unpacked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nor is one that says that it is small."""
+    """An archive that states a false size is not unpacked either."""
     monkeypatch.setattr(kml_files, "MOST_BYTES", 1 << 20)
     bomb = archive(doc__kml=b" " * (64 << 20))
     tracemalloc.start()
@@ -134,14 +133,8 @@ def test_files_that_are_none_or_too_large(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(files, "MOST_BYTES", 10)
     (tmp_path / "large").write_bytes(b"x" * 11)
     os.mkfifo(tmp_path / "pipe")
-    faults = {
-        "none": "no such file",
-        "pipe": "no regular file",
-        ".": "a directory",
-        "large": "more than",
-        "x\0": "check the name",
-    }
-    for name, said in faults.items():
+    unreadable = {"none": "no such file", "pipe": "no regular file", ".": "a directory", "large": "more than"}
+    for name, said in {**unreadable, "x\0": "check the name"}.items():
         with pytest.raises(FileFormatError, match=said):
             read_bytes(tmp_path / name)
     (tmp_path / "small").write_bytes(b"\xef\xbb\xbf[1]")
