@@ -1,4 +1,4 @@
-"""A planner as a command: it reads a text on its standard input, and can harm no other process."""
+"""Run an external planner as a command with limits: a text on its standard input, an answer on its standard output."""
 
 import math
 import os
@@ -16,10 +16,10 @@ from typing import Any
 from cgla_graph.isolation.limits import Limits, limited
 from cgla_graph.isolation.worker import use_up
 
-#: Of standard output, a planner may write so much; of standard error, so much of the end is kept. Bytes.
+#: Bytes of standard output that a command may write, and bytes at the end of its standard error that are kept.
 MOST_OUTPUT, MOST_COMPLAINT = 4 * 2**20, 4096
-#: How long its last words may be on their way when it has ended, and until it is killed from outside. Seconds.
-LAST_WORDS, GRACE = 0.2, 5.0
+#: Seconds to wait for output in the pipes after a command has ended, and until it is killed from outside.
+DRAIN, GRACE = 0.2, 5.0
 _CHUNK = 65536
 
 
@@ -33,22 +33,22 @@ class End(Enum):
 
 
 @dataclass(frozen=True)
-class Spoken:
+class CommandResult:
     """
-    What a command said.
+    The result of a command.
 
     Attributes
     ----------
     end
         How it ended.
     code
-        Its exit code; below 0 the signal that it died of.
+        Its exit code; below 0 the signal that killed it.
     output
         Its standard output.
     complaint
         The last line of its standard error.
     seconds
-        From its start until it ended.
+        Time from its start to its end.
     """
 
     end: End
@@ -58,28 +58,30 @@ class Spoken:
     seconds: float
 
 
-def ask(command: Sequence[str], text: str, folder: str, environment: Mapping[str, str], limits: Limits) -> Spoken:
+def run_command(
+    command: Sequence[str], text: str, folder: str, environment: Mapping[str, str], limits: Limits
+) -> CommandResult:
     """
-    Run a command on a text: to be called in a worker process.
+    Run a command on a text, in a worker process.
 
-    The input is a file, so that a command may leave it unread. It runs in a group of its own; that
-    group is killed when the command has ended or its time is up, and with the worker, on Linux, everything else that it
-    has started, sessions of their own included. The system limits the memory of each of its processes.
+    The input is a file, so that a command may leave it unread. The command has a process group of its own, which is
+    killed when the command has ended or its time is up. On Linux, all its other descendants are killed with the worker,
+    even in sessions of their own. The system limits the memory of each process.
 
     Parameters
     ----------
     command
         Program and arguments.
     text
-        What it reads.
+        Text on standard input.
     folder, environment
-        Where it runs.
+        Working folder and environment variables.
     limits
-        Time and memory.
+        Limits of time and memory.
 
     Examples
     --------
-    >>> ask(["cat"], "hello", os.getcwd(), os.environ, Limits(seconds=10.0)).output
+    >>> run_command(["cat"], "hello", os.getcwd(), os.environ, Limits(seconds=10.0)).output
     b'hello'
     """
     use_up()
@@ -98,39 +100,39 @@ def ask(command: Sequence[str], text: str, folder: str, environment: Mapping[str
                 process_group=0 if os.name == "posix" else None,
             )
         except OSError as error:
-            return Spoken(End.NOT_STARTED, 0, b"", error.strerror or str(error), math.nan)
+            return CommandResult(End.NOT_STARTED, 0, b"", error.strerror or str(error), math.nan)
         listener = _Listener(process, limits.seconds)
         try:
             process.wait()
             seconds = time.perf_counter() - began
         finally:
             listener.stop()
-    return Spoken(listener.end, process.returncode, bytes(listener.output), listener.last_line, seconds)
+    return CommandResult(listener.end, process.returncode, bytes(listener.output), listener.last_line, seconds)
 
 
 class _Listener:
-    """Reads what a process writes, and kills it when it writes or takes too much."""
+    """Reader of the output of a process, which kills the process beyond its limits of time and output."""
 
     def __init__(self, process: "subprocess.Popen[bytes]", seconds: float) -> None:
         self.end, self.output, self._complaint = End.DONE, bytearray(), bytearray()
         self._process = process
         self._timer = threading.Timer(min(seconds, threading.TIMEOUT_MAX), self._kill, [End.TIMED_OUT])
         self._readers = [
-            threading.Thread(target=self._hear, args=[stream], daemon=True)
+            threading.Thread(target=self._read, args=[stream], daemon=True)
             for stream in (process.stdout, process.stderr)
         ]
         for thread in (self._timer, *self._readers):
             thread.start()
 
     def stop(self) -> None:
-        """Hear the last words; what the process has started may keep its pipes open."""
+        """Read the rest of the output, for a limited time: children of the process may keep its pipes open."""
         self._timer.cancel()
-        latest = time.monotonic() + LAST_WORDS
+        latest = time.monotonic() + DRAIN
         for thread in self._readers:
             thread.join(max(0.0, latest - time.monotonic()))
         self._kill(self.end)
 
-    def _hear(self, stream: Any) -> None:  # noqa: ANN401 - one end of a pipe
+    def _read(self, stream: Any) -> None:  # noqa: ANN401 - one end of a pipe
         with stream:
             while data := stream.read1(_CHUNK):
                 if stream is self._process.stderr:
@@ -142,7 +144,7 @@ class _Listener:
                     return
 
     def _kill(self, end: End) -> None:
-        """Kill the process and its group; the worker and all else that came of it are killed with this call's end."""
+        """Kill the process and its group; other descendants are killed with the worker at the end of the call."""
         self.end = end
         if hasattr(os, "killpg"):
             with suppress(ProcessLookupError, PermissionError):

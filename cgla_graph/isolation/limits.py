@@ -1,7 +1,7 @@
 """
-Limits of a call, which the kernel keeps.
+Limits of time and memory of a call, which the kernel enforces.
 
-Time after which the process dies, and memory that it does not get: `limited` sets both around the part that counts.
+`limited` sets both limits around the part of a call that counts.
 """
 
 import math
@@ -20,25 +20,25 @@ with suppress(ImportError):
     _resource = import_module("resource")
 
 MEGABYTE = 2**20
-#: How long a worker may take on top of a time limit, to load kernels or to compile them for the first time, in seconds.
+#: Seconds that a worker may take on top of a time limit, to load kernels or to compile them for the first time.
 PREPARATION = 600.0
 
 _PROCESS = Path("/proc/self")
-#: What makes the kernel forget the peak of a process's memory (man 5 proc).
+#: Command that resets the peak of a process's memory (man 5 proc).
 _FORGET_PEAK = "5"
-#: In a process that may be killed, a worker: tells its parent how many seconds the body may take (0: no limit now).
+#: In a worker: sends the parent the seconds that the body may take (0: no limit now); None in other processes.
 _tell: Callable[[float], None] | None = None
 
 
 @dataclass(frozen=True)
 class Limits:
     """
-    What a run may take before it is killed.
+    Limits of a run, beyond which it is killed.
 
     Attributes
     ----------
     seconds
-        Time, of building the graph and solving; above 0.
+        Time for building the graph and solving; above 0.
     megabytes
         Memory on top of what the process holds before the run, in units of 2**20 bytes; above 0.
 
@@ -56,7 +56,7 @@ class Limits:
         return Limits(max(self.seconds, other.seconds), max(self.megabytes, other.megabytes))
 
     def spent_memory(self, message: str) -> str:
-        """Say that a run was stopped at its memory limit, if it had one."""
+        """Return the message of a run that was stopped at its memory limit, if it had one."""
         return (
             f"stopped at {self.megabytes:g} MB of memory, the limit of a run: {message}"
             if self.megabytes < math.inf
@@ -64,37 +64,37 @@ class Limits:
         )
 
 
-#: What does not limit anything: for runs in the user's own process, which no limit may kill.
+#: No limits, for runs in the user's own process.
 NO_LIMITS = Limits(math.inf, math.inf)
 
 
 @dataclass(eq=False)
 class Usage:
     """
-    What the body of `limited` took.
+    Memory that the body of `limited` took.
 
     Attributes
     ----------
     megabytes
-        Its peak of resident memory on top of what the process held before, in units of 2**20 bytes; known once it has
-        ended, and NaN where the system does not tell.
+        Its peak of resident memory on top of that of the process before, in units of 2**20 bytes; NaN before the body
+        has ended and on systems that do not report it.
     """
 
     megabytes: float = math.nan
 
 
 def set_expendable(tell: Callable[[float], None]) -> None:
-    """Let `limited` kill this process from now on: it is a worker, whose parent is told of its limits."""
+    """Mark this process as a worker, which `limited` may kill; `tell` sends limits to its parent."""
     global _tell  # noqa: PLW0603 - a property of the process
     _tell = tell
     if _resource is not None:
-        # crashes are expected: no file of the whole memory for each
+        # (crashes are expected: write no core dumps)
         _resource.setrlimit(_resource.RLIMIT_CORE, (0, 0))
 
 
 def is_expendable() -> bool:
     """
-    Tell whether this process may be killed: a worker, and not the user's own.
+    Return whether this process may be killed: a worker, not the user's own process.
 
     Examples
     --------
@@ -107,16 +107,15 @@ def is_expendable() -> bool:
 @contextmanager
 def limited(seconds: float, megabytes: float) -> Iterator[Usage]:
     """
-    Limit what the body takes: to be used by a function that a worker calls, around the part that counts.
+    Limit time and memory of the body, in a function that a worker calls.
 
-    Out of time, the process dies there and then, by an alarm whose default action is the kernel's, even if the body is
-    stuck in compiled code, holds Python's lock, or has lost the process that asked for it. A body that takes the alarm
-    for itself, or stops the process, is killed a moment later from outside. Out of memory, allocations
-    fail: Python raises MemoryError, C++ throws ``std::bad_alloc``. Memory counts when it is asked for, used or not,
-    and includes the stacks of threads.
+    Out of time, the process dies at once by an alarm of the kernel, even if the body is stuck in compiled code, holds
+    Python's lock, or its parent has died. A body that handles the alarm itself, or stops the process, is killed a
+    moment later by the parent. Out of memory, allocations fail: Python raises MemoryError, C++ throws
+    ``std::bad_alloc``. Memory counts when it is allocated, used or not, and includes the stacks of threads.
 
-    Outside of a worker nothing is limited, only measured. Systems without such an alarm (Windows)
-    have the parent watch the time; those without such a limit (macOS) only measure memory.
+    Outside a worker, memory is only measured and nothing is limited. On systems without such an alarm (Windows), the
+    parent watches the time; on systems without such a memory limit (macOS), memory is only measured.
 
     Parameters
     ----------
@@ -128,7 +127,7 @@ def limited(seconds: float, megabytes: float) -> Iterator[Usage]:
     Yields
     ------
     usage
-        What the body took.
+        Memory of the body.
 
     Raises
     ------
@@ -160,7 +159,7 @@ def limited(seconds: float, megabytes: float) -> Iterator[Usage]:
 @contextmanager
 def limited_time(seconds: float) -> Iterator[None]:
     """
-    Let the kernel kill this process if the body takes longer; as `limited`, but memory is neither limited nor measured.
+    Let the kernel kill this process if the body takes longer: `limited` without memory.
 
     Examples
     --------
@@ -181,7 +180,7 @@ def limited_time(seconds: float) -> Iterator[None]:
 
 @contextmanager
 def _timer(seconds: float) -> Iterator[None]:
-    """Set the alarm, and take it away at the end."""
+    """Set the alarm for the body."""
     if signal.getitimer(signal.ITIMER_REAL)[0]:
         msg = "a limit within a limit: there is one alarm a process; limit the outer or the inner part"
         raise RuntimeError(msg)
@@ -197,12 +196,12 @@ def _timer(seconds: float) -> Iterator[None]:
 
 @contextmanager
 def _memory_limit(megabytes: float) -> Iterator[None]:
-    """Let allocations of the body fail beyond so much memory on top of what the process has."""
+    """Let allocations of the body fail beyond so much memory on top of that of the process."""
     held = _status("VmData")
     if _tell is None or _resource is None or not math.isfinite(held + megabytes):
         yield
         return
-    # private memory that can be written: unlike the address space, no file that is mapped and no library counts
+    # (private writable memory: unlike the address space, it does not count mapped files and libraries)
     before, most = _resource.getrlimit(_resource.RLIMIT_DATA)
     limit = int(held + megabytes * MEGABYTE)
     limits = [limit, *(one for one in (before, most) if one != _resource.RLIM_INFINITY)]
@@ -214,7 +213,7 @@ def _memory_limit(megabytes: float) -> Iterator[None]:
 
 
 def _resident_from_now() -> float:
-    """Start to measure the peak of resident memory; return what is resident now, in bytes (NaN: not known)."""
+    """Reset the peak of resident memory; return the resident memory now, in bytes (NaN: unknown)."""
     with suppress(OSError):
         (_PROCESS / "clear_refs").write_text(_FORGET_PEAK, encoding="ascii")
         return _status("VmRSS")
@@ -222,7 +221,7 @@ def _resident_from_now() -> float:
 
 
 def _status(name: str) -> float:
-    """Read a figure of this process's memory, in bytes; NaN where the system does not tell."""
+    """Read a figure of this process's memory, in bytes; NaN on systems that do not report it."""
     with suppress(OSError):
         descriptor = os.open(_PROCESS / "status", os.O_RDONLY)
         try:

@@ -1,4 +1,4 @@
-"""The end of a call in another process: its value, or why it has none."""
+"""Outcome of a call in another process: its value, or its failure."""
 
 import pickle
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 
 class Failure(Enum):
-    """Why a call has no value."""
+    """Kinds of failure of a call."""
 
     TIMED_OUT = "it took longer than it may"
     OUT_OF_MEMORY = "it needed more memory than it may take"
@@ -19,16 +19,16 @@ class Failure(Enum):
 @dataclass(frozen=True)
 class Outcome:
     """
-    The value of a call, or why it has none.
+    Value or failure of a call.
 
     Attributes
     ----------
     value
-        What the function returned; None where it failed.
+        Return value of the function; None if it failed.
     failure
-        Why there is no value; None where there is one.
+        Kind of failure; None if there is a value.
     message
-        What is known of the failure, in one line.
+        Description of the failure, in one line.
 
     Examples
     --------
@@ -42,12 +42,12 @@ class Outcome:
 
 
 class Reply(NamedTuple):
-    """What a worker answers to a call: the value, pickled, or a failure."""
+    """Answer of a worker to a call: the pickled value, or a failure."""
 
     body: bytes = b""
     failure: Failure | None = None
     message: str = ""
-    #: whether the call may have left something behind that would disturb the next one
+    #: whether the call may have side effects that would disturb the next one
     dirty: bool = False
 
     def outcome(self) -> Outcome:
@@ -57,15 +57,15 @@ class Reply(NamedTuple):
         try:
             return Outcome(pickle.loads(self.body))  # noqa: S301 - from a process that this one started
         except Exception as error:  # noqa: BLE001 - a value may be anything
-            return Outcome(None, Failure.RAISED, f"what it returned cannot be read: {one_line(error)}")
+            return Outcome(None, Failure.RAISED, f"its return value cannot be read: {one_line(error)}")
 
 
 def packed(function: Callable[..., Any], args: tuple[Any, ...]) -> bytes | Outcome:
-    """Pickle a call; one that cannot be sent has failed."""
+    """Pickle a call; if it cannot be pickled, return the failure."""
     try:
         return pickle.dumps((function, args), pickle.HIGHEST_PROTOCOL)
     except Exception as error:  # noqa: BLE001 - arguments may be anything
-        return Outcome(None, Failure.RAISED, f"what it is called with cannot be sent: {one_line(error)}")
+        return Outcome(None, Failure.RAISED, f"its arguments cannot be sent: {one_line(error)}")
 
 
 def one_line(error: BaseException) -> str:
@@ -79,7 +79,7 @@ def one_line(error: BaseException) -> str:
     """
     try:
         text = str(error)
-    except Exception:  # noqa: BLE001 - an exception may be as broken as what raised it
+    except Exception:  # noqa: BLE001 - the exception may be broken itself
         text = ""
     first = next(iter(text.splitlines()), "")
     return f"{type(error).__name__}: {first}" if first else type(error).__name__

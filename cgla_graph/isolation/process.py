@@ -1,4 +1,4 @@
-"""A worker process: calls are made there one after the other, and one that is lost is replaced."""
+"""A worker process that makes calls one after the other, and is replaced if it is lost."""
 
 import atexit
 import os
@@ -17,38 +17,38 @@ from cgla_graph.errors import WorkerError
 from cgla_graph.isolation import worker
 from cgla_graph.isolation.outcome import Failure, Outcome, Reply, one_line, packed
 
-#: How long a worker may take to start, in seconds, before it is given up.
+#: Seconds that a worker may take to start.
 START_SECONDS = 600.0
-#: How many workers in a row may be lost before they take up their call.
+#: Workers in a row that may be lost before they begin a call.
 STARTS = 3
-#: How long a call may outlive its own limit before it is killed from here, and how often that is looked at, in seconds.
+#: Seconds after its own limit until a call is killed from here, and between two checks of that.
 GRACE, GLANCE = 1.0, 0.5
 
-#: What a server runs: the folders first, as those of the user's program are where our modules are.
+#: Program of a server: it sets the module search path first, so that it imports the same modules as this process.
 _BOOT = (
     "import sys; sys.path[:] = sys.argv[2].split('\\n'); "
     "from cgla_graph.isolation.worker import serve; serve(int(sys.argv[1]))"
 )
 _HINTS = {
-    "SIGABRT": ", as compiled code does that finds no memory",
+    "SIGABRT": ", as compiled code does when it runs out of memory",
     "SIGKILL": ", which may mean that memory ran out",
 }
-#: Whether workers are forked from a server that has loaded everything; on Windows each is started anew.
+#: Whether workers are forked from a server that has loaded all modules; on Windows each is started anew.
 _forks = hasattr(os, "fork")
 
 
 class WorkerProcess:
     """
-    One worker process, which is started when first used, and replaced when it is lost.
+    One worker process, which is started at the first call and replaced if it is lost.
 
-    It needs no guard (``if __name__ == "__main__":``) in the program, but on Windows.
+    Only on Windows, the program needs a guard (``if __name__ == "__main__":``).
 
     Parameters
     ----------
     preload
-        Modules to be loaded before the first call.
+        Modules to load before the first call.
     cores
-        Where the worker may run; None for anywhere.
+        Cores on which the worker may run; None for all.
 
     Examples
     --------
@@ -74,36 +74,36 @@ class WorkerProcess:
         seconds: float,
         tell: Callable[[str, str], None] | None = None,
     ) -> Outcome:
-        """Call a function of a module that the other process can import, as `run` does; both are pickled here."""
+        """Call an importable function in the worker, as `run` does; function and arguments are pickled here."""
         call = packed(function, args)
         return call if isinstance(call, Outcome) else self.run(call, seconds, tell).outcome()
 
     def run(self, call: bytes, seconds: float, tell: Callable[[str, str], None] | None = None) -> Reply:
         """
-        Make a call, and wait for its end. What interrupts the wait (Ctrl-C) ends the worker.
+        Make a call and wait for its end. An interrupt of the wait (Ctrl-C) ends the worker.
 
         Parameters
         ----------
         call
             Function and arguments, pickled.
         seconds
-            When to give it up, above 0.
+            Seconds after which the call is given up, above 0.
         tell
-            Gets the progress of the call: what it does, and how far it is.
+            Receives the progress of the call: its activity, and how far it is.
 
         Raises
         ------
         WorkerError
             If workers do not start.
         CancelledError
-            If it is stopped meanwhile.
+            If `stop` is called meanwhile.
         """
         for _ in range(STARTS):
             try:
                 process = self._ready()
                 reply = None if process is None else process.answer(call, seconds, tell)
             except BaseException:
-                # what comes next from there would be the answer to this
+                # the worker may still send its reply to this call, which must not answer the next one
                 self._end()
                 raise
             if self._stopped:
@@ -112,14 +112,13 @@ class WorkerProcess:
                 self._end()
             if reply is not None:
                 return reply
-        msg = (
-            f"{STARTS} worker processes in a row died while they started; what they wrote to standard error says why"
-            + ("" if _forks else " (a script has to keep its own work under `if __name__ == '__main__':`)")
+        msg = f"{STARTS} worker processes in a row died while they started; see their messages on standard error" + (
+            "" if _forks else " (a script has to keep its own work under `if __name__ == '__main__':`)"
         )
         raise WorkerError(msg)
 
     def _ready(self) -> "_Process | None":
-        """Start the process unless it waits for a call; None if it dies of that."""
+        """Return the process, started if needed; None if it dies at its start."""
         with self._changing:
             if self._stopped:
                 raise CancelledError
@@ -130,14 +129,14 @@ class WorkerProcess:
         return process if process is not None and process.is_ready() else None
 
     def stop(self) -> None:
-        """End the worker and all that it started, and give up the call that is under way; start nothing from now on."""
+        """End the worker and all its descendants, and cancel the current call; start no worker from now on."""
         with self._changing:
             self._stopped = True
             if self._process is not None:
                 self._process.kill()
 
     def join(self) -> None:
-        """Wait until a stopped worker is gone."""
+        """Wait until a stopped worker has ended."""
         process = self._process
         if process is not None:
             connection.wait([process.sentinel], START_SECONDS)
@@ -156,26 +155,26 @@ class WorkerProcess:
 
 
 class _Process:
-    """A process that works, as seen from here: its line, and what becomes readable when it has died."""
+    """A running worker: the pipe to it, and a handle that becomes readable when it has died."""
 
     def __init__(self, pid: int, line: Any, sentinel: Any, exit_code: Callable[[], int]) -> None:  # noqa: ANN401 - pipes
         self.sentinel = sentinel
         self._pid, self._line, self._exit_code = pid, line, exit_code
         self._tell: Callable[[str, str], None] | None = None
-        #: until when the part of the call that is limited may take; 0: no limit now
+        #: end of the time limit of the current part of a call; 0 for no limit
         self._deadline = 0.0
 
     def is_alive(self) -> bool:
         return not connection.wait([self.sentinel], 0.0)
 
     def is_ready(self) -> bool:
-        """Wait until it takes calls."""
+        """Wait until it accepts calls."""
         with suppress(TimeoutError):
             return self._word(START_SECONDS) is not None
         return False
 
     def answer(self, call: bytes, seconds: float, tell: Callable[[str, str], None] | None) -> Reply | None:
-        """Make a call, and wait for its end; None if the process died before: the call has nothing to do with that."""
+        """Make a call and wait for its end; None if the process died before the call began."""
         self._deadline, self._tell = 0.0, tell
         begun = None
         with suppress(OSError, TimeoutError):
@@ -188,11 +187,11 @@ class _Process:
         except TimeoutError as error:
             return _lost(Failure.TIMED_OUT, str(error))
         except Exception as error:  # noqa: BLE001 - a call may have written into the line
-            return _lost(Failure.CRASHED, f"its process cannot be understood: {one_line(error)}")
+            return _lost(Failure.CRASHED, f"the reply of its process cannot be read: {one_line(error)}")
         return self._end() if word is None else Reply(*word)
 
     def _end(self) -> Reply:
-        """Say what it died of; one that is about to end by itself tells why."""
+        """Return why it died; wait a moment, so that a process that is ending by itself gets its own exit code."""
         connection.wait([self.sentinel], GRACE)
         self.kill()
         code = self._exit_code()
@@ -207,13 +206,13 @@ class _Process:
         return _lost(Failure.CRASHED, f"its process died of {name}{_HINTS.get(name, '')}")
 
     def _word(self, seconds: float) -> tuple[Any, ...] | None:
-        """Wait for what the process says next; None if it dies, or its end of the line is closed."""
+        """Wait for the next message of the process; None if it dies, or its end of the pipe is closed."""
         latest = time.monotonic() + seconds
         while True:
             ready = connection.wait([self._line, self.sentinel], GLANCE)
             now, heard = time.monotonic(), self._line in ready
             if self.sentinel in ready:
-                # what it has started may keep the line open
+                # its children may keep the pipe open
                 self.kill()
                 heard = self._line.poll()
             if ready:
@@ -236,12 +235,12 @@ class _Process:
                 raise TimeoutError(msg)
 
     def kill(self) -> None:
-        """Kill it, and all that it started."""
+        """Kill the process and its session."""
         if hasattr(os, "killpg"):
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._pid, signal.SIGKILL)
         if self.is_alive():
-            # it may not have a session of its own yet
+            # (it may not have a session of its own yet)
             with suppress(ProcessLookupError, PermissionError):
                 os.kill(self._pid, getattr(signal, "SIGKILL", signal.SIGTERM))
 
@@ -253,29 +252,29 @@ def _lost(failure: Failure, message: str) -> Reply:
     return Reply(failure=failure, message=message, dirty=True)
 
 
-# ---- how it is started ----
+# ---- starting a worker ----
 
 
 class _Server(NamedTuple):
-    """A process that workers are forked from, and the line to it."""
+    """A process from which workers are forked, and the pipe to it."""
 
     process: subprocess.Popen[bytes]
     line: Any
 
     def end(self) -> None:
-        """Let it end, and its workers with it."""
+        """End the server and its workers."""
         self.line.close()
         self.process.wait()
 
 
-#: Servers by the number of cores that their libraries have counted.
+#: Servers by the number of cores that their libraries use.
 _servers: dict[int | None, _Server] = {}
-#: Held while a server is asked for a worker.
+#: Held while a server starts a worker.
 _asking = threading.Lock()
 
 
 def _forked(preload: tuple[str, ...], cores: frozenset[int] | None) -> _Process | None:
-    """Have a server fork a worker; None if the server dies of that."""
+    """Let a server fork a worker; None if the server dies."""
     line, theirs = connection.Pipe()
     report, told = connection.Pipe(duplex=False)
     with _asking:
@@ -288,7 +287,7 @@ def _forked(preload: tuple[str, ...], cores: frozenset[int] | None) -> _Process 
                 each.close()
             pid = report.recv()
         except BaseException as error:
-            # also Ctrl-C: the rest of the request would be taken for the next one
+            # (also for Ctrl-C: the server would take the rest of this request for the next one)
             server.process.kill()
             _servers.pop(n_cores).end()
             if isinstance(error, EOFError | OSError):
@@ -306,7 +305,7 @@ def _forked(preload: tuple[str, ...], cores: frozenset[int] | None) -> _Process 
 
 
 def _started_server() -> _Server:
-    """Start a server, out of reach of Ctrl-C."""
+    """Start a server in a session of its own, which Ctrl-C does not reach."""
     line, theirs = connection.Pipe()
     command = [os.fsdecode(spawn.get_executable()), "-c", _BOOT, str(theirs.fileno()), "\n".join(sys.path)]
     how: Any = {"stdin": subprocess.DEVNULL, "pass_fds": [theirs.fileno()], "start_new_session": True}
@@ -320,7 +319,7 @@ def _started_server() -> _Server:
 
 
 def _spawned(preload: tuple[str, ...], cores: frozenset[int] | None) -> _Process:
-    """Start a worker anew, where there is no fork."""
+    """Start a worker as a new process, on systems without fork."""
     line, theirs = connection.Pipe()
     process = get_context("spawn").Process(target=worker.work, args=(theirs, sys.path, preload, cores), daemon=True)
     process.start()
@@ -334,13 +333,13 @@ def _end_servers() -> None:
 
 
 def _forget_servers() -> None:
-    """Begin anew in a copy of this process: the servers are its parent's children."""
+    """Forget the servers in a fork of this process: they are children of its parent."""
     global _asking  # noqa: PLW0603 - it may have been held
     _asking = threading.Lock()
     while _servers:
         server = _servers.popitem()[1]
         server.line.close()
-        # this process does not have to wait for it
+        # (no need to wait for it here)
         server.process.returncode = 0
 
 

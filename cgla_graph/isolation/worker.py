@@ -1,8 +1,8 @@
 """
-The other side: a server that forks workers, and a worker that makes calls.
+Server that forks workers, and the workers, which make calls.
 
-The server has loaded everything, and has no threads and no locks of the program's: a fork of it is there in
-milliseconds. It kills its workers, and all that they started, when the program ends, however that ended.
+The server has loaded all modules and has none of the program's threads and locks, so that it forks a worker in
+milliseconds. It kills its workers and all their descendants when the program ends for any reason.
 """
 
 import ctypes
@@ -26,15 +26,15 @@ from cgla_graph.isolation.outcome import Failure, Reply, one_line
 
 #: One end of a pipe.
 Line: TypeAlias = Any
-#: How often progress is passed on, in seconds.
+#: Seconds between two messages of progress.
 EVERY = 0.1
-#: Of prctl: which signal a process gets when its parent dies.
+#: Option of prctl: the signal that a process gets when its parent dies.
 _PR_SET_PDEATHSIG = 1
-#: Of prctl: orphans of a process's family become its children.
+#: Option of prctl: orphaned descendants become children of this process.
 _PR_SET_CHILD_SUBREAPER = 36
 #: The children of a process's only thread.
 _CHILDREN = Path(f"/proc/self/task/{os.getpid()}/children")
-#: Whether this process, a worker, is to be replaced after the call that is under way.
+#: Whether this worker is to be replaced after the current call.
 _used_up = False
 
 
@@ -43,10 +43,10 @@ _used_up = False
 
 def serve(descriptor: int) -> NoReturn:
     """
-    Fork a worker for each request on a line, until that is closed.
+    Fork a worker for each request on a pipe, until that is closed.
 
-    A request is the search path, modules to load and cores, then both descriptors that the worker needs: of its line,
-    and of a pipe on which the server tells its process and, later, its exit code.
+    A request is the search path, the modules to load and the cores, then two descriptors: of the worker's pipe, and of
+    a pipe on which the server sends the worker's process id and, later, its exit code.
     """
     control: Line = connection.Connection(descriptor)
     _ask_kernel(_PR_SET_CHILD_SUBREAPER, 1)
@@ -81,7 +81,7 @@ def _fork(control: Line, workers: dict[int, Line], descriptors: tuple[int, int])
     line, report = (connection.Connection(reduction.recv_handle(control)) for _ in range(2))
     _set_up(path, preload, cores)
     with warnings.catch_warnings():
-        # libraries that count cores may have threads, which no worker needs
+        # (libraries may have threads in the server, which no worker needs)
         warnings.simplefilter("ignore")
         pid = os.fork()
     if pid == 0:
@@ -92,20 +92,20 @@ def _fork(control: Line, workers: dict[int, Line], descriptors: tuple[int, int])
                 each.close()
             for descriptor in descriptors:
                 os.close(descriptor)
-            # even where a call has stopped this process
+            # (works even if a call has stopped this process)
             _ask_kernel(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
             work(line, path, (), cores)
         finally:
             os._exit(1)
     line.close()
     workers[pid] = report
-    # the program may have given it up
+    # (the program may have closed the pipe)
     with suppress(OSError):
         report.send(pid)
 
 
 def _report(workers: dict[int, Line]) -> None:
-    """Tell the exit codes of workers that have died, when what they left behind is gone."""
+    """Send the exit codes of workers that have died, after their descendants are killed."""
     ended = [(pid, status) for pid, status in (os.waitpid(pid, os.WNOHANG) for pid in workers) if pid]
     _kill_children(workers)
     for pid, status in ended:
@@ -114,11 +114,11 @@ def _report(workers: dict[int, Line]) -> None:
 
 
 def _kill_children(but: Collection[int] = ()) -> None:
-    """Kill all children of this process but some; processes that dead workers have started are among them."""
-    # some start new ones while others are killed
+    """Kill all children of this process except some; descendants of dead workers are among them."""
+    # (children may start new ones meanwhile)
     for _ in range(100):
         left: list[int] = []
-        # where the system does not list them, there are none
+        # (systems that do not list children do not adopt orphans either)
         with suppress(OSError):
             left = [int(pid) for pid in _CHILDREN.read_text(encoding="ascii").split() if int(pid) not in but]
         for pid in left:
@@ -140,11 +140,11 @@ def _ask_kernel(option: int, value: int) -> None:
 
 
 def work(line: Line, path: Iterable[str], preload: Iterable[str], cores: Collection[int] | None) -> None:
-    """Make calls, one after the other, until the line is closed."""
+    """Make calls, one after the other, until the pipe is closed."""
     if hasattr(os, "setsid"):
-        # calls may start processes: those can be found by the session, and killed with it
+        # (processes that a call starts are in this session, and are killed with it)
         os.setsid()
-    # on Windows, Ctrl-C reaches all processes; the program decides
+    # (on Windows, Ctrl-C reaches all processes; only the program handles it)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _ask_kernel(_PR_SET_CHILD_SUBREAPER, 1)
     _print_to_standard_error()
@@ -169,25 +169,25 @@ def work(line: Line, path: Iterable[str], preload: Iterable[str], cores: Collect
 
 
 def _set_up(path: Iterable[str], preload: Iterable[str], cores: Collection[int] | None) -> None:
-    """Stay on some cores, and load modules; libraries count the cores when they are loaded."""
+    """Restrict this process to some cores, then load modules: libraries count the cores when they are loaded."""
     if cores is not None and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, cores)
     sys.path[:] = path
     for module in preload:
-        # the call that needs it reports the error
+        # (the call that needs the module reports the error)
         with suppress(Exception):
             import_module(module)
 
 
 def _print_to_standard_error() -> None:
-    """Make standard output the standard error: the program's is for results."""
+    """Redirect standard output to standard error, because the program's standard output is for results."""
     with suppress(OSError):
         os.dup2(2, 1)
     sys.stdout = sys.stderr
 
 
 def _seldom(say: Callable[[str, str], None]) -> Callable[[str, str], None]:
-    """Pass on progress, but not more often than `EVERY`."""
+    """Pass on progress at most once in `EVERY` seconds."""
     latest = -EVERY
 
     def say_seldom(what: str, text: str) -> None:
@@ -200,14 +200,14 @@ def _seldom(say: Callable[[str, str], None]) -> Callable[[str, str], None]:
 
 
 def _reply(call: bytes) -> Reply:
-    """Make a call. Only plain bytes and words leave this process: those can always be sent and read."""
+    """Make a call, and reply with plain bytes and text only, which can always be sent and read."""
     process, threads = os.getpid(), threading.active_count()
     if hasattr(signal, "setitimer"):
-        # an alarm that the call before has set would go off in this one
+        # cancel an alarm that a previous call may have set
         signal.setitimer(signal.ITIMER_REAL, 0.0)
     reply = make_call(call)
     if os.getpid() != process:
-        # a fork that came back from the call: one of the two is enough
+        # the call forked this process and both returned: end the child
         os._exit(1)
     return reply._replace(dirty=_used_up or threading.active_count() > threads or _has_children())
 
@@ -226,17 +226,17 @@ def make_call(call: bytes) -> Reply:
 
 def use_up() -> None:
     """
-    Have this worker replaced after the call that is under way.
+    Let this worker be replaced after the current call.
 
-    For calls of code that may leave anything behind: another folder, other signals, closed files, changed modules.
-    Outside of a worker it does nothing.
+    For calls with side effects on the process: a changed folder, signals, closed files, changed modules. Outside a
+    worker it does nothing.
     """
     global _used_up  # noqa: PLW0603 - a property of the process
     _used_up = True
 
 
 def _has_children() -> bool:
-    """Tell whether this process has children, alive or not waited for."""
+    """Return whether this process has children, alive or zombies."""
     if not hasattr(os, "waitid"):
         return bool(active_children())
     try:

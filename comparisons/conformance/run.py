@@ -17,7 +17,7 @@ from cgla_graph.comparisons.conformance.suite import Instance, chosen
 from cgla_graph.comparisons.conformance.verdict import Result, Verdict, judged
 from cgla_graph.comparisons.workers.pool import Call, isolated
 from cgla_graph.errors import CglaError
-from cgla_graph.isolation.command import GRACE, MOST_OUTPUT, End, Spoken, ask
+from cgla_graph.isolation.command import GRACE, MOST_OUTPUT, CommandResult, End, run_command
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.isolation.outcome import Failure, Outcome
 
@@ -168,12 +168,12 @@ def results_of(
     where = (str(Path.cwd()), dict(os.environ), limits)
     calls = iter(
         [
-            Call(number, ask, (tuple(command), one.problem.model_dump_json(), *where))
+            Call(number, run_command, (tuple(command), one.problem.model_dump_json(), *where))
             for number, one in enumerate(instances)
         ]
     )
     seconds = limits.seconds + GRACE + _PREPARATION
-    outcomes = isolated(lambda: next(calls, None), workers=workers, seconds=seconds, preload=[ask.__module__])
+    outcomes = isolated(lambda: next(calls, None), workers=workers, seconds=seconds, preload=[run_command.__module__])
     with closing(outcomes):
         for call, outcome in outcomes:
             yield _result(instances[int(str(call.key))], outcome, limits, command)
@@ -183,7 +183,7 @@ def _result(instance: Instance, outcome: Outcome, limits: Limits, command: Seque
     """Turn what came of a call into a result."""
     if outcome.failure is not None:
         return Result(instance, _FAILED[outcome.failure], outcome.message)
-    spoken: Spoken = outcome.value
+    spoken: CommandResult = outcome.value
     if spoken.end is End.NOT_STARTED:
         msg = f"{command[0]}: cannot be started: {spoken.complaint}; give a program, and its arguments behind it"
         raise CglaError(msg)

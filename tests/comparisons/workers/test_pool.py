@@ -58,7 +58,7 @@ def test_whatever_a_call_does_is_an_outcome(awkward: ModuleType) -> None:
         ((awkward.hang_limited, 0.2), Failure.TIMED_OUT, "limit"),
         ((awkward.hang_deaf, 0.2), Failure.TIMED_OUT, "limit"),
         ((awkward.eat, 100.0), Failure.OUT_OF_MEMORY, "Unable to allocate"),
-        ((awkward.eat_in_c, 100.0), Failure.CRASHED, "SIGABRT, as compiled code does that finds no memory"),
+        ((awkward.eat_in_c, 100.0), Failure.CRASHED, "SIGABRT, as compiled code does when it runs out of memory"),
         ((awkward.leave, 0), Failure.CRASHED, "exit code 0"),
         ((awkward.leave, 3), Failure.CRASHED, "exit code 3"),
         ((awkward.segfault,), Failure.CRASHED, "SIGSEGV"),
