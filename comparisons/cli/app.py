@@ -1,4 +1,4 @@
-"""The command line, `cgla`: how it starts and ends."""
+"""Start and end of the command line `cgla`."""
 
 import atexit
 import gc
@@ -19,7 +19,7 @@ app = typer.Typer(cls=CommandGroup, rich_markup_mode=None, pretty_exceptions_ena
 
 
 def _version(asked: bool) -> None:
-    """Print the version and leave."""
+    """Print the version and exit."""
     if asked:
         from cgla_graph import __version__
 
@@ -43,22 +43,22 @@ def _say_warning(message: Warning | str, *_: object, **__: object) -> None:
 
 
 def _leave_garbage() -> None:
-    """Skip the search for garbage at the end, unless OMPL is loaded: it complains of its objects that are left."""
+    """Skip the garbage collection at exit, unless OMPL is loaded, which warns of objects that are left."""
     if "ompl" not in sys.modules:
         gc.freeze()
 
 
 def main() -> None:
     """Run the command line: wrong input is one line on standard error and exit code 2, never a traceback."""
-    # imports make objects by the hundred thousand and no garbage; `console.running_solvers` collects again
+    # imports make hundreds of thousands of objects and no garbage; `console.running_solvers` enables collection
     gc.disable()
-    # nor is any looked for at the end of the process, which would take longer than many a command
+    # a collection at the end of the process would take longer than many commands
     atexit.unregister(_leave_garbage)
     atexit.register(_leave_garbage)
     if "_CGLA_COMPLETE" in os.environ:
         completion.read_no_values()
     for stream in (sys.stdout, sys.stderr):
-        # a terminal of few letters gets escapes instead of a failure
+        # a terminal that cannot show a character gets an escape instead of a failure
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
@@ -67,7 +67,7 @@ def main() -> None:
             code = _run(renamed(sys.argv[1:]) or ["--help"])
     finally:
         console.end_compiling()
-    # the process may go on, in tests and where Python calls this
+    # the process may go on, in tests and if Python calls this
     gc.unfreeze()
     gc.enable()
     sys.exit(code)

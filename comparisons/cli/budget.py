@@ -16,12 +16,12 @@ def plan_within(
     scenario: Scenario, entrant: Entrant, budget: BudgetOptions, tolerance: float | None = 0.01
 ) -> PlanWithin:
     """
-    Plan within the one budget that is given.
+    Plan within the given budget.
 
     Raises
     ------
     CglaError
-        If both are given, or the budget is no number of at least 0, or the path is to be refined.
+        If both budgets are given, the budget is not a number of at least 0, or the path is to be refined.
     """
     max_risk, max_length = budget.max_risk, budget.max_length
     if max_risk is not None and max_length is not None:
@@ -36,17 +36,17 @@ def plan_within(
 
 
 def print_within(scenario: Scenario, plan: PlanWithin) -> None:
-    """Print the bound of a plan within a budget, a line a number."""
+    """Print budget, weight, dual bound and gap of a plan within a budget."""
     on_risk = plan.limited == "risk"
     units = ["", " m" if scenario.projection else ""]
     unit, other_unit = units if on_risk else units[::-1]
-    whom = "on the lattice" if plan.scope == "lattice" else "inside the bounds"
+    scope = "on the lattice" if plan.scope == "lattice" else "inside the bounds"
     best = "shorter" if on_risk else "of less risk"
-    bound = f"{rounded_down(plan.dual_bound, 9)}{other_unit}: no path {whom} within the budget is {best}"
+    bound = f"{rounded_down(plan.dual_bound, 9)}{other_unit}: no path {scope} within the budget is {best}"
     lines = {
         "budget": f"{plan.limited} at most {plan.budget:g}{unit}",
         "weight": "risk alone" if math.isinf(plan.k) else f"k = {figure(plan.k, 6)} prices the budget",
-        "dual bound": f"none: no path {whom} keeps the budget" if math.isinf(plan.dual_bound) else bound,
+        "dual bound": f"none: no path {scope} keeps the budget" if math.isinf(plan.dual_bound) else bound,
         "gap": f"{percent(plan.gap)}: duality gap" if plan.status.has_path else "",
     }
     if not math.isnan(plan.dual_bound):

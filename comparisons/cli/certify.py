@@ -33,14 +33,14 @@ def certify(
     path: Annotated[
         Path | None, option("--path FILE", "a path, as plan --out or --export writes it (default: hybrid's)")
     ] = None,
-    tolerance: Annotated[float, option("--tolerance R", "gap that is good enough")] = 0.001,
-    max_cells: Annotated[int, option("--max-cells N", "cells of a grid at most, about 300 bytes each")] = 2_500_000,
+    tolerance: Annotated[float, option("--tolerance R", "wanted gap")] = 0.001,
+    max_cells: Annotated[int, option("--max-cells N", "cells of a grid, at most; about 300 bytes each")] = 2_500_000,
 ) -> None:
     """
     Prove how far a path is from the best possible.
 
-    Prints a bracket around the least cost that any path can have, grid by grid as it closes; with --out, writes it
-    and a picture (NAME-SOLVER-certificate.*). Any planner's path can be held against it with --path.
+    Prints a bracket of the least cost of any path, for each grid until it is tight; with --out, writes it and a
+    picture (NAME-SOLVER-certificate.*). With --path, the path may be that of any planner.
     """
     from cgla_graph.comparisons.study.rows import plan_document
     from cgla_graph.comparisons.tables.certificate import grid_rows, proof_of
@@ -66,12 +66,12 @@ def certified(
     scenario: "Scenario", file: Path | None = None, *, tolerance: float = 0.001, max_cells: int = 2_500_000
 ) -> "Run":
     """
-    Hold the path of a file, or else that of the `hybrid` solver, against `cgla_graph.lower_bound`.
+    Bound the path of a file, or of the `hybrid` solver, by `cgla_graph.lower_bound`.
 
     Raises
     ------
     CglaError
-        If a setting is out of range, or the file is not there, malformed, or holds no feasible path from start to goal.
+        If a setting is out of range, or the file is missing, malformed, or has no feasible path from start to goal.
     """
     from cgla_graph._validate import positive_number
     from cgla_graph.certificate.subsolution import FIRST_CELLS
@@ -84,7 +84,7 @@ def certified(
 
     positive_number("--tolerance", tolerance)
     if max_cells < FIRST_CELLS**2:
-        msg = f"--max-cells is {max_cells}; give at least {FIRST_CELLS**2}, the cells of the first grid"
+        msg = f"--max-cells is {max_cells}; give at least {FIRST_CELLS**2}, the number of cells of the first grid"
         raise CglaError(msg)
     problem = scenario.problem
     if file is None:
@@ -93,18 +93,18 @@ def certified(
         path = read_path(file, problem)
         solution = problem.judge(Solution(Status.FOUND, path=path, cost=problem.evaluate(path).cost))
         if not solution.status.has_path:
-            msg = f"{file}: the path is not feasible: {solution.message}; give one that may be flown"
+            msg = f"{file}: the path is not feasible: {solution.message}; give a feasible one"
             raise ScenarioError(msg)
     held = solution.path if solution.status.has_path else None
     proof = lower_bound(problem, tolerance, path=held, max_cells=max_cells)
-    # the proof that was asked for stands in place of the solver's own
+    # this proof replaces the solver's own
     bounded = dataclasses.replace(solution, lower_bound=proof.lower_bound, certificate_seconds=proof.seconds)
     name = "hybrid" if file is None else file.name
     return Run(scenario, name, None, exact=False, solution=bounded, certificate=proof)
 
 
 def _print(run: "Run") -> None:
-    """Print the path, a line a grid, and the proof."""
+    """Print the path, a table of the grids, and the proof."""
     from cgla_graph._text import duration, figure
     from cgla_graph.certificate.verdict import verdict
     from cgla_graph.comparisons.tables.certificate import certificate_table, proof_of
@@ -130,7 +130,7 @@ def _print(run: "Run") -> None:
 
 
 def _written(folder: Path, run: "Run", formats: Sequence[str]) -> list[Path]:
-    """Write ``NAME-SOLVER-certificate.csv``, a row a grid, and the picture."""
+    """Write ``NAME-SOLVER-certificate.csv``, one row per grid, and the picture."""
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.plots.runs import certificate_of_run
     from cgla_graph.comparisons.tables.certificate import COLUMNS, grid_rows, proof_of

@@ -25,7 +25,7 @@ def check(
     plan_file: Annotated[
         Path,
         typer.Argument(
-            metavar="PLAN", help=".plan, .waypoints, .kml, .kmz, .gpx, .geojson, or .csv: its content says which"
+            metavar="PLAN", help=".plan, .waypoints, .kml, .kmz, .gpx, .geojson, or .csv, recognised by its content"
         ),
     ],
     output: OutputOptions,
@@ -33,7 +33,7 @@ def check(
     raster: RasterOptions,
     against: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[MAP]", help="a scenario or a raster of risk, as of plan, and files of zones"),
+        typer.Argument(metavar="[MAP]", help="a scenario or a raster of risk, as for plan, and files of zones"),
     ] = None,
     zones: Annotated[
         list[Path] | None,
@@ -45,17 +45,18 @@ def check(
     k: KOption = None,
     clearance: ClearanceOption = None,
     bounds: BoundsOption = None,
-    tolerance: Annotated[float, option("--tolerance R", "how tight the bracket of the best cost shall be")] = 0.01,
+    tolerance: Annotated[float, option("--tolerance R", "wanted width of the bracket of the best cost")] = 0.01,
     through: Annotated[
-        int, option("--through N", "legs that are proven at most for the bound through its waypoints")
+        int, option("--through N", "legs, at most, whose bounds are proven for plans through its waypoints")
     ] = 16,
-    no_certificate: Annotated[bool, option("--no-certificate", "leave out the lower bound, and so the gaps")] = False,
+    no_certificate: Annotated[bool, option("--no-certificate", "leave out the lower bound and the gaps")] = False,
 ) -> None:
     """
     Check any flight plan: which zones its legs cross, and how much better a plan could be.
 
-    Leg by leg: length, risk, cost, clearance, and what is crossed, where and how long; then a proven bracket of the
-    least cost of a clean plan between the same ends. With --out, draws it (NAME-check.*). Exits with 1 unless clean.
+    Prints length, risk, cost and clearance of each leg, its crossings with zones and their lengths, and a proven
+    bracket of the least cost of a clean plan between the same ends. With --out, draws it (NAME-check.*). Exits with 1
+    unless the plan is clean.
     """
     from cgla_graph.airspace.plan_check.check import check as check_plan
     from cgla_graph.comparisons.cli import check_report
@@ -87,7 +88,7 @@ def check(
 def _maps_and_zones(
     plan_file: Path, against: Sequence[str], risk: Path | None, zones: Sequence[Path]
 ) -> tuple[str | None, list[Path]]:
-    """Return the map, if there is one, and the files of zones: those of areas among the arguments are zones."""
+    """Return the map, if there is one, and the files of zones, which include all files of areas."""
     from cgla_graph.comparisons.study.options import is_raster
     from cgla_graph.errors import CglaError
     from cgla_graph.scenarios.loading import AREAS, RASTERS, holds_areas
@@ -99,7 +100,7 @@ def _maps_and_zones(
         msg = f"a plan is checked against one map, not {', '.join(maps)}; give one scenario or raster, and any zones"
         raise CglaError(msg)
     if risk is not None and not is_raster(str(risk)):
-        msg = f"--risk {risk} is no raster; those end in {', '.join(RASTERS)}"
+        msg = f"--risk {risk} is not a raster; rasters end in {', '.join(RASTERS)}"
         raise CglaError(msg)
     if not maps and not found:
         msg = f"{plan_file}: there is nothing to check it against; give --zones FILE, --risk FILE, or a scenario"
@@ -110,15 +111,15 @@ def _maps_and_zones(
 def _require_meaning(
     spec: str | None, zones: Sequence[Path], bounds: str | None, raster: RasterOptions, settings: Mapping[str, object]
 ) -> None:
-    """Refuse options about a map or zones where there are none."""
+    """Refuse options of maps without a map, and of zones without zones."""
     from cgla_graph.errors import CglaError
 
     if spec is None and (bounds is not None or any(value is not None for value in vars(raster).values())):
-        msg = "--bounds and what is said of rasters are about a map; give one (--risk FILE, or a scenario)"
+        msg = "--bounds and options of rasters need a map; give one (--risk FILE, or a scenario)"
         raise CglaError(msg)
     for name, value in settings.items():
         if value is not None and not zones:
-            msg = f"--{name} is about zones; give their files (--zones FILE)"
+            msg = f"--{name} needs zones; give their files (--zones FILE)"
             raise CglaError(msg)
 
 
@@ -130,7 +131,7 @@ def _opened(plan_file: Path, spec: str, bounds: str | None, raster: RasterOption
 
     if not is_raster(spec):
         return open_one("check", spec, MapOptions(bounds=bounds, raster=vars(raster)))
-    # risk without a weight is shown, and is no part of the cost
+    # without a weight, risk is shown but does not count as cost
     flown = read_plan(plan_file).flown
     start, goal = (",".join(map(repr, flown[at].tolist())) for at in (0, -1))
     try:

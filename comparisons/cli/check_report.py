@@ -1,4 +1,4 @@
-"""What the command `check` prints and draws: legs, where areas are crossed, the verdict."""
+"""Report of the command `check`: legs, crossings, proofs and the verdict, printed and drawn."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,15 +14,15 @@ from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.tables.listing import listing
 from cgla_graph.model.earth import distortion_note
 
-#: Of longer plans, only those legs are printed that are not clean; and so many at most.
+#: Legs that are printed, at most: of longer plans, only those that are not clean.
 MOST_ROWS = 30
-#: Lengths are written with so many digits, and risks.
+#: Significant digits of lengths, and of risks.
 _DIGITS, _RISK_DIGITS = 6, 4
 _MILLIMETRE = 1e-3
 
 
 def print_checked(checked: PlanCheck) -> None:
-    """Print the plan, a line a leg, the crossings and the proofs."""
+    """Print the plan, a table of its legs, the crossings and the proofs."""
     on, plan = checked.on, checked.plan
     unit = _unit(checked)
     name = f" ({plan.name})" if plan.name and plan.name != Path(checked.file).stem else ""
@@ -50,7 +50,7 @@ def print_checked(checked: PlanCheck) -> None:
         "risk": figure(checked.risk, _DIGITS),
         "cost": figure(checked.cost, 9) + unit,
         "clearance": (_far(checked, clearance) + unit if math.isfinite(clearance) else "no area")
-        + (f", of at least {asked:g}{unit} asked for" if asked > 0.0 else ""),
+        + (f", required: at least {asked:g}{unit}" if asked > 0.0 else ""),
         "flat map": distortion_note(on.problem.projection, [on.route]),
         "geodesic": _geodesic_line(checked),
         "best": _best_line(checked),
@@ -64,12 +64,12 @@ def _unit(checked: PlanCheck) -> str:
 
 
 def _far(checked: PlanCheck, distance: float) -> str:
-    """Write a distance; one that is a rounding is none."""
+    """Write a distance; within a rounding, it is 0."""
     return figure(distance, _DIGITS) if distance > checked.on.rounding else "0"
 
 
 def _print_legs(checked: PlanCheck) -> None:
-    """Print the legs; of many, those that are not clean."""
+    """Print a table of the legs, or of those that are not clean if there are many."""
     faulty = np.nonzero(checked.faulty)[0]
     chosen = np.arange(len(checked.lengths)) if len(checked.lengths) <= MOST_ROWS else faulty[:MOST_ROWS]
     if len(chosen):
@@ -101,7 +101,7 @@ def _row(checked: PlanCheck, index: int) -> dict[str, str]:
 
 
 def _crossing_lines(checked: PlanCheck) -> Iterator[str]:
-    """Say of each crossing where it is and how long; of many, of the first."""
+    """Yield place and length of each crossing, up to `MOST_ROWS`."""
     unit, found, heights = _unit(checked), checked.crossings.found, checked.on.heights
     for one in found[:MOST_ROWS]:
         name = checked.on.areas[one.area].name
@@ -116,7 +116,7 @@ def _crossing_lines(checked: PlanCheck) -> Iterator[str]:
         first, last = _places(checked, one)
         if one.is_upright:
             here = stop if stop == "home" else f"waypoint {stop}"
-            yield f"it goes up or down inside {name}, at {here}, {first}{high}"
+            yield f"it climbs or descends inside {name}, at {here}, {first}{high}"
             continue
         along = " to ".join(_far(checked, far) for far in one.along)
         yield f"leg {one.leg + 1} is {inside} inside {name}, from {first} to {last}, {along}{unit} along the plan{high}"
@@ -125,13 +125,13 @@ def _crossing_lines(checked: PlanCheck) -> Iterator[str]:
 
 
 def _places(checked: PlanCheck, one: Crossing) -> list[str]:
-    """Say where a crossing begins and ends, in degrees where the map has them."""
+    """Write the ends of a crossing, in degrees if the map is in degrees."""
     places = np.array([one.entry, one.exit])
     return [f"{x:.6f},{y:.6f}" for x, y in checked.degrees(places) or places.tolist()]
 
 
 def _geodesic_line(checked: PlanCheck) -> str:
-    """Say how far straight legs are from geodesics."""
+    """Describe the distance of straight legs from geodesics."""
     if checked.on.problem.projection is None:
         return ""
     gap = float(checked.gaps.max())
@@ -143,7 +143,7 @@ def _geodesic_line(checked: PlanCheck) -> str:
 
 
 def _best_line(checked: PlanCheck) -> str:
-    """Say how much better any plan could be."""
+    """Describe the bracket of the least cost of a clean plan between the same ends."""
     proof, unit = checked.best, _unit(checked)
     if proof is None:
         return f"not known: {checked.no_best}" if checked.no_best else ""
@@ -167,7 +167,7 @@ def _best_line(checked: PlanCheck) -> str:
 
 
 def _through_line(checked: PlanCheck) -> str:
-    """Say how much better any plan through the same waypoints could be."""
+    """Describe the bound of the cost of a clean plan through the same waypoints."""
     found, unit = checked.through, _unit(checked)
     if found is None:
         return ""

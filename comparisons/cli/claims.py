@@ -1,4 +1,4 @@
-"""The command `claims`: the claims of the paper, checked."""
+"""The command `claims`: check the claims of the paper."""
 
 import dataclasses
 from typing import Annotated
@@ -15,24 +15,24 @@ def claims(
         list[str] | None, typer.Argument(metavar="ID", help="claims, as C28, or C17-C19 for a range (default: all)")
     ] = None,
     quick: Annotated[bool, option("--quick", "on a few maps only: minutes instead of an hour")] = False,
-    maps: Annotated[int | None, option("--maps N", "random maps a cell (default: 200)", min=1)] = None,
-    seed: Annotated[int, option("--seed S", "of all that is drawn", min=0)] = 1,
+    maps: Annotated[int | None, option("--maps N", "random maps per setting (default: 200)", min=1)] = None,
+    seed: Annotated[int, option("--seed S", "seed of all random numbers", min=0)] = 1,
     strict: Annotated[bool, option("--strict", "exit with 1 unless every claim is proved or supported")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """
     Check the claims of the paper.
 
-    Prints a verdict for each, of up to three claims with all the evidence. With --out, writes a report (report.html,
-    report.md), the paper's figures and tables remade, the counterexamples, and all numbers (claims.json);
-    measurements are kept as they come (claims.jsonl), so that an interrupted study can go on.
+    Prints a verdict for each, and for up to three claims all the evidence. With --out, writes a report (report.html,
+    report.md), the reproduced figures and tables of the paper, the counterexamples, and all numbers (claims.json);
+    measurements are saved at once (claims.jsonl), so that an interrupted study can be continued.
     """
     from cgla_graph.comparisons.claims import catalogue, command, terminal, wording
     from cgla_graph.comparisons.claims.evidence import Scale
     from cgla_graph.errors import CglaError
 
     if quick and maps is not None:
-        msg = "--quick chooses the number of maps itself; leave out --maps, or --quick"
+        msg = "--quick sets the number of maps; leave out --maps or --quick"
         raise CglaError(msg)
     if (study.resume or study.overwrite) and study.out is None:
         msg = f"{'--resume' if study.resume else '--overwrite'} needs the folder of the study (--out)"
@@ -50,11 +50,11 @@ def claims(
         terminal.print_results(done.results, scale)
         console.out_files(done.written)
     if done.interrupted:
-        kept = f"; go on with --out {study.out} --resume" if study.out else ""
+        kept = f"; continue with --out {study.out} --resume" if study.out else ""
         msg = f"{len(done.results)} of {len(request.claims)} claims are checked{kept}"
         raise console.InterruptedRunError(msg)
     for shown in done.shown:
         if shown.failed:
-            console.say(f"{shown.artefact.label} could not be made: {shown.failed}")
+            console.say(f"{shown.artefact.label} could not be reproduced: {shown.failed}")
     if not done.is_whole or (strict and not done.all_hold):
         raise typer.Exit(console.MISSING)

@@ -1,4 +1,4 @@
-"""The commands and where they are: each is a function in a file of its own, imported when it is asked for."""
+"""The commands and their modules; each command is imported when it is looked up."""
 
 import importlib
 from collections.abc import Iterator, Mapping
@@ -13,7 +13,7 @@ from cgla_graph.comparisons.cli.options import flattened
 
 #: Options of graphs in version 0.1, where `plan` and `compare` took their files.
 _OF_GRAPHS = {"--from", "--to", "--pairs", "--weight", "--directed"}
-#: Where commands are: the module and the function; of a group of commands, its help and the commands.
+#: Place of a command: its module and function; of a group of commands, its help and the commands.
 Place: TypeAlias = "str | tuple[str, dict[str, Place]]"
 COMMANDS: "dict[str, Place]" = {
     "compare": "compare:compare",
@@ -53,7 +53,7 @@ class Commands(Mapping[str, Any]):
         return len(self.places)
 
     def __getitem__(self, name: str) -> Any:  # noqa: ANN401 - a command, or a group of them
-        """Return a command, as click has it."""
+        """Return a command of click."""
         place = self.places[name]
         if isinstance(place, str):
             return _imported(name, place)
@@ -69,7 +69,7 @@ class CommandGroup(TyperGroup):
         super().__init__(**{**settings, "commands": cast("Any", commands)})
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ANN401 - click's, which typer holds in itself
-        """List the names, and import none of the commands."""
+        """List the names without importing the commands."""
         del ctx
         return list(self.commands)
 
@@ -79,18 +79,18 @@ def _imported(name: str, place: str) -> Any:  # noqa: ANN401 - click's, which ty
     """Import the function of a command, and read its options."""
     module, _, function = place.partition(":")
     home = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-    # what follows the planner's name is the planner's
+    # words after the planner's name are options of the planner
     register = home.command(name, context_settings={"allow_interspersed_args": name != "conform"})
     register(flattened(getattr(importlib.import_module(f"cgla_graph.comparisons.cli.{module}"), function)))
     return typer.main.get_command(home)
 
 
 def renamed(words: list[str]) -> list[str]:
-    """Replace the names that commands on graphs had in version 0.1, and say so."""
+    """Replace the names that commands on graphs had in version 0.1, with a message."""
     old, new = words[:1], ["graph", *words[:1]]
     if old == ["check-graph"]:
         new = ["graph", "check"]
     elif old not in (["plan"], ["compare"]) or not {word.partition("=")[0] for word in words} & _OF_GRAPHS:
         return words
-    console.say(f"cgla: cgla {old[0]} on a graph is now cgla {' '.join(new)}; the old name goes with version 0.3")
+    console.say(f"cgla: cgla {old[0]} on a graph is now cgla {' '.join(new)}; version 0.3 removes the old name")
     return [*new, *words[1:]]

@@ -32,37 +32,35 @@ def compare(
     raster: RasterOptions,
     scenarios: MissionsArg = None,
     solvers: SolversOption = None,
-    seeds: Annotated[
-        int | None, option("--seeds N", "runs of each solver that draws random numbers (default: 3)", min=1)
-    ] = None,
+    seeds: Annotated[int | None, option("--seeds N", "runs of each randomised solver (default: 3)", min=1)] = None,
     budget: Annotated[
-        str | None, option("--budget seconds=S,…", "seconds, iterations or evaluations, for all solvers that take it")
+        str | None, option("--budget seconds=S,…", "seconds, iterations or evaluations, for all solvers that accept it")
     ] = None,
     limits: Annotated[
-        str | None, option("--limits seconds=S,memory=MB", "what kills a run (default: 600 seconds, 4096 megabytes)")
+        str | None, option("--limits seconds=S,memory=MB", "limits of a run (default: 600 seconds, 4096 megabytes)")
     ] = None,
     refine: RefineOption = False,
     pictures: Annotated[
-        int | None, option("--pictures N", "draw the first N scenarios (default: 20; of a study: 0)", min=0)
+        int | None, option("--pictures N", "draw the first N scenarios (default: 20; for a study file: 0)", min=0)
     ] = None,
     highlight: Annotated[
-        str | None, option("--highlight A,B", "draw these in colour, too (default: the best 5 of more than 8)")
+        str | None, option("--highlight A,B", "draw these solvers in colour (default: the best 5 of more than 8)")
     ] = None,
     strict: Annotated[bool, option("--strict", "exit with 1 if a run has no path")] = False,
-    example: Annotated[bool, option("--example", "print a study file as a start for your own")] = False,
+    example: Annotated[bool, option("--example", "print an example of a study file")] = False,
     schema: Annotated[bool, option("--schema", "print the JSON schema of study files")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """
     Compare all solvers on any maps.
 
-    Without arguments: every installed solver on the paper's map. Takes a study file (STUDY.toml) as well. Prints
-    tables: how far each path is from the best possible, and how soon solvers that draw random numbers or improve with
-    time get there. Runs are made in processes apart: one that hangs, crashes or takes too much memory is a row that
-    says so. With --out, runs are kept as they end (study.jsonl), and a report (report.html), rows (JSON Lines, CSV),
-    OMPL's database (study.db) and pictures are written. A mission is flown with each solver in turn; unless --solvers
-    names some, with those that need no other package and are fast enough to plan dozens of times. On the file of a
-    graph: cgla graph compare. Ctrl-C keeps the runs that are done.
+    Without arguments, runs every installed solver on the paper's map. Also takes a study file (STUDY.toml). Prints
+    tables: how far each path is from the best possible, and how soon randomised and anytime solvers get there. Runs
+    are made in separate processes: a run that hangs, crashes or takes too much memory is a row that says so. With
+    --out, each run is saved when it ends (study.jsonl), and a report (report.html), rows (JSON Lines, CSV), OMPL's
+    database (study.db) and pictures are written. A mission is flown with each solver in turn; without --solvers, with
+    those that need no other package and are fast enough to plan dozens of times. For the file of a graph, use cgla
+    graph compare. Ctrl-C keeps the runs that are done.
     """
     if example or schema:
         from cgla_graph.comparisons.study.study_file import EXAMPLE, study_schema

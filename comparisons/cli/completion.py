@@ -1,4 +1,4 @@
-"""What a shell completes after TAB: names of scenarios, missions and solvers, from lists that are read at once."""
+"""Completion in a shell: names of scenarios, missions and solvers, from lists without heavy imports."""
 
 from typing import Any, cast
 
@@ -7,9 +7,9 @@ from typer import core
 
 def read_no_values() -> None:
     """
-    Leave the values of options as they are, in a process that was started to complete a word.
+    Skip the conversion of option values, in a process that was started to complete a word.
 
-    They are not needed for that, and typer imports pydantic to read them, which takes longer than all else.
+    The values are not needed there, and typer imports pydantic to convert them, which takes most of the time.
     """
     for kind in (core.TyperOption, core.TyperArgument):
         cast("Any", kind).process_value = lambda _self, _ctx, value: value
@@ -17,7 +17,7 @@ def read_no_values() -> None:
 
 def scenarios(incomplete: str) -> list[str]:
     """
-    List the scenarios whose names go on so; where there is none, the shell offers files.
+    List the scenarios whose names begin with a text; if there is none, the shell offers files.
 
     Examples
     --------
@@ -31,7 +31,7 @@ def scenarios(incomplete: str) -> list[str]:
 
 def missions(incomplete: str) -> list[str]:
     """
-    List the missions whose names go on so.
+    List the missions whose names begin with a text.
 
     Examples
     --------
@@ -45,7 +45,7 @@ def missions(incomplete: str) -> list[str]:
 
 def scenarios_and_missions(incomplete: str) -> list[str]:
     """
-    List both.
+    List the scenarios and missions whose names begin with a text.
 
     Examples
     --------

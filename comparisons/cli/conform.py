@@ -1,4 +1,4 @@
-"""The commands `conform` and `answer`: a planner in any language, held against proven optima."""
+"""The commands `conform` and `answer`: compare a planner in any language with proven optima."""
 
 import math
 from pathlib import Path
@@ -16,24 +16,25 @@ def conform(
         typer.Argument(metavar="-- COMMAND", help="a planner: reads a problem as JSON, writes a path as JSON"),
     ] = None,
     instances: Annotated[str | None, option("--instances A,B", "names or families of instances (default: all)")] = None,
-    timeout: Annotated[float, option("--timeout S", "seconds an instance may take")] = 60.0,
-    memory: Annotated[float, option("--memory MB", "megabytes that each process of the planner may take")] = 4096.0,
+    timeout: Annotated[float, option("--timeout S", "time limit of an instance, seconds")] = 60.0,
+    memory: Annotated[float, option("--memory MB", "memory limit of each process of the planner, megabytes")] = 4096.0,
     tolerance: Annotated[
         float | None, option("--tolerance R", "exit with 1 if a path costs more than this above the best known")
     ] = None,
-    workers: Annotated[int, option("--workers N", "instances at a time; they share out the cores", min=1)] = 1,
+    workers: Annotated[int, option("--workers N", "instances at a time, which share the cores", min=1)] = 1,
     out: Annotated[Path | None, option("--out FILE.json", "write the results to a file")] = None,
-    as_list: Annotated[bool, option("--list", "list the instances and leave")] = False,
-    show: Annotated[str | None, option("--show NAME", "print the problem of an instance, as planners get it")] = None,
+    as_list: Annotated[bool, option("--list", "list the instances and exit")] = False,
+    show: Annotated[str | None, option("--show NAME", "print the problem of an instance as planners read it")] = None,
     schema: Annotated[bool, option("--schema", "print the JSON schemas of problems and answers")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """
     Measure any planner, in any language, against optima that are proven to 0.5 %.
 
-    COMMAND is run once an instance: a problem on its standard input, a path on its standard output, both JSON. Each
-    path is judged by the oracle (problem.evaluate); the table says how far it is from the best possible. A planner
-    that hangs, crashes, floods or lies is a row that says so. Exits with 1 unless all answers are right.
+    Runs COMMAND once per instance: it reads a problem on standard input and writes a path on standard output, both as
+    JSON. Each path is evaluated here (problem.evaluate); the table shows how far it is from the best possible. If a
+    planner hangs, crashes, writes too much or reports a wrong cost, its row says so. Exits with 1 unless all answers
+    are right.
     """
     from cgla_graph._validate import non_negative_number
     from cgla_graph.comparisons import files
@@ -63,7 +64,7 @@ def conform(
 
 
 def _show_conformance(name: str | None, *, schema: bool, as_json: bool) -> None:
-    """Print the problem of an instance, or else the schemas, or else a list of all instances."""
+    """Print the problem of an instance, the schemas, or the list of all instances."""
     from cgla_graph.comparisons.conformance import report as suite
 
     if name is not None:
@@ -80,11 +81,11 @@ def _show_conformance(name: str | None, *, schema: bool, as_json: bool) -> None:
 
 def answer(
     solver: SolverOption = "hybrid",
-    resolution: Annotated[int, option("--resolution N", "points a side of a closed lattice")] = 20,
+    resolution: Annotated[int, option("--resolution N", "points per side of a closed lattice")] = 20,
     refine: RefineOption = False,
 ) -> None:
     """
-    Answer a problem of the conformance suite with one of the solvers here: a planner for cgla conform.
+    Answer a problem of the conformance suite with one of our solvers: a planner for cgla conform.
 
     Reads the problem as JSON from standard input, and writes the path as JSON to standard output.
     """

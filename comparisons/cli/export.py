@@ -1,4 +1,4 @@
-"""What ``--export`` writes: a path as the plan of a ground station or a viewer (`cgla_graph.airspace.flight_plans`)."""
+"""Option ``--export``: write a path as a flight plan (`cgla_graph.airspace.flight_plans`)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from cgla_graph.scenarios.scenario import Scenario
 if TYPE_CHECKING:
     from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 
-#: The words of ``--above``; no altitude of a flight is above the ellipsoid.
+#: Values of ``--above``; altitudes above the ellipsoid are not exported.
 ABOVE: tuple[Reference, ...] = tuple(one for one in get_args(Reference) if one != "ellipsoid")
 #: Autopilots need an altitude.
 _AUTOPILOTS = (".plan", ".waypoints")
@@ -26,18 +26,18 @@ _AUTOPILOTS = (".plan", ".waypoints")
 @dataclass(frozen=True)
 class Export:
     """
-    The files that a path is written to, and how it is to be flown.
+    Files to which a path is written, with altitude and speed of the flight.
 
     Attributes
     ----------
     targets
-        The files; their endings say in which format.
+        The files; their endings select the format.
     altitude
-        Metres above what `above` says; None where it is left open.
+        Metres above `above`; None if left to the aircraft.
     above
         ``"home"``, ``"ground"`` or ``"sea"``.
     speed
-        Metres a second; None where it is left open.
+        Metres per second; None if left to the aircraft.
     """
 
     targets: Sequence[Path] = ()
@@ -47,25 +47,25 @@ class Export:
 
     def check_map(self, scenario: "Scenario | MissionSpec") -> None:
         """
-        Check that the map of a scenario or mission has longitudes and latitudes, if something is to be exported of it.
+        Check that the map of a scenario or mission is in degrees, if there is a file to export.
 
         Raises
         ------
         OutputError
-            If it has none.
+            If it is in the plane.
         """
         if self.targets and scenario.projection is None:
             msg = (
-                f"--export {self.targets[0]}: {scenario.name} is a map in the plane, and plans are in longitude and "
-                "latitude: leave it out (--out writes x and y), or take a map in degrees"
+                f"--export {self.targets[0]}: {scenario.name} is a map in the plane, but plans are in longitude and "
+                "latitude: leave it out (--out writes x and y), or use a map in degrees"
             )
             raise OutputError(msg)
 
     def write(self, scenario: Scenario, solution: Solution, *, arc_tolerance: float | None = None) -> list[Path]:
         """
-        Write a path to all files that are asked for; nothing if it is no path.
+        Write a path to all target files; nothing if there is no path.
 
-        Arcs become waypoints within a tolerance, metres, that is told and is part of the plan's name.
+        Arcs become waypoints within a tolerance, metres, which is printed and becomes part of the plan's name.
 
         Raises
         ------
@@ -90,12 +90,12 @@ class Export:
 
     def write_flights(self, flights: "Sequence[MissionRun]") -> list[Path]:
         """
-        Write what UAVs flew, a file each: ``NAME-UAV.plan``; of several variants ``NAME-VARIANT-UAV.plan``.
+        Write the path of each UAV to ``NAME-UAV.plan``, or with several variants to ``NAME-VARIANT-UAV.plan``.
 
         Parameters
         ----------
         flights
-            On maps in longitude and latitude. UAVs that did not arrive are left out: their plans cannot be flown.
+            Flights on maps in degrees. UAVs that did not arrive are left out, because their plans cannot be flown.
 
         Raises
         ------
@@ -126,15 +126,15 @@ class Export:
 
 def read_export(export: ExportOptions, *, zones: bool = False) -> Export:
     """
-    Read which flight plans are to be written, before any work is done.
+    Read the options of flight plans to write, before any work is done.
 
-    Where there are `zones`, the altitude chooses which of them count, whether a plan is written or not.
+    On maps with `zones`, the altitude also selects the zones that count, even if no plan is written.
 
     Raises
     ------
     CglaError
-        If an ending is not known, a number is out of range, an autopilot's file lacks an altitude, or something is said
-        of a file that is not asked for.
+        If an ending is not known, a number is out of range, the file of an autopilot has no altitude, or an option is
+        given without a file.
 
     Examples
     --------
@@ -147,7 +147,7 @@ def read_export(export: ExportOptions, *, zones: bool = False) -> Export:
 
         kind = target.suffix.lower()
         if kind not in WRITTEN:
-            msg = f"--export {target}: no plan is written so; give a file that ends in {', '.join(WRITTEN)}"
+            msg = f"--export {target}: plans have no such format; give a file that ends in {', '.join(WRITTEN)}"
             raise CglaError(msg)
         if kind in _AUTOPILOTS and altitude is None:
             msg = f"--export {target}: an autopilot needs an altitude; give --altitude M, metres above home"
@@ -155,12 +155,12 @@ def read_export(export: ExportOptions, *, zones: bool = False) -> Export:
         files.make_folder(target.parent)
     for option, value in {"--altitude": altitude, "--above": above, "--speed": export.speed}.items():
         if value is not None and not targets and not (zones and option != "--speed"):
-            msg = f"{option} is about the plan that is written: give its file (--export NAME.plan), or leave this out"
+            msg = f"{option} needs a plan to write: give its file (--export NAME.plan), or leave {option} out"
             raise CglaError(msg)
     if above is not None and above not in ABOVE:
         msg = f"--above is {shown(above)}; give one of {', '.join(ABOVE)}"
         raise CglaError(msg)
     reference: Reference = next((one for one in ABOVE if one == above), "home")
-    # an error in a number is found before the work
+    # check the numbers before the work
     Waypoint(0.0, 0.0, altitude, reference, export.speed)
     return Export(targets, altitude, reference, export.speed)

@@ -1,4 +1,4 @@
-"""The command `fly`: a mission of several UAVs."""
+"""The command `fly`: fly a mission of several UAVs."""
 
 from typing import Annotated
 
@@ -31,9 +31,9 @@ def fly(
     max_ticks: Annotated[int | None, option("--max-ticks N", "stop after N ticks", min=1)] = None,
     clearance: ClearanceOption = None,
     value: Annotated[
-        bool, typer.Option(help="fly again with full knowledge, and without sharing, to see what these are worth")
+        bool, typer.Option(help="fly again with full knowledge, and without sharing, to measure their value")
     ] = True,
-    animation: Annotated[bool, typer.Option(help="with --out: draw animations as well as pictures")] = True,
+    animation: Annotated[bool, typer.Option(help="with --out: also draw animations")] = True,
     out: OutOption = None,
     strict: Annotated[bool, option("--strict", "exit with 1 if a UAV does not arrive")] = False,
     as_json: JsonOption = False,
@@ -41,9 +41,9 @@ def fly(
     """
     Fly a mission of several UAVs.
 
-    Without arguments: Fig. 8 of the paper, two UAVs that meet unless virtual obstacles keep them apart. Prints a table
-    a variant; with --out, writes a log (JSON Lines), traces (CSV), pictures and animations; with --export, what each
-    UAV flew as a plan (NAME-UAV.plan). Ctrl-C keeps the flights that ended.
+    Without arguments, flies Fig. 8 of the paper: two UAVs that meet unless virtual obstacles keep them apart. Prints a
+    table per variant; with --out, writes a log (JSON Lines), traces (CSV), pictures and animations; with --export,
+    writes the path of each UAV as a plan (NAME-UAV.plan). Ctrl-C keeps the flights that ended.
     """
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.cli.export import read_export

@@ -1,4 +1,4 @@
-"""What ``cgla plan --turn-radius`` does: the path that was found, as lines and arcs that an aircraft can fly."""
+"""Option ``--turn-radius`` of ``cgla plan``: make a path of lines and arcs that an aircraft can fly."""
 
 import dataclasses
 import math
@@ -23,22 +23,22 @@ from cgla_graph.turning.timing import Timing, timed, times_along
 @dataclass(frozen=True)
 class Flying:
     """
-    How a path is to be flown.
+    Settings of flying a path.
 
     Attributes
     ----------
     turn_radius
-        Metres on a map in longitude and latitude, else map units.
+        Metres on a map in degrees, else map units.
     start_heading, goal_heading
-        Degrees clockwise from north (the y axis); None: anywhere.
+        Degrees clockwise from north (the y axis); None for any.
     tolerance
-        How far exported waypoints may lead from the arcs; None: a hundredth of the turn radius.
+        Greatest distance of exported waypoints from the arcs; None for a hundredth of the turn radius.
     speed
-        Airspeed, metres (map units) a second; None: no times.
+        Airspeed, metres (map units) per second; None for no times.
     wind
-        Where the air moves to, east and north, metres (map units) a second.
+        Velocity of the air to the east and north, metres (map units) per second.
     power
-        Watts; None: no energy.
+        Watts; None for no energy.
     """
 
     turn_radius: float
@@ -51,20 +51,20 @@ class Flying:
 
     @property
     def clock(self) -> Callable[[FloatArray], FloatArray] | None:
-        """What says when points on the path, shape ``(n, 2)``, are reached; None where no speed is known."""
+        """Function from points on the path, shape ``(n, 2)``, to times, seconds; None without a speed."""
         if self.speed is None:
             return None
         return partial(times_along, airspeed=self.speed, wind=self.wind)
 
     def timed(self, path: Flyable) -> Timing | None:
-        """Return how long it takes, if a speed is known and there is a path."""
+        """Return the time of the flight; None without a speed or a path."""
         if self.speed is None or not path.status.has_path:
             return None
         return path.timed(self.speed, wind=self.wind, power=self.power)
 
     def flown(self, run: Run) -> Run:
         """
-        Return the run with the flyable path that begins from its path, and the same bound.
+        Return the run with a flyable path made from its path, and the same bound.
 
         Raises
         ------
@@ -88,23 +88,24 @@ class Flying:
         return dataclasses.replace(run, solver=label, solution=solution)
 
     def lines(self, run: Run) -> dict[str, str]:
-        """Return the lines that only flyable paths have, by their keys."""
+        """Return the printed lines that only flyable paths have, by their keys."""
         path = cast("Flyable", run.solution)
         unit = " m" if run.scenario.projection else ""
-        told = {"turns": f"radius {figure(path.turn_radius, 6)}{unit} or more; lines and arcs, tangent everywhere"}
+        lines = {"turns": f"radius {figure(path.turn_radius, 6)}{unit} or more; lines and arcs, tangent everywhere"}
         if not path.status.has_path:
-            return told
+            return lines
         n_arcs = len(path.curve.arcs)
-        told["turns"] += f" ({n_arcs} arc{'s' * (n_arcs != 1)}, {len(path.curve.pieces) - n_arcs} lines)"
+        lines["turns"] += f" ({n_arcs} arc{'s' * (n_arcs != 1)}, {len(path.curve.pieces) - n_arcs} lines)"
         timing = self.timed(path)
         if timing is not None:
-            a_second = " m/s" if unit else " a second"
-            told["flight"] = f"{duration(timing.seconds)} at an airspeed of {self.speed:g}{a_second}"
+            per_second = " m/s" if unit else " a second"
+            lines["flight"] = f"{duration(timing.seconds)} at an airspeed of {self.speed:g}{per_second}"
             if self.wind != (0.0, 0.0):
-                told["flight"] += f", over ground {figure(timing.slowest, 4)} to {figure(timing.fastest, 4)}{a_second}"
+                speeds = f"{figure(timing.slowest, 4)} to {figure(timing.fastest, 4)}"
+                lines["flight"] += f", over ground {speeds}{per_second}"
             if not math.isnan(timing.energy):
-                told["energy"] = f"{figure(timing.energy, 4)} Wh at {self.power:g} W"
-        return told
+                lines["energy"] = f"{figure(timing.energy, 4)} Wh at {self.power:g} W"
+        return lines
 
     def document(self, run: Run) -> Mapping[str, Any]:
         """Return the pieces and times of a flyable path as JSON."""
@@ -128,12 +129,12 @@ class Flying:
 
 def read_flying(flyable: FlyableOptions, *, limited: bool = False) -> Flying:
     """
-    Read ``--turn-radius`` and what goes with it, before any work is done; `limited` says that there is a budget.
+    Read ``--turn-radius`` and related options, before any work is done; `limited` means that there is a budget.
 
     Raises
     ------
     CglaError
-        If something is said of curves that are not asked for, or a number is out of range.
+        If an option of flyable paths is given without ``--turn-radius``, or a number is out of range.
 
     Examples
     --------
@@ -142,16 +143,13 @@ def read_flying(flyable: FlyableOptions, *, limited: bool = False) -> Flying:
     """
     if flyable.turn_radius is None:
         option = next(name for name, value in vars(flyable).items() if value is not None and name != "speed")
-        msg = (
-            f"--{option.replace('_', '-')} is about a path that turns no tighter than a radius: give --turn-radius R, "
-            "or leave it out"
-        )
+        msg = f"--{option.replace('_', '-')} needs a flyable path: give --turn-radius R, or leave it out"
         raise CglaError(msg)
     if limited:
-        msg = "--turn-radius with --max-risk or --max-length: the budget holds for the polyline alone; give one of them"
+        msg = "--turn-radius with --max-risk or --max-length: the budget only holds for the polyline; give one of them"
         raise CglaError(msg)
     if flyable.speed is None and (flyable.wind is not None or flyable.power is not None):
-        msg = "--wind and --power are about how long a flight takes: give --speed V as well, the airspeed"
+        msg = "--wind and --power need the airspeed: also give --speed V"
         raise CglaError(msg)
     for option, number in {"--start-heading": flyable.start_heading, "--goal-heading": flyable.goal_heading}.items():
         if number is not None:
@@ -166,7 +164,7 @@ def read_flying(flyable: FlyableOptions, *, limited: bool = False) -> Flying:
         None if flyable.power is None else non_negative_number("--power", flyable.power),
     )
     if asked.speed is not None:
-        # an error about a wind that is too fast comes before the work
+        # check that the wind is slower than the aircraft before the work
         timed(Curve(), asked.speed, wind=asked.wind, power=asked.power)
     return asked
 
@@ -177,6 +175,6 @@ def _wind(text: str | None) -> Point:
     try:
         east, north = (finite_number("--wind", float(part)) for part in text.split(","))
     except ValueError as error:
-        msg = f"--wind is {shown(text)}; give two numbers, EAST,NORTH: where the air moves to, metres a second"
+        msg = f"--wind is {shown(text)}; give two numbers, EAST,NORTH: velocity of the air, metres per second"
         raise CglaError(msg) from error
     return east, north

@@ -1,4 +1,4 @@
-"""The commands `graph plan`, `graph compare` and `graph check`: on the file of a graph of the user's own."""
+"""The commands `graph plan`, `graph compare` and `graph check`, which read the file of a graph."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -52,7 +52,8 @@ def compare(
     """
     Compare solvers between two nodes of a graph, or many pairs of them.
 
-    Runs are made one after the other, in this process. With --out, writes each path, or of several pairs a row a run.
+    Runs are made one after the other, in this process. With --out, writes each path, or for several pairs one row per
+    run.
     """
     run = _planned(graph, options, solvers, source, target, pairs)
     _answer(run, out, as_json=as_json)
@@ -98,15 +99,15 @@ def check(
     target: Annotated[str, option("--target T", "the node whose costs-to-go are computed")],
     source: Annotated[str | None, option("--source S", "the node at which the search may stop (default: any)")] = None,
     strict: Annotated[
-        bool, option("--strict", "exit with 1 if something does not hold that Theorem 1 is about")
+        bool, option("--strict", "exit with 1 if an assumption or statement of Theorem 1 does not hold")
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """
     Check whether Theorem 1 holds on a graph of your own.
 
-    Prints what it assumes (weights, ways to the target) and what it says, round by round of Eq. 9: Lemma 1, that n
-    rounds give the least costs, that settled values stay, when the source comes into Delta; and the ties in Delta.
+    Prints its assumptions (weights, paths to the target) and its statements, round by round of Eq. 9: Lemma 1, that n
+    rounds give the least costs, that settled values stay, when the source enters Delta; and the ties in Delta.
     """
     from cgla_graph.comparisons.results.graph_run import graph_document, graph_title
     from cgla_graph.cost_to_go.theorem_1 import check_theorem_1

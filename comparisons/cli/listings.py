@@ -11,7 +11,7 @@ def solvers(as_json: JsonOption = False) -> None:
     """
     List the solvers.
 
-    Says what each is and promises, its settings, and which package it lacks.
+    Prints a summary, the guarantees and the settings of each, and the package that it lacks.
     """
     from cgla_graph.solvers import listing
 
@@ -31,7 +31,7 @@ def scenarios(
     """
     List the shipped scenarios.
 
-    With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
+    With --show, prints the file of a scenario as an example; with --schema, the JSON schema of such files.
     """
     from cgla_graph.scenarios import shipped
 
@@ -53,7 +53,7 @@ def missions(
     """
     List the shipped missions.
 
-    With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
+    With --show, prints the file of a mission as an example; with --schema, the JSON schema of such files.
     """
     from cgla_graph.scenarios import shipped
 
@@ -75,7 +75,7 @@ def _print_listing(
     as_json: bool,
     widest: Mapping[str, int] | None = None,
 ) -> None:
-    """Print records: as JSON with all keys, or as a table of the columns `heads`, some no wider than `widest` says."""
+    """Print records as JSON with all keys, or as a table of the columns `heads` with some widths limited."""
     from cgla_graph.comparisons.tables.listing import listing
 
     if as_json:

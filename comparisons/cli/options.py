@@ -1,4 +1,4 @@
-"""Options of the command line in groups, and the arguments that several commands take."""
+"""Options of the command line in groups, and arguments that several commands share."""
 
 import dataclasses
 import functools
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from cgla_graph.comparisons.study.options import MapOptions as MapChanges
     from cgla_graph.scenarios.scenario import Scenario
 
-#: The words of `--above`, as heights of zones are written.
+#: Values of `--above`, and the references of heights of zones.
 ABOVE = {"ground": "AGL", "sea": "AMSL", "home": "HOME"}
-#: Formats that pictures are written in.
+#: Formats of pictures.
 FORMATS = ("png", "svg", "pdf")
 _BY_NAME = inspect.Parameter.KEYWORD_ONLY
 
@@ -31,7 +31,7 @@ Text: TypeAlias = str | None
 
 
 def option(name: str, text: str, **more: Any) -> Any:  # noqa: ANN401 - typer's
-    """Declare an option: its name, with what stands for its value (``--k K``), and its help."""
+    """Declare an option: its name with a placeholder of its value (``--k K``), and its help."""
     flag, _, metavar = name.partition(" ")
     return typer.Option(flag, metavar=metavar or None, help=text, **more)
 
@@ -55,7 +55,7 @@ ScenarioArg = Annotated[
     ),
 ]
 GraphArg = Annotated[str, typer.Argument(metavar="GRAPH", help=".graphml, .json (node-link), .csv, .mtx or .npz")]
-StudyArg = Annotated[Path, typer.Argument(metavar="DIR", help="folder of a study, as compare --out makes it")]
+StudyArg = Annotated[Path, typer.Argument(metavar="DIR", help="folder of a study that compare --out wrote")]
 SolverOption = Annotated[
     str, option("--solver NAME", "name, with settings as NAME:A=1:B=2", autocompletion=completion.solvers)
 ]
@@ -65,28 +65,26 @@ SolversOption = Annotated[
 ]
 CorridorOption = Annotated[Number, option("--corridor W", "whole width of the corridor (default: 0), map units")]
 RefineOption = Annotated[bool, option("--refine", "refine every path in the plane before it counts")]
-ClearanceOption = Annotated[
-    Number, option("--clearance C", "stay at least so far from no-fly areas (map units, or metres)")
-]
+ClearanceOption = Annotated[Number, option("--clearance C", "least distance from no-fly areas (map units, or metres)")]
 BoundsOption = Annotated[
-    Text, option("--bounds W,S,E,N", "no path leaves these, instead of the map's: least x, y, greatest x, y")
+    Text, option("--bounds W,S,E,N", "bounds of paths, instead of the map's: least x, y, greatest x, y")
 ]
 KOption = Annotated[Number, option("--k K", "risk weight, instead of the scenario's: length + k * risk")]
 AltitudeOption = Annotated[
-    Number, option("--altitude M", "of the flight, metres (see --above): of exported plans, and which zones count")
+    Number, option("--altitude M", "altitude of exported plans, and at which zones count, metres (see --above)")
 ]
 AboveOption = Annotated[
     Text,
     option(
         "--above WHAT",
-        "what --altitude is above: home, ground or sea (default: home in exported plans, ground of zones)",
+        "reference of --altitude: home, ground or sea (default: home for exported plans, ground for zones)",
     ),
 ]
-SpeedOption = Annotated[Number, option("--speed V", "of the flight, metres a second (default: left open)")]
+SpeedOption = Annotated[Number, option("--speed V", "speed of the flight, metres per second (default: none)")]
 OutOption = Annotated[Path | None, option("--out DIR", "write files and pictures into DIR")]
 FormatsOption = Annotated[Text, option("--formats A,B", "with --out: formats of pictures, some of png,svg,pdf")]
 JsonOption = Annotated[bool, option("--json", "print one JSON document on standard output, nothing else")]
-PortOption = Annotated[int, option("--port N", "to listen on (default: one that is free)", min=0, max=65535)]
+PortOption = Annotated[int, option("--port N", "port of the page (default: a free one)", min=0, max=65535)]
 BrowserOption = Annotated[bool, typer.Option(help="open the page in the browser")]
 
 
@@ -106,35 +104,35 @@ class MapOptions:
             "more no-fly areas, on maps in lon/lat: GeoJSON, or zones (ED-269, ED-318, KML, KMZ); may be repeated",
         ),
     ] = None
-    resolution: Annotated[int | None, option("--resolution N", "points a side of a closed lattice")] = None
+    resolution: Annotated[int | None, option("--resolution N", "points per side of a closed lattice")] = None
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ZoneOptions:
-    """Which zones count, and where the list of them goes."""
+    """Options of zones: which of them count, and the file of their list."""
 
     altitude: AltitudeOption = None
     above: AboveOption = None
     at: Annotated[
-        Text, option("--at TIME", "of zones: when the flight is, as 2026-08-01T12:00+02:00 (default: all)")
+        Text, option("--at TIME", "of zones: time of the flight, as 2026-08-01T12:00+02:00 (default: all)")
     ] = None
     treat: Annotated[
         list[str] | None,
         option(
             "--treat KIND=closed|open",
-            "of zones: as REQ_AUTHORISATION=open (default: all closed but NO_RESTRICTION); may be repeated",
+            "of zones: as REQ_AUTHORISATION=open (default: all closed except NO_RESTRICTION); may be repeated",
         ),
     ] = None
     ground: Annotated[
         Path | None, option("--ground FILE.tif", "of zones: elevations, to compare heights above ground and sea")
     ] = None
     zones_list: Annotated[
-        Path | None, option("--zones-list FILE", "write what became of each zone, and why: .csv or .json")
+        Path | None, option("--zones-list FILE", "write the state of each zone and its reason: .csv or .json")
     ] = None
 
     def settings(self) -> dict[str, Any]:
         """
-        Return the settings as `cgla_graph.scenarios.loading.open_scenarios` takes them; None where they are left out.
+        Return the settings for `cgla_graph.scenarios.loading.open_scenarios`; None for those that are not given.
 
         Raises
         ------
@@ -167,7 +165,7 @@ class ZoneOptions:
         }
 
     def may_count(self, spec: str, maps: MapOptions) -> bool:
-        """Tell whether a map may have zones, before it is opened."""
+        """Return whether a map may have zones, before it is opened."""
         from cgla_graph.scenarios.loading import RASTERS
 
         return bool(maps.no_fly) or Path(spec).suffix.lower() not in {"", ".geojson", *RASTERS}
@@ -176,21 +174,21 @@ class ZoneOptions:
         self, scenarios: "Sequence[Scenario | PlanMap]", *, as_json: bool, exported: bool = False
     ) -> dict[str, Any]:
         """
-        Print what became of the zones of maps, if there are some, and write the list of them if it is asked for.
+        Print the states of the zones of maps, if there are any, and write their list if it has a file.
 
         Parameters
         ----------
         scenarios
             The maps.
         as_json
-            Whether nothing is printed.
+            Whether to print nothing.
         exported
-            Whether the altitude is that of an exported plan as well.
+            Whether the altitude is also that of an exported plan.
 
         Returns
         -------
         document
-            The same as JSON: under ``zones``, by the scenario's name; empty where there are no zones.
+            The states as JSON: under ``zones``, by the scenario's name; empty without zones.
 
         Raises
         ------
@@ -208,11 +206,11 @@ class ZoneOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class RasterOptions:
-    """How a raster of risk is read."""
+    """Options of reading a raster of risk."""
 
     kind: Annotated[Text, option("--kind KIND", "of a raster: density, or count (of each cell, as people)")] = None
-    scale: Annotated[Number, option("--scale S", "of a raster: what its densities are multiplied by")] = None
-    nodata: Annotated[Number, option("--nodata V", "of a raster: what cells without data stand for")] = None
+    scale: Annotated[Number, option("--scale S", "of a raster: factor of its densities")] = None
+    nodata: Annotated[Number, option("--nodata V", "of a raster: value of cells without data")] = None
     interpolation: Annotated[Text, option("--interpolation HOW", "of a raster: bilinear or nearest")] = None
     origin: Annotated[Text, option("--origin WHERE", "of a .npy: row 0 is the upper one (default), or lower")] = None
     coordinates: Annotated[
@@ -225,10 +223,10 @@ class GroundRiskOptions:
     """Prices instead of a risk weight, and limits of the density below."""
 
     prevented_fatality: Annotated[
-        Number, option("--prevented-fatality P", "what preventing a fatality is worth; with --metre-price")
+        Number, option("--prevented-fatality P", "value of preventing a fatality; with --metre-price")
     ] = None
     metre_price: Annotated[
-        Number, option("--metre-price P", "price of a metre flown: k is the one price over the other")
+        Number, option("--metre-price P", "price of a metre flown: k is the ratio of both prices")
     ] = None
     max_density: Annotated[Number, option("--max-density D", "of rasters: no cell under the corridor is above it")] = (
         None
@@ -238,12 +236,12 @@ class GroundRiskOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ProofOptions:
-    """How tight the lower bound is."""
+    """Options of the lower bound."""
 
     tolerance: Annotated[
-        Number, option("--tolerance R", "how tight the lower bound shall be (default: 0.005; 0: no bound)")
+        Number, option("--tolerance R", "wanted gap of the lower bound (default: 0.005; 0: no bound)")
     ] = None
-    no_certificate: Annotated[bool, option("--no-certificate", "leave out the lower bound, and so the gaps")] = False
+    no_certificate: Annotated[bool, option("--no-certificate", "leave out the lower bound and the gaps")] = False
 
 
 @dataclass(frozen=True, repr=False)
@@ -256,7 +254,7 @@ class BudgetOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class FlyableOptions:
-    """A path of lines and arcs, and how long it takes to fly it."""
+    """Options of paths of lines and arcs, and of their time of flight."""
 
     turn_radius: Annotated[
         Number, option("--turn-radius R", "make the path flyable: lines and arcs, none tighter than R")
@@ -266,12 +264,12 @@ class FlyableOptions:
     ] = None
     goal_heading: Annotated[Number, option("--goal-heading DEG", "the same at the goal")] = None
     arc_tolerance: Annotated[
-        Number, option("--arc-tolerance D", "of arcs as exported waypoints (default: R / 100)")
+        Number, option("--arc-tolerance D", "distance of exported waypoints from arcs, at most (default: R / 100)")
     ] = None
     wind: Annotated[
-        Text, option("--wind EAST,NORTH", "where the air moves to, metres a second, for the time of flight")
+        Text, option("--wind EAST,NORTH", "velocity of the air, metres per second, for the time of flight")
     ] = None
-    power: Annotated[Number, option("--power W", "what the aircraft draws, watts, for the energy of flight")] = None
+    power: Annotated[Number, option("--power W", "power of the aircraft, watts, for the energy of flight")] = None
     speed: SpeedOption = None
 
 
@@ -293,49 +291,47 @@ class ExportOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class GraphOptions:
-    """How the file of a graph is read."""
+    """Options of reading the file of a graph."""
 
-    weight: Annotated[Text, option("--weight NAME", "what holds the weights of the edges (default: weight)")] = None
+    weight: Annotated[Text, option("--weight NAME", "column or attribute of weights (default: weight)")] = None
     directed: Annotated[bool, option("--directed", "of a .csv: its edges lead from source to target only")] = False
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class StudyOptions:
-    """Where a study is kept, and what makes its runs."""
+    """Folder of a study, and processes of its runs."""
 
     out: OutOption = None
-    resume: Annotated[bool, option("--resume", "go on with the study in --out; nothing that is done is made again")] = (
-        False
-    )
-    overwrite: Annotated[bool, option("--overwrite", "replace the study that is in --out")] = False
+    resume: Annotated[bool, option("--resume", "continue the study in --out; finished runs are kept")] = False
+    overwrite: Annotated[bool, option("--overwrite", "replace the study in --out")] = False
     workers: Annotated[
-        int | None, option("--workers N", "processes that make runs (default: one a core; 0: this one)", min=0)
+        int | None, option("--workers N", "processes of runs (default: one per core; 0: this process)", min=0)
     ] = None
     dask: Annotated[Text, option("--dask SCHEDULER", "make the runs on a Dask cluster, as tcp://HOST:8786")] = None
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class OutputOptions:
-    """Where the answer goes."""
+    """Options of output: folder, formats of pictures, JSON."""
 
     out: OutOption = None
     formats: FormatsOption = None
     as_json: JsonOption = False
 
     def folder(self) -> Path | None:
-        """Make the folder, if there is to be one (errors as `cgla_graph.comparisons.files.make_folder`)."""
+        """Make the folder, if one is given (errors as of `cgla_graph.comparisons.files.make_folder`)."""
         from cgla_graph.comparisons import files
 
         return None if self.out is None else files.make_folder(self.out)
 
     def pictures(self, *usual: str) -> list[str]:
         """
-        Return the formats of pictures: those that are asked for, or the usual ones.
+        Return the given formats of pictures, or the usual ones.
 
         Raises
         ------
         CglaError
-            If there is another one.
+            If a format is not one of `FORMATS`.
 
         Examples
         --------
@@ -357,7 +353,7 @@ class OutputOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class PageOptions:
-    """Where a page is served."""
+    """Options of serving a page."""
 
     port: PortOption = 0
     browser: BrowserOption = True
@@ -365,9 +361,9 @@ class PageOptions:
 
 def flattened(function: Callable[..., None]) -> Callable[..., None]:
     """
-    Replace each parameter that is a group of options by these options, as typer reads them.
+    Replace each parameter that is a group of options by its options, for typer.
 
-    Groups may share an option: each gets its value.
+    If groups share an option, each gets its value.
 
     Examples
     --------
@@ -408,25 +404,25 @@ def open_map(
     k: float | None = None,
 ) -> "Scenario":
     """
-    Open the one map that a command takes; several files of areas or zones are one map.
+    Open the only map of a command; several files of areas or zones form one map.
 
     Parameters
     ----------
     command, spec
-        Its name, and the map.
+        Name of the command, and the map.
     maps, zones, raster
-        Changes to it.
+        Changes to the map.
     k
         The risk weight; None for that of `maps`.
 
     Raises
     ------
     CglaError
-        If anything is wrong with any of it.
+        If the map or a change is not valid.
     """
     from cgla_graph.comparisons.study.options import open_one
 
-    # kernels look at a map before any solver does
+    # opening a map already needs kernels
     console.compile_beside()
     with naming_graphs(command, spec):
         return open_one(
@@ -445,19 +441,19 @@ def map_changes(maps: MapOptions, zones: ZoneOptions, raster: RasterOptions) -> 
     """
     from cgla_graph.comparisons.study.options import MapOptions as MapChanges
 
-    said = {**vars(maps), "no_fly": maps.no_fly or ()}
-    return MapChanges(**said, zones=zones.settings(), raster=dict(vars(raster)))
+    changes = {**vars(maps), "no_fly": maps.no_fly or ()}
+    return MapChanges(**changes, zones=zones.settings(), raster=dict(vars(raster)))
 
 
 @contextmanager
 def naming_graphs(command: str, specs: Sequence[str]) -> Iterator[None]:
     """
-    If no map can be read as one of the arguments is the file of a graph, say which command takes it.
+    Name the command for graphs in the error, if maps cannot be read because one of them is the file of a graph.
 
     Raises
     ------
     CglaError
-        The error of the body, or one that names the command.
+        The error of the body, or an error that names the command.
     """
     from cgla_graph.errors import CglaError
 

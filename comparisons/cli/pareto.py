@@ -1,4 +1,4 @@
-"""The command `pareto`: length against risk, or cost against a limit of the density."""
+"""The command `pareto`: the front of length and risk, or of cost and a limit of the density."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class _Answer(NamedTuple):
-    """A front: whether it has a path, the JSON of it, and what prints it and writes its files below a name."""
+    """A front: whether it has a path, its JSON, and functions that print it and write its files."""
 
     found: bool
     document: dict[str, Any]
@@ -42,11 +42,11 @@ def pareto(
     corridor: CorridorOption = None,
 ) -> None:
     """
-    Show what less risk costs in length, and which k asks for it.
+    Show how length grows as risk falls, and the k of each trade-off.
 
-    Prints the paths that are the cheapest under some k, and the k for which each is; with --out, writes a table of
-    them, their waypoints and a picture (NAME-SOLVER-pareto….*). With --solver cgla they are all that the lattice has.
-    With --corridor W, shows what each limit of the density under a corridor costs instead (NAME-SOLVER-density.csv).
+    Prints the paths that are cheapest for some k, with the range of k of each; with --out, writes a table of them,
+    their waypoints and a picture (NAME-SOLVER-pareto….*). With --solver cgla these are all such paths of the lattice.
+    With --corridor W, shows the cost of each limit of the density under a corridor instead (NAME-SOLVER-density.csv).
     """
     from cgla_graph.comparisons.study.options import read_entrant
 
@@ -104,7 +104,7 @@ def _of_weights(scenario: "Scenario", entrant: "Entrant") -> _Answer:
 
 
 def _of_limits(scenario: "Scenario", entrant: "Entrant", corridor: float) -> _Answer:
-    """Find what each limit of the density under a corridor costs, by `cgla_graph.density_front`."""
+    """Find the cost of each limit of the density under a corridor, by `cgla_graph.density_front`."""
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.tables import fronts
     from cgla_graph.solvers import registry

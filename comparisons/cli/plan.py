@@ -1,4 +1,4 @@
-"""The command `plan`: one path, and how far it is from the best possible."""
+"""The command `plan`: find a path, and bound its distance from the best possible."""
 
 import dataclasses
 import math
@@ -56,10 +56,10 @@ def plan(
     Plan one path.
 
     Prints its numbers, and how far it is from the best possible; with --out, writes its waypoints (CSV, and GeoJSON
-    on lon/lat maps) and a picture; with --export, a plan that ground stations and viewers open. With --max-risk or
-    --max-length, a budget takes the place of the weight k; with --max-density, no cell of a raster within half the
-    --corridor is above it. With --turn-radius, the path is one of lines and arcs, bent until it costs least.
-    On the file of a graph: cgla graph plan.
+    on lon/lat maps) and a picture; with --export, a plan for ground stations and viewers. With --max-risk or
+    --max-length, a budget replaces the weight k; with --max-density, no cell of a raster within half the --corridor
+    is above it. With --turn-radius, the path consists of lines and arcs, bent until it costs least.
+    For the file of a graph, use cgla graph plan.
     """
     from cgla_graph.comparisons.study.options import read_entrant, read_tolerance
     from cgla_graph.comparisons.study.rows import plan_document
@@ -106,7 +106,7 @@ def plan(
 
 
 def _solved(scenario: "Scenario", entrant: "Entrant", tolerance: float | None) -> "Run":
-    """Answer as Python does: by `cgla_graph.solve`, and by `cgla_graph.lower_bound` of its path."""
+    """Find a path by `cgla_graph.solve`, and its bound by `cgla_graph.lower_bound`."""
     from cgla_graph.comparisons.study.runner import Run, no_certificate, reason
     from cgla_graph.model.solution import Solution, Status
     from cgla_graph.solvers import registry
@@ -115,7 +115,7 @@ def _solved(scenario: "Scenario", entrant: "Entrant", tolerance: float | None) -
     missing, problem = registry.missing(entrant.name), scenario.problem
     settings = {} if missing else entrant.settings_on(scenario)
     if settings.get("tolerance", ...) is None and not entrant.refine:
-        # it proves its own path
+        # this solver proves its own path
         settings["tolerance"] = tolerance
     seed = settings.setdefault("seed", 1) if not missing and registry.traits(entrant.name).seeded else None
     try:
@@ -139,7 +139,7 @@ def _solved(scenario: "Scenario", entrant: "Entrant", tolerance: float | None) -
 
 
 def _flying(flyable: FlyableOptions, budget: BudgetOptions) -> "Flying | None":
-    """Read how the path is to be flown; None where it is left as it is."""
+    """Read the options of flyable paths; None without any."""
     said = {name: value for name, value in vars(flyable).items() if name != "speed" and value is not None}
     if not said:
         return None
@@ -149,9 +149,9 @@ def _flying(flyable: FlyableOptions, budget: BudgetOptions) -> "Flying | None":
 
 
 def _exports(export: ExportOptions, flying: "Flying | None", *, zoned: bool) -> "Export | None":
-    """Read which flight plans are to be written; None for none."""
+    """Read the options of flight plans to write; None without any."""
     if flying is not None and not export.export:
-        # of a flyable path, the speed is about its time
+        # here, the speed is that of the flyable path
         export = dataclasses.replace(export, speed=None)
     if export == ExportOptions():
         return None
@@ -168,7 +168,7 @@ def _written(
     flying: "Flying | None",
     exported: "Export | None",
 ) -> list[list[Path]]:
-    """Write the files that are asked for, if there is a path; those in one folder together."""
+    """Write all files, if there is a path; return them in groups, one per folder or file."""
     if not run.solution.status.has_path:
         return []
     written = []
@@ -186,7 +186,7 @@ def _written(
 
 
 def _write(folder: Path, run: "Run", formats: Sequence[str]) -> list[Path]:
-    """Write one path: waypoints, GeoJSON on lon/lat maps, a picture in some formats."""
+    """Write the waypoints of a path, GeoJSON on lon/lat maps, and a picture."""
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.plots.runs import map_of_runs
     from cgla_graph.plots import pictures
@@ -200,7 +200,7 @@ def _write(folder: Path, run: "Run", formats: Sequence[str]) -> list[Path]:
 
 
 def _print(run: "Run", more: Mapping[str, str]) -> None:
-    """Print a path's numbers, a line each, and `more` lines of that kind."""
+    """Print the numbers of a path, one per line, and `more` lines."""
     from cgla_graph._text import duration, figure, percent, rounded_down
     from cgla_graph.comparisons.study.rows import bound_note
     from cgla_graph.model.earth import distortion_note
@@ -211,7 +211,7 @@ def _print(run: "Run", more: Mapping[str, str]) -> None:
     note = bound_note([run], unit)
     clearance = "no no-fly area" if scenario.problem.no_fly is None else figure(solution.clearance, 6) + unit
     if scenario.problem.clearance > 0.0:
-        clearance += f", of at least {scenario.problem.clearance:g}{unit} asked for"
+        clearance += f", required: at least {scenario.problem.clearance:g}{unit}"
     lines = {
         "scenario": scenario.full_title,
         "solver": run.solver,
@@ -228,7 +228,7 @@ def _print(run: "Run", more: Mapping[str, str]) -> None:
         "flat map": distortion_note(scenario.projection, [solution.path]) if unit and solution.status.has_path else "",
         **more,
         "waypoints": str(len(solution.path)),
-        "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to weigh the graph",
+        "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to build the weights",
         "remark": solution.message,
     }
     console.out_lines(lines)
@@ -236,7 +236,7 @@ def _print(run: "Run", more: Mapping[str, str]) -> None:
 
 def _price_of_risk(k: float | None, ground: GroundRiskOptions) -> float | None:
     """
-    Return the risk weight that is given, or the one that two prices make.
+    Return the given risk weight, or that of two prices.
 
     Examples
     --------
@@ -256,7 +256,7 @@ def _price_of_risk(k: float | None, ground: GroundRiskOptions) -> float | None:
         msg = "--k and prices are both given; give one of them"
         raise CglaError(msg)
     if ground.prevented_fatality is None or ground.metre_price is None:
-        msg = "--prevented-fatality and --metre-price go together: k is the one over the other; give both"
+        msg = "--prevented-fatality and --metre-price go together: k is their ratio; give both"
         raise CglaError(msg)
     from cgla_graph.model.ground_risk import risk_weight
 
@@ -265,18 +265,18 @@ def _price_of_risk(k: float | None, ground: GroundRiskOptions) -> float | None:
 
 def _below_density(scenario: "Scenario", ground: GroundRiskOptions) -> "Scenario":
     """
-    Return the scenario without the cells above a density, and all that is too near to them.
+    Return the scenario with cells above a density, and half a corridor around them, closed.
 
     Raises
     ------
     CglaError
-        If there is a corridor without a density, or the scenario has no raster, or no path stays below.
+        If there is a corridor without a density, the scenario has no raster, or no path stays below.
     """
     if ground.max_density is None:
         if ground.corridor is not None:
             from cgla_graph.errors import CglaError
 
-            msg = f"--corridor {ground.corridor:g} without --max-density; say how dense it may get under the corridor"
+            msg = f"--corridor {ground.corridor:g} without --max-density; give the greatest density under the corridor"
             raise CglaError(msg)
         return scenario
     from cgla_graph.solvers.trade_off.density import below_density
@@ -286,7 +286,7 @@ def _below_density(scenario: "Scenario", ground: GroundRiskOptions) -> "Scenario
 
 
 def _with_proof(run: "Run") -> "Run":
-    """Return a run that found no path below a density with the proof that there is none, where there is one."""
+    """Return a run that found no path below a density, marked as proven if there is a proof that no path exists."""
     from cgla_graph.model.solution import Status
     from cgla_graph.solvers.trade_off.density import is_proven_closed
 

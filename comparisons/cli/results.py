@@ -1,4 +1,4 @@
-"""The commands `results`, `view` and `live`: a study asked again, and pages on this machine."""
+"""The commands `results`, `view` and `live`: results of a study, and pages on this machine."""
 
 from pathlib import Path
 from typing import Annotated
@@ -11,13 +11,13 @@ from cgla_graph.comparisons.cli.options import JsonOption, PageOptions, StudyArg
 
 def results(
     folder: StudyArg,
-    scenario: Annotated[str | None, option("--scenario A,B", "only these, as random-* too")] = None,
+    scenario: Annotated[str | None, option("--scenario A,B", "only these; random-* works as well")] = None,
     solver: Annotated[str | None, option("--solver A,B", "only these")] = None,
-    status: Annotated[str | None, option("--status A,B", "only runs that ended so, as timed-out,stuck")] = None,
+    status: Annotated[str | None, option("--status A,B", "only runs with these, as timed-out,stuck")] = None,
     seed: Annotated[int | None, option("--seed N", "only runs of this seed")] = None,
     runs: Annotated[bool, option("--runs", "list single runs")] = False,
-    against: Annotated[Path | None, option("--against DIR", "say what changed since an older study")] = None,
-    rerun: Annotated[int | None, option("--rerun NUMBER", "make a run once more, and say what is different")] = None,
+    against: Annotated[Path | None, option("--against DIR", "compare with an older study")] = None,
+    rerun: Annotated[int | None, option("--rerun NUMBER", "repeat a run, and compare")] = None,
     export: Annotated[
         list[Path] | None, option("--export FILE", "write .csv, .jsonl, .parquet, .tex or .db (OMPL's tables)")
     ] = None,
@@ -26,7 +26,8 @@ def results(
     """
     Show the results of a study.
 
-    Who wins, by how much, how sure that is, and where each solver fails; also while the study runs.
+    Shows which solver wins, by how much, with which confidence, and where each solver fails; also while the study
+    runs.
     """
     from cgla_graph.comparisons.results import lookup
 

@@ -1,4 +1,4 @@
-"""The command line: what it prints, what it writes, how it ends, and what a hostile user gets to see."""
+"""The command line: output, files, exit codes, and answers to wrong input."""
 
 import csv
 import importlib.util
@@ -44,7 +44,7 @@ ENDS = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\n"
 SMALL = f"{ENDS}k = 5.0\nthreats = [{{ x = 0.5, y = 0.5, spread = 0.1 }}]\n[lattice]\nresolution = 4\n"
 WALL = "[no_fly]\npolygons = [[[0.45, -0.1], [0.55, -0.1], [0.55, 0.8], [0.45, 0.8]]]\n"
 SHUT = WALL.replace("0.8", "1.1")
-#: What a comparison leaves in its folder at least.
+#: Files that every comparison leaves in its folder.
 STUDY_FILES = {"study.jsonl", "study.jsonl.lock", "study.db", "report.html", "rows.jsonl", "rows.csv", "summary.csv"}
 PROGRAM = [sys.executable, "-m", "cgla_graph.comparisons"]
 
@@ -72,7 +72,7 @@ def enter(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Problem], Any]
         class Own:
             traits: ClassVar[Traits] = Traits("own", "a test's own", domain="plane")
 
-            def solve(self, problem: Problem) -> Any:  # noqa: ANN401 - what the test wants
+            def solve(self, problem: Problem) -> Any:  # noqa: ANN401 - any value of a test
                 return solve(problem)
 
         Own.__dataclass_fields__ = {}  # type: ignore[attr-defined]
@@ -86,7 +86,7 @@ def enter(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Problem], Any]
 
 @pytest.fixture
 def pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Replace pictures by empty files: what they show is tested elsewhere."""
+    """Replace pictures by empty files; their content is tested elsewhere."""
     from cgla_graph.comparisons.plots import cost, runs  # noqa: PLC0415 - heavy
     from cgla_graph.plots import pictures  # noqa: PLC0415 - heavy
 
@@ -108,7 +108,7 @@ def process(*words: object, **more: Any) -> subprocess.CompletedProcess[str]:  #
     return subprocess.run([*PROGRAM, *map(str, words)], capture_output=True, text=True, check=False, **more)
 
 
-# Help, and what it costs
+# Help, and its imports
 
 
 @pytest.mark.parametrize("words", [[], ["--help"]])
@@ -140,7 +140,7 @@ def test_help_imports_nothing_heavy(words: list[str]) -> None:
     assert done.stdout.splitlines()[-1].replace("'pydantic'", "" if words[1:] else "'pydantic'") == "heavy: []"
 
 
-def test_no_garbage_is_looked_for_at_the_end() -> None:
+def test_no_garbage_is_collected_at_the_end() -> None:
     """Exit handlers run in reverse order."""
     code = (
         "import atexit, gc, sys; atexit.register(lambda: print('frozen:', gc.get_freeze_count() > 0))\n"
@@ -162,7 +162,7 @@ def test_a_command_that_loads_ompl_ends_without_its_complaints() -> None:
 
 
 def test_a_plan_imports_only_what_it_needs() -> None:
-    """A path that is neither exported nor flown nor drawn waits for none of that, nor for what only walls need."""
+    """Without export, flyable path, picture and walls, their modules are not imported."""
     code = (
         "import sys; from cgla_graph.comparisons.cli.app import main; sys.argv = ['cgla', 'plan', 'one-threat']\n"
         "try: main()\n"
@@ -284,7 +284,7 @@ def test_compare_says_what_it_wrote(cgla: Call, small: Path, tmp_path: Path) -> 
 
 
 @pytest.mark.usefixtures("pictures")
-def test_compare_again_replaces_what_was_there_only_when_told_to(cgla: Call, small: Path, tmp_path: Path) -> None:
+def test_compare_replaces_a_study_only_with_overwrite(cgla: Call, small: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     for solvers in ("cgla,dijkstra,straight-line", "cgla"):
         if out.exists():
@@ -543,7 +543,7 @@ def test_plan_from_another_place(cgla: Call, small: Path) -> None:
     assert document["evaluations"] == 49 * 48 // 2
 
 
-def test_negative_coordinates_are_values_and_no_options(cgla: Call, tmp_path: Path) -> None:
+def test_negative_coordinates_are_values_not_options(cgla: Call, tmp_path: Path) -> None:
     (tmp_path / "wide.toml").write_text(f"{ENDS}k = 0.0\nbounds = [-2, -2, 2, 2]\n", encoding="utf-8")
     document = cgla("plan", "wide.toml", "--start", "-1,-1", "--goal=-1,1.5", "--json").document()
     assert (document["path"][0], document["path"][-1]) == ([-1.0, -1.0], [-1.0, 1.5])
@@ -651,17 +651,20 @@ def test_a_fault_in_the_last_scenario_is_found_before_any_work(cgla: Call, small
     assert names_in(tmp_path) == {small.name}
 
 
-def test_a_ring_that_crosses_itself(cgla: Call, tmp_path: Path) -> None:
-    ring = [[24, 60], [25, 61], [25, 60], [24, 61], [24, 60]]
-    (tmp_path / "bad.geojson").write_text(json.dumps({"type": "Polygon", "coordinates": [ring]}), encoding="utf-8")
-    cgla("compare", "bad.geojson", "--out", "out").refused("bad.geojson", "intersection")
-    assert names_in(tmp_path) == {"bad.geojson"}
+RING = [[24, 60], [25, 61], [25, 60], [24, 61], [24, 60]]
 
 
-def test_a_truncated_map(cgla: Call, tmp_path: Path) -> None:
-    (tmp_path / "cut.map").write_text("type octile\nheight 3\nwidth 3\nmap\n...\n..")
-    cgla("compare", "cut.map", "--out", "out").refused("cut.map", "line 6")
-    assert names_in(tmp_path) == {"cut.map"}
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("bad.geojson", json.dumps({"type": "Polygon", "coordinates": [RING]}), "intersection"),
+        ("cut.map", "type octile\nheight 3\nwidth 3\nmap\n...\n..", "line 6"),
+    ],
+)
+def test_damaged_maps_are_refused(cgla: Call, tmp_path: Path, name: str, text: str, said: str) -> None:
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    cgla("compare", name, "--out", "out").refused(name, said)
+    assert names_in(tmp_path) == {name}
 
 
 @pytest.mark.parametrize("command", ["compare", "plan"])
@@ -674,12 +677,9 @@ def test_an_output_folder_that_cannot_be(cgla: Call, small: Path, tmp_path: Path
 
 
 @pytest.mark.parametrize("command", ["compare", "plan"])
-def test_a_name_that_is_no_utf8_is_refused_in_words(cgla: Call, command: str) -> None:
+def test_names_that_no_file_has_are_refused(cgla: Call, command: str) -> None:
     cgla(command, os.fsdecode(b"\xff.toml")).refused("no such file")
-
-
-def test_a_name_that_no_file_can_have(cgla: Call) -> None:
-    cgla("compare", "a\0b.toml").refused("name")
+    cgla(command, "a\0b.toml").refused("name")
 
 
 def test_a_setting_with_a_comma(cgla: Call, small: Path) -> None:
@@ -761,7 +761,7 @@ def shout(problem: Problem) -> Solution:
 
 @pytest.mark.parametrize("noise", [talk, shout])
 @pytest.mark.parametrize("command", [("compare", "--solvers"), ("plan", "--solver")])
-def test_json_stays_json_whatever_a_solver_prints(
+def test_json_stays_json_if_a_solver_prints(
     cgla: Call, small: Path, enter: Callable[..., str], noise: Callable[[Problem], Solution], command: tuple[str, str]
 ) -> None:
     answer = cgla(command[0], small, command[1], enter(noise), "--json")
@@ -804,7 +804,7 @@ def interrupt_second() -> Callable[[Problem], Solution]:
 
 
 @pytest.mark.slow
-def test_an_interrupt_keeps_what_is_done(cgla: Call, small: Path, enter: Callable[..., str], tmp_path: Path) -> None:
+def test_an_interrupt_keeps_finished_runs(cgla: Call, small: Path, enter: Callable[..., str], tmp_path: Path) -> None:
     name = enter(interrupt_second())
     answer = cgla("compare", small, small, small, "--solvers", f"cgla,{name}", "--out", "out", "--json")
     document = answer.document()
@@ -876,25 +876,15 @@ def test_a_kill_leaves_whole_runs_and_no_worker(busy: subprocess.Popen[str], tmp
     assert [run.solver for run in load(tmp_path / "out").runs] == ["cgla", "rrt-star:iterations=50"]
 
 
-@pytest.fixture(scope="module")
-def broken_pipe() -> tuple[int, str]:
-    """Print into a pipe without a reader."""
+@pytest.mark.skipif(os.name != "posix", reason="pipes of POSIX")
+def test_a_broken_pipe_is_silent_and_no_missing_result() -> None:
+    """A pipe without a reader."""
     reading, writing = os.pipe()
     os.close(reading)
     words = [*PROGRAM, "scenarios", "--show", "finland"]
     with os.fdopen(writing, "wb") as pipe:
         done = subprocess.run(words, stdout=pipe, stderr=subprocess.PIPE, text=True, check=False)
-    return done.returncode, done.stderr
-
-
-@pytest.mark.skipif(os.name != "posix", reason="pipes of POSIX")
-def test_a_broken_pipe_is_silent(broken_pipe: tuple[int, str]) -> None:
-    assert broken_pipe[1] == ""
-
-
-@pytest.mark.skipif(os.name != "posix", reason="pipes of POSIX")
-def test_a_broken_pipe_is_no_missing_result(broken_pipe: tuple[int, str]) -> None:
-    assert broken_pipe[0] == 0
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")

@@ -110,13 +110,13 @@ def test_certify_as_json(cgla: Call, tmp_path: Path) -> None:
         "seconds": float,
         "message": str,
     }
-    # the numbers are those of the path that is in there
+    # the numbers are those of the path in the document
     judged = load_scenario("small.toml").problem.evaluate(found["path"])
     assert judged.feasible
     assert proof["upper_bound"] == found["cost"] == judged.cost
     assert found["lower_bound"] == proof["lower_bound"] == grids[-1]["lower_bound"]
     assert found["gap"] == proof["gap"] == judged.cost / proof["lower_bound"] - 1.0
-    # the bracket only ever closes, while the grid step halves
+    # the bracket gets tighter while the step of the grid halves
     assert all(tuple(grid) == words.COLUMNS for grid in grids)
     lower = [grid["lower_bound"] for grid in grids]
     assert lower == sorted(lower)
@@ -226,11 +226,7 @@ def test_read_path_inverts_path_csv(tmp_path_factory: pytest.TempPathFactory, in
 )
 def test_a_file_without_a_fit_path(cgla: Call, text: str, said: str) -> None:
     Path("mine.csv").write_text(text, encoding="utf-8")
-    answer = cgla("certify", "wall.toml", "--path", "mine.csv", "--out", "out")
-    assert (answer.code, answer.out) == (2, "")
-    assert answer.err.startswith("cgla: mine.csv: ")
-    assert said in answer.err
-    assert answer.err.count("\n") == 1
+    cgla("certify", "wall.toml", "--path", "mine.csv", "--out", "out").refused("cgla: mine.csv: ", said)
     assert not list(Path("out").iterdir())
 
 
@@ -249,10 +245,7 @@ def test_a_file_without_a_fit_path(cgla: Call, text: str, said: str) -> None:
     ],
 )
 def test_certify_refuses_wrong_input(cgla: Call, words: list[str], said: str) -> None:
-    answer = cgla("certify", *words)
-    assert (answer.code, answer.out) == (2, "")
-    assert said.lower() in answer.err.lower()
-    assert answer.err.count("\n") == 1
+    cgla("certify", *words).refused(said)
 
 
 def test_ends_off_by_rounding_are_put_in_place(cgla: Call) -> None:
@@ -331,7 +324,7 @@ def test_tubes_are_the_cells_of_the_grids(run: Run) -> None:
         inside = np.array(oracles.are_in(nodes[:, 0], nodes[:, 1], grid.runs))
         assert 0 < inside.sum() < len(points)
         np.testing.assert_array_equal(tube.get_path().contains_points(points), inside)
-        # no better path leaves it: the path itself does not, either
+        # no better path leaves the tube, nor does the path itself
         assert tube.get_path().contains_points(run.solution.path, radius=1e-9).all()
 
 

@@ -1,4 +1,4 @@
-"""`cgla check`: plans of anybody, leg by leg against zones, risk and scenarios, and how much better one could be."""
+"""`cgla check` and `cgla_graph.check`: legs of plans against zones, risk and scenarios, and proven brackets."""
 
 import dataclasses
 import itertools
@@ -21,7 +21,7 @@ from cgla_graph.model.earth import LocalProjection, geodesic_length
 from cgla_graph.scenarios.scenario import load_scenario
 
 BOX = [[24.8, 60.1], [25.1, 60.1], [25.1, 60.2], [24.8, 60.2], [24.8, 60.1]]
-#: Its waypoints are outside, and its leg is not.
+#: Its waypoints are outside the area, and its leg crosses it.
 STRAIGHT = "longitude,latitude\n24.7,60.12\n25.2,60.15\n"
 AROUND = "longitude,latitude\n24.7,60.12\n24.8,60.095\n25.1,60.095\n25.2,60.15\n"
 RASTER = "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 10\nNODATA_value -9999\n1 2 3\n4 5 6\n"
@@ -58,7 +58,7 @@ def write_route(name: str, *places: tuple[float, float]) -> None:
     Path(name).write_text("\n".join(["x,y", *(f"{x},{y}" for x, y in places)]) + "\n", encoding="utf-8")
 
 
-def test_a_leg_that_crosses_is_refused_and_told_where(cgla: Call, tmp_path: Path) -> None:
+def test_a_leg_that_crosses_is_reported_with_its_place(cgla: Call, tmp_path: Path) -> None:
     answer = cgla("check", "straight.csv", "--zones", "bay.geojson", "--out", "out")
     assert answer.code == 1
     said = lines_of(answer)
@@ -81,7 +81,7 @@ def test_a_leg_that_crosses_is_refused_and_told_where(cgla: Call, tmp_path: Path
 
 
 def test_a_plan_of_ours_is_clean_and_close_to_the_best(cgla: Call) -> None:
-    """From zones to a plan, and back to a verdict: the path touches corners, and degrees are rounded."""
+    """A path that touches corners of zones is clean after its degrees are rounded in a file."""
     ends = ("--start", "24.7,60.12", "--goal", "25.2,60.15", "--no-certificate")
     for kind in ("plan", "gpx"):
         more = ("--solver", "visibility-graph", *([] if kind == "plan" else ["--clearance", 30]))
@@ -100,7 +100,7 @@ def test_a_plan_of_ours_is_clean_and_close_to_the_best(cgla: Call) -> None:
 
 
 def test_the_bound_is_one_for_all_paths(cgla: Call) -> None:
-    """The map is laid around the plan; what leaves it is longer than the bound."""
+    """The map is made around the plan; paths that leave it are longer than the bound."""
     detour = FlightPlan.along([(24.7, 60.12), (24.6, 60.5), (25.2, 60.15)])
     for plan in (detour, "around.csv"):
         found = cg.check(plan, zones="bay.geojson")
@@ -115,8 +115,8 @@ def test_the_bound_is_one_for_all_paths(cgla: Call) -> None:
 
 
 @pytest.mark.slow
-def test_ways_around_the_map_that_is_laid_are_not_denied(cgla: Call, tmp_path: Path) -> None:
-    """A wall cuts the map around the plan in two; the way around its end, far outside, costs no less than the bound."""
+def test_detours_outside_the_map_around_the_plan_are_allowed(cgla: Call, tmp_path: Path) -> None:
+    """A wall divides the map around the plan; the detour around its end, far outside, costs at least the bound."""
     wall = shapely.box(24.94, 59.5, 24.96, 60.3)
     (tmp_path / "wall.geojson").write_text(shapely.to_geojson(wall), encoding="utf-8")
     (tmp_path / "short.csv").write_text("lon,lat\n24.9,60.15\n25.0,60.15\n", encoding="utf-8")
@@ -125,7 +125,7 @@ def test_ways_around_the_map_that_is_laid_are_not_denied(cgla: Call, tmp_path: P
     length = math.fsum(geodesic_length(one, other) for one, other in itertools.pairwise(around))
     best = found["best"]
     assert 0.7 * length < best["lower_bound"] <= length <= best["upper_bound"] + 1.0
-    # of one that is far too long, that it is at least as long as to the rim of the map and back
+    # for a detour too long to prove, the bound is the length to the rim of the map and back
     wall = shapely.box(24.94, 50.0, 24.96, 70.0)
     (tmp_path / "wall.geojson").write_text(shapely.to_geojson(wall), encoding="utf-8")
     found = cgla("check", "short.csv", "wall.geojson", "--json").document()
@@ -134,7 +134,7 @@ def test_ways_around_the_map_that_is_laid_are_not_denied(cgla: Call, tmp_path: P
 
 
 def test_areas_of_many_corners_are_bracketed_in_time(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is around them, and what is inside, has few corners; the bracket holds for the areas themselves."""
+    """Larger and smaller areas with few corners give a bracket that holds for the areas themselves."""
     checked = cg.check("around.csv", zones="bay.geojson")
     exact, on = checked.best, checked.on
     monkeypatch.setattr(bracket, "MOST_CORNERS", 3)
@@ -173,7 +173,7 @@ def test_lengths_risks_and_costs_are_the_oracle_s(cgla: Call) -> None:
     assert found["best"]["lower_bound"] == pytest.approx(bound, rel=0.1)
 
 
-def test_everything_that_is_wrong_is_told(cgla: Call) -> None:
+def test_all_faults_are_reported(cgla: Call) -> None:
     write_route("mine.csv", (1, 1), (1, 5), (7, 5), (7, 1.5), (7, 12), (1, 0.5), (5.9, 1.5), (5.9, 1.2))
     answer = cgla("check", "mine.csv", "mine.toml", "--clearance", 0.5)
     assert answer.code == 1
@@ -195,7 +195,7 @@ def test_plans_that_begin_inside_return_home_or_circle(cgla: Call, tmp_path: Pat
     answer = cgla("check", "inside.csv", "bay.geojson", "--out", "out")
     assert answer.code == 1
     assert "begins inside the bay" in lines_of(answer)["best"]
-    # home is on the other side: the way from there to the first waypoint is flown, too
+    # home is on the other side: the leg from home to the first waypoint counts
     home = FlightPlan((Waypoint(25.2, 60.15), Waypoint(25.2, 60.3)), Home(24.7, 60.15))
     write_plan(home, tmp_path / "home.csv")
     found = cgla("check", "home.csv", "bay.geojson", "--json", "--no-certificate").document()
@@ -210,7 +210,7 @@ def test_plans_that_begin_inside_return_home_or_circle(cgla: Call, tmp_path: Pat
     assert [(one["waypoint"], one["leg"]) for one in found["crossings"]] == [("2", None)]
 
 
-def test_curves_and_round_trips_are_told(cgla: Call) -> None:
+def test_curves_and_round_trips_are_reported(cgla: Call) -> None:
     item = {"type": "SimpleItem", "frame": 3, "autoContinue": True}
     params = ([0, 0, 0, None, 60.3, x, 50] for x in (24.7, 24.8))
     items = [{**item, "command": command, "params": one} for command, one in zip((16, 82), params, strict=True)]
@@ -226,7 +226,7 @@ def test_curves_and_round_trips_are_told(cgla: Call) -> None:
     assert "where it begins" in lines_of(answer)["best"]
 
 
-def test_risk_on_a_raster_is_told_and_weighed_on_request(cgla: Call) -> None:
+def test_risk_on_a_raster_is_shown_and_counts_with_k(cgla: Call) -> None:
     write_route("mine.csv", (5, 5), (25, 15))
     free, weighed = (
         cgla("check", "mine.csv", "--risk", "risk.asc", *more, "--json").document() for more in ((), ("--k", 2))
@@ -252,7 +252,7 @@ def test_risk_on_a_raster_is_told_and_weighed_on_request(cgla: Call) -> None:
         (["straight.csv", "--at", "2026-08-01T12:00Z", "paper"], ("--at", "zones")),
     ],
 )
-def test_what_cannot_be_checked_is_told_in_one_line(cgla: Call, words: list[str], said: tuple[str, ...]) -> None:
+def test_wrong_input_is_refused_in_one_line(cgla: Call, words: list[str], said: tuple[str, ...]) -> None:
     cgla("check", *words).refused(*said)
 
 
@@ -281,8 +281,8 @@ def test_the_command_prints_what_python_answers(cgla: Call, words: str, on: str 
     assert found == {**json.loads(json.dumps(answer)), "files": []}
 
 
-def test_waypoints_and_zones_in_hand_are_checked(cgla: Call) -> None:
-    """The same as from files; of a plane where the map is one."""
+def test_waypoints_and_zones_as_objects_are_checked(cgla: Call) -> None:
+    """The result is the same as from files; waypoints are in the plane if the map is."""
     zones = cg.read_zones("bay.geojson")
     found = cg.check([(24.7, 60.12), (25.2, 60.15)], zones=zones, tolerance=None)
     of_file = cg.check("straight.csv", zones="bay.geojson", tolerance=None)
@@ -303,7 +303,7 @@ def test_waypoints_and_zones_in_hand_are_checked(cgla: Call) -> None:
 
 
 def test_long_plans_are_checked_in_time(cgla: Call) -> None:
-    """A thousand legs, most of which cross."""
+    """The plan has a thousand legs, most of which cross."""
     angles = np.linspace(0.0, 2.0 * math.pi, 1001)
     places = np.column_stack([24.95 + 0.3 * np.cos(301.0 * angles), 60.15 + 0.1 * np.sin(301.0 * angles)])
     plan = FlightPlan(tuple(Waypoint(x, y) for x, y in places.tolist()))
@@ -313,7 +313,7 @@ def test_long_plans_are_checked_in_time(cgla: Call) -> None:
 
 @pytest.mark.slow
 def test_plans_through_the_same_waypoints_are_bounded(cgla: Call) -> None:
-    """A sum over legs: of a zigzag that must be one, the whole; of one that could avoid risk, as much as is proven."""
+    """The bound is a sum over legs: all of a zigzag without risk; with risk, as much as is proven."""
     zigzag = [(0.5, 0.5), (1.5, 9.5), (1.8, 0.5), (4.5, 0.5), (4.5, 9.5), (9.5, 0.2)]
     write_route("mine.csv", *zigzag)
     found = cgla("check", "mine.csv", "mine.toml", "--k", 0, "--json").document()
@@ -333,7 +333,7 @@ def test_plans_through_the_same_waypoints_are_bounded(cgla: Call) -> None:
     assert found["length"] < bounds[1] < bounds[16] <= found["cost"]
     legs = [cg.lower_bound(dataclasses.replace(problem, start=a, goal=b), 0.3) for a, b in itertools.pairwise(zigzag)]
     assert 0.9 * sum(one.lower_bound for one in legs) < bounds[16] <= sum(one.upper_bound for one in legs)
-    # a way around an area belongs to a leg that crosses it; inside of one, there is no way
+    # the bound of a leg that crosses an area is the way around it; a waypoint inside has no bound
     write_route("mine.csv", (1, 5), (4, 5), (4, 1))
     found = cgla("check", "mine.csv", "mine.toml", "--k", 0, "--json").document()
     around = 2.0 * math.sqrt(2.0) + 1.0 + 4.0

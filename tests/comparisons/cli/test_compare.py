@@ -1,4 +1,4 @@
-"""Comparisons from the command line: studies from files, going on with them, and looking them up."""
+"""`cgla compare` with study files and `--resume`, and `cgla results`."""
 
 import json
 import tomllib
@@ -46,7 +46,7 @@ def test_a_study_from_a_file(cgla: Call) -> None:
     assert not list(Path("out").glob("*.png"))
 
 
-def test_going_on_makes_what_is_missing_and_nothing_else(cgla: Call) -> None:
+def test_resuming_makes_only_missing_runs(cgla: Call) -> None:
     cgla("compare", "study.toml", "--out", "out")
     before = {run.number: run.solution.seconds for run in load(Path("out")).runs}
     for words in (["study.toml"], []):
@@ -60,7 +60,7 @@ def test_going_on_makes_what_is_missing_and_nothing_else(cgla: Call) -> None:
     assert [seed for name, solver, seed in cells("out") if (name, solver) == ("one-threat", "few")] == [1, 2, 3, 4]
 
 
-def test_going_on_with_another_study_is_refused(cgla: Call) -> None:
+def test_resuming_another_study_is_refused(cgla: Call) -> None:
     cgla("compare", "study.toml", "--out", "out")
     text = STUDY.format(seeds=2)
     Path("study.toml").write_text(text.replace("milestones = 40", "milestones = 50"), encoding="utf-8")
@@ -89,6 +89,7 @@ def test_a_plain_comparison_is_a_study_too(cgla: Call) -> None:
         (["--overwrite"], ["--overwrite", "--out DIR"]),
         (["--resume", "--overwrite", "--out", "out"], ["--resume", "--overwrite", "one of them"]),
         (["--resume", "--out", "nothing"], ["nothing", "study.jsonl"]),
+        (["one-threat", "--resume", "--out", "nothing"], ["nothing"]),
         (["study.toml", "paper"], ["study.toml", "paper", "among its scenarios"]),
         (["paper", "study.toml"], ["study.toml", "paper", "among its scenarios"]),
         (["study.toml", "--seeds", "3"], ["--seeds", "study.toml"]),
@@ -107,7 +108,7 @@ def test_a_plain_comparison_is_a_study_too(cgla: Call) -> None:
         (["paper", "--dask", "127.0.0.1:9"], ["127.0.0.1:9"]),
     ],
 )
-def test_what_does_not_fit_together_is_refused(cgla: Call, words: list[str], said: list[str]) -> None:
+def test_contradicting_options_are_refused(cgla: Call, words: list[str], said: list[str]) -> None:
     cgla("compare", *words).refused(*said)
     assert not Path("out").exists()
     assert not Path("nothing").exists()
@@ -144,7 +145,7 @@ def test_a_study_of_one_map_has_its_tables(cgla: Call) -> None:
     assert "│ straight-line " in text
 
 
-def test_going_on_with_a_part_says_what_is_left(cgla: Call) -> None:
+def test_resuming_a_part_names_the_rest(cgla: Call) -> None:
     words = ("compare", "--solvers", "cgla,straight-line", "--no-certificate", "--out", "out", "--pictures", 0)
     cgla(words[0], "one-threat", "paper", *words[1:])
     part = ("compare", "one-threat", "--solvers", "dijkstra", "--no-certificate", "--out", "out", "--pictures", 0)
@@ -153,11 +154,6 @@ def test_going_on_with_a_part_says_what_is_left(cgla: Call) -> None:
     assert "1 run is left of the study in out: cgla compare --resume --out out goes on" in answer.err
     assert cgla("compare", "--resume", "--out", "out").err == ""
     assert load(Path("out")).is_complete
-
-
-def test_going_on_where_nothing_is_leaves_nothing(cgla: Call) -> None:
-    cgla("compare", "one-threat", "--resume", "--out", "none").refused("none")
-    assert not Path("none").exists()
 
 
 def test_a_solver_that_was_not_installed_is_tried_again(
@@ -181,7 +177,7 @@ def test_a_message_cannot_steer_the_terminal(cgla: Call, tmp_path: Path, monkeyp
 
 
 @pytest.mark.slow
-def test_where_nobody_finds_a_path_nobody_wins(cgla: Call) -> None:
+def test_without_a_path_no_solver_wins(cgla: Call) -> None:
     words = ("compare", "one-threat", "paper", "--solvers", "cgla,dijkstra", "--limits", "seconds=1e-6")
     text = cgla(*words, "--no-certificate", "--workers", 1).out
     assert "None of 2 solvers found a path on 2 scenarios." in text
@@ -210,6 +206,6 @@ def test_highlighted_solvers_stand_out_in_pictures(cgla: Call, monkeypatch: pyte
     assert drawn == [(20, {"straight-line"})]
 
 
-def test_what_is_not_compared_cannot_be_highlighted(cgla: Call) -> None:
+def test_highlighting_a_solver_that_does_not_run_is_refused(cgla: Call) -> None:
     words = ["compare", "one-threat", "--solvers", "cgla,straight-line", "--highlight", "cgla,dijkstra"]
     cgla(*words).refused("--highlight has 'dijkstra'", "not compared", "cgla, straight-line")

@@ -1,4 +1,4 @@
-"""A shell completes names after TAB, at once; and typer's script for the shell can be had."""
+"""Completion of names in a shell without heavy imports, and the script for the shell."""
 
 import os
 import subprocess
@@ -8,7 +8,7 @@ import pytest
 
 
 def completed(words: str) -> list[str]:
-    """Ask as bash does."""
+    """Complete the last word as bash does."""
     count = len(words.split(" ")) - 1
     environment = os.environ | {"_CGLA_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(count)}
     code = (
@@ -42,7 +42,7 @@ def test_names_are_completed(words: str, names: list[str]) -> None:
     assert completed(words) == names
 
 
-def test_the_script_for_a_shell_can_be_had() -> None:
+def test_the_script_for_a_shell_is_printed() -> None:
     environment = os.environ | {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
     done = subprocess.run(
         [sys.executable, "-m", "cgla_graph.comparisons", "--show-completion", "bash"],

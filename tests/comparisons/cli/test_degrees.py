@@ -1,4 +1,4 @@
-"""What commands say of maps in longitude and latitude."""
+"""Commands on maps in longitude and latitude."""
 
 import warnings
 from pathlib import Path

@@ -39,7 +39,7 @@ def test_a_plan_stays_below_a_density(cgla: Call, town: str) -> None:
     assert free["cost"] < limited["cost"]
 
 
-def test_that_there_is_no_path_is_said_and_is_an_exit_status(cgla: Call, town: str) -> None:
+def test_a_proof_of_no_path_is_printed_and_an_exit_status(cgla: Call, town: str) -> None:
     call = cgla("plan", town, "--bounds", "0,0,6000,6000", *ENDS, "--k", 0, "--max-density", 300, "--json")
     assert call.code == 1
     document = call.document()
@@ -80,5 +80,5 @@ def test_a_front_over_densities(cgla: Call, town: str, tmp_path: Path) -> None:
         (["--metre-price", "0", "--prevented-fatality", "5"], "metre is 0"),
     ],
 )
-def test_what_does_not_fit_is_one_line(cgla: Call, town: str, options: list[str], message: str) -> None:
+def test_contradicting_options_are_one_line(cgla: Call, town: str, options: list[str], message: str) -> None:
     cgla("plan", town, "--bounds", "0,0,6000,6000", *ENDS, *options).refused(message)

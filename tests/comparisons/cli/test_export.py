@@ -53,7 +53,7 @@ def test_a_path_is_written_to_be_flown(cgla: Call, tmp_path: Path) -> None:
         (["--speed", "12"], ("--speed", "--export")),
     ],
 )
-def test_what_cannot_be_written_is_told_before_the_work(
+def test_wrong_options_are_refused_before_the_work(
     cgla: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], said: tuple[str, ...]
 ) -> None:
     def work(*_: object) -> None:
@@ -69,7 +69,7 @@ def test_maps_in_the_plane_have_no_plans(cgla: Call, tmp_path: Path) -> None:
     assert not (tmp_path / "mine.kml").exists()
 
 
-def test_what_uavs_of_a_mission_flew_is_written(cgla: Call, tmp_path: Path) -> None:
+def test_paths_of_uavs_are_written(cgla: Call, tmp_path: Path) -> None:
     mission = """
 coordinates = "lonlat"
 bounds = [24.6, 60.0, 25.3, 60.3]

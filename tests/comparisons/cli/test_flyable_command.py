@@ -22,7 +22,7 @@ def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureF
     return caller(tmp_path, monkeypatch, capfd)
 
 
-def test_a_flyable_path_is_told_drawn_and_exported(cgla: Call, tmp_path: Path) -> None:
+def test_a_flyable_path_is_printed_drawn_and_exported(cgla: Call, tmp_path: Path) -> None:
     curves = ("--turn-radius", 1000, "--start-heading", 0, "--arc-tolerance", 5)
     flight = ("--speed", 20, "--wind", "-5,3", "--power", 720, "--altitude", 80)
     files = ("--export", "mine.kml", "--export", "mine.waypoints", "--profile", "profile.csv", "--out", "out")
@@ -35,7 +35,7 @@ def test_a_flyable_path_is_told_drawn_and_exported(cgla: Call, tmp_path: Path) -
     assert found["cost"] == pytest.approx(curve.length)
     assert np.degrees(curve.headings(np.array([0]), np.array([0.0]))) == pytest.approx([90.0], abs=1e-3)
     assert told["energy_wh"] == pytest.approx(720.0 * told["flight_seconds"] / 3600.0)
-    # exported waypoints lead around the area, at most 5 m from the curve, and says so
+    # exported waypoints lead around the area, at most 5 m from the curve
     plan = read_plan(tmp_path / "mine.kml")
     assert plan.name == "areas: turns of 1000 m or more, within 5 m"
     assert "within 5 m of the arcs" in answer.err
@@ -50,7 +50,7 @@ def test_a_flyable_path_is_told_drawn_and_exported(cgla: Call, tmp_path: Path) -
     }
 
 
-def test_where_there_is_no_room_the_exit_code_says_so(cgla: Call) -> None:
+def test_without_room_to_turn_the_exit_code_is_1(cgla: Call) -> None:
     answer = cgla("plan", "maze", "--solver", "visibility-graph", "--no-certificate", "--turn-radius", 0.3)
     assert answer.code == 1
     assert "no curve of turn radius 0.3 was found: the search came as far as (0." in answer.out
@@ -68,5 +68,5 @@ def test_where_there_is_no_room_the_exit_code_says_so(cgla: Call) -> None:
         (["--turn-radius", "1", "--max-risk", "1"], ("--turn-radius", "--max-risk")),
     ],
 )
-def test_what_does_not_fit_is_refused(cgla: Call, words: list[str], said: tuple[str, ...]) -> None:
+def test_contradicting_options_are_refused(cgla: Call, words: list[str], said: tuple[str, ...]) -> None:
     cgla("plan", "maze", *words).refused(*said)

@@ -1,4 +1,4 @@
-"""Graphs on the command line: plans between their nodes, comparisons, and Theorem 1 checked on them."""
+"""Graphs on the command line: plans between nodes, comparisons, and the check of Theorem 1."""
 
 import csv
 import dataclasses
@@ -224,7 +224,7 @@ def test_compare_over_pairs(cgla: Call, tmp_path: Path) -> None:
     assert [(row["from"], float(row["cost"])) for row in table] == [(run["from"], run["cost"]) for run in runs]
 
 
-def test_compare_says_what_is_missing_where_strict(cgla: Call) -> None:
+def test_compare_exits_with_1_if_strict_and_a_path_is_missing(cgla: Call) -> None:
     words = ("graph", "compare", "island.csv", "--from", "a", "--to", "d", "--solvers", "cgla,dijkstra")
     assert (cgla(*words).code, cgla(*words, "--strict").code) == (0, 1)
     assert cgla("graph", "compare", "roads.csv", *ENDS, "--strict").code == 0
@@ -232,7 +232,7 @@ def test_compare_says_what_is_missing_where_strict(cgla: Call) -> None:
 
 @pytest.mark.usefixtures("cgla")
 def test_excess_is_above_the_cheapest_path_of_each_pair() -> None:
-    """A path of cost 0 cannot be undercut, and is infinitely far below any other."""
+    """A path of cost 0 cannot be undercut, and the excess of any other over it is infinite."""
     opened, problems = graph_run.open_problems("roads.csv", None, None, 2, weight=None, directed=False)
     run = graph_run.plan_all(opened, problems, graph_run.read_graph_entrants("cgla,dijkstra"))
     good = [dataclasses.replace(one, cost=cost) for one, cost in zip(run.solutions["cgla"], (2.0, 4.0), strict=True)]
@@ -288,7 +288,7 @@ def test_check_graph_prints_a_line_for_each_check(cgla: Call) -> None:
         pytest.param(["one.csv", "--target", "a", "--source", "a"], set(), set(), 0, id="one node"),
     ],
 )
-def test_what_holds_and_what_does_not(
+def test_checks_that_hold_fail_or_stay_open(
     words: list[str], failed: set[str], open_: set[str], code: int, cgla: Call
 ) -> None:
     answer = cgla("graph", "check", *words, "--json", "--strict")

@@ -1,4 +1,4 @@
-"""Plug-ins on the command line: a command survives what they do, and says so."""
+"""Plug-ins on the command line: a command survives their faults and reports them."""
 
 from pathlib import Path
 
@@ -31,7 +31,7 @@ def test_a_plan_survives_its_solver(solver: str, status: str, message: str, cgla
 
 
 def test_a_plan_that_hangs_is_stopped(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In compiled code, with the lock of the interpreter held."""
+    """The solver hangs in compiled code and holds the lock of the interpreter."""
     monkeypatch.setattr(isolated, "LONGEST", 0.5)
     answer = cgla("plan", "one-threat", "--solver", "hangs", "--no-certificate")
     assert answer.code == 1

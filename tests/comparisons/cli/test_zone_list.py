@@ -23,7 +23,7 @@ def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureF
     return caller(tmp_path, monkeypatch, capfd)
 
 
-def test_a_plan_says_what_became_of_every_zone(call: Call) -> None:
+def test_a_plan_reports_every_zone(call: Call) -> None:
     files = ("castle.json", "high.json", "far.json", "map.kml")
     answer = call("plan", *files, *QUICK, "--altitude", 100, "--treat", "PROHIBITED=open")
     assert answer.code == 0, answer.err
@@ -41,7 +41,7 @@ def test_a_plan_says_what_became_of_every_zone(call: Call) -> None:
 
 
 def test_the_list_of_zones(call: Call, tmp_path: Path) -> None:
-    """Of all commands that plan, as CSV and JSON."""
+    """All commands that plan write it as CSV and JSON."""
     assert call("plan", "castle.json", "far.json", *QUICK, "--zones-list", "out/zones.csv").code == 0
     with (tmp_path / "out" / "zones.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -70,7 +70,7 @@ def test_an_altitude_is_of_zones_and_of_plans(call: Call, tmp_path: Path) -> Non
     assert "1 open (1 not at this altitude)" in answer.out
     assert "above ground for zones, above home in plans" in answer.out
     assert (tmp_path / "castle.plan").is_file()
-    # areas that say nothing of heights are what they were
+    # areas without heights count at any altitude
     assert call("plan", "areas.geojson", *QUICK, "--altitude", 130, "--export", "areas.plan").code == 0
 
 
@@ -90,5 +90,5 @@ def test_an_altitude_is_of_zones_and_of_plans(call: Call, tmp_path: Path) -> Non
         (("none.kml", *QUICK), "none.kml: there is no such file"),
     ],
 )
-def test_what_is_wrong_is_one_line(call: Call, words: tuple[str, ...], said: str) -> None:
+def test_wrong_options_are_one_line(call: Call, words: tuple[str, ...], said: str) -> None:
     call("plan", *words).refused(said)
