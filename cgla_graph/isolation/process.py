@@ -276,13 +276,13 @@ _asking = threading.Lock()
 def _forked(preload: tuple[str, ...], cores: frozenset[int] | None) -> _Process | None:
     """Let a server fork a worker; None if the server dies."""
     line, theirs = connection.Pipe()
-    report, told = connection.Pipe(duplex=False)
+    report, their_report = connection.Pipe(duplex=False)
     with _asking:
         n_cores = os.cpu_count() if cores is None else len(cores)
         server = _servers.get(n_cores) or _servers.setdefault(n_cores, _started_server())
         try:
             server.line.send((sys.path, preload, cores))
-            for each in (theirs, told):
+            for each in (theirs, their_report):
                 reduction.send_handle(server.line, each.fileno(), server.process.pid)
                 each.close()
             pid = report.recv()

@@ -10,7 +10,7 @@ import numpy as np
 import oracles
 import pytest
 import shapely
-from command_line import Answer, Call, caller
+from command_line import Answer, Call
 from figures import assert_tidy
 from hypothesis import given
 from hypothesis import strategies as st
@@ -47,14 +47,6 @@ FILES = {
     "shut.toml": SMALL.split("[lattice]", maxsplit=1)[0] + AREA.replace("TOP", "1.1"),
     "improper.toml": "improper = true\n" + SMALL.replace("spread = 0.1", "spread = 0.1, peak = 1.5"),
 }
-
-
-@pytest.fixture
-def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
-    """Call the command line in a folder of its own, in this process."""
-    for name, text in FILES.items():
-        (tmp_path / name).write_text(text, encoding="utf-8")
-    return caller(tmp_path, monkeypatch, capfd)
 
 
 def lines_of(answer: Answer) -> dict[str, str]:

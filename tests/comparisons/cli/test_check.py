@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from command_line import Answer, Call, caller
+from command_line import Answer, Call
 
 import cgla_graph as cg
 from cgla_graph.airspace.flight_plans.formats import write_plan
@@ -36,18 +36,14 @@ polygons = [[[2, 4], [3, 4], [3, 9], [2, 9]], [[6, 1], [8, 1], [8, 2], [6, 2]]]
 """
 
 
-@pytest.fixture
-def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
-    zone = {"type": "Feature", "properties": {"name": "the bay"}, "geometry": {"type": "Polygon", "coordinates": [BOX]}}
-    for name, text in {
-        "bay.geojson": json.dumps(zone),
-        "straight.csv": STRAIGHT,
-        "around.csv": AROUND,
-        "risk.asc": RASTER,
-        "mine.toml": TOML,
-    }.items():
-        (tmp_path / name).write_text(text, encoding="utf-8")
-    return caller(tmp_path, monkeypatch, capfd)
+ZONE = {"type": "Feature", "properties": {"name": "the bay"}, "geometry": {"type": "Polygon", "coordinates": [BOX]}}
+FILES = {
+    "bay.geojson": json.dumps(ZONE),
+    "straight.csv": STRAIGHT,
+    "around.csv": AROUND,
+    "risk.asc": RASTER,
+    "mine.toml": TOML,
+}
 
 
 def lines_of(answer: Answer) -> dict[str, str]:

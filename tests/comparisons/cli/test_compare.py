@@ -6,7 +6,7 @@ from pathlib import Path
 
 import plug_ins
 import pytest
-from command_line import Call, caller
+from command_line import Call
 
 from cgla_graph.comparisons.results import study_output
 from cgla_graph.comparisons.results.study_run import Settings, read_request
@@ -21,10 +21,7 @@ tolerance = 0.1
 """
 
 
-@pytest.fixture
-def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
-    (tmp_path / "study.toml").write_text(STUDY.format(seeds=2), encoding="utf-8")
-    return caller(tmp_path, monkeypatch, capfd)
+FILES = {"study.toml": STUDY.format(seeds=2)}
 
 
 def cells(folder: str) -> list[tuple[str, str, int | None]]:

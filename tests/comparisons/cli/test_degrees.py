@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 import shapely
-from command_line import Call, caller
+from command_line import Call
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -22,11 +22,6 @@ def test_a_percentage_is_never_below_its_ratio(ratio: float) -> None:
     number, sign = at_most_percent(ratio).split()
     assert sign == "%"
     assert ratio * (1.0 - 1e-12) <= float(number) / 100.0 <= ratio * 1.11
-
-
-@pytest.fixture
-def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
-    return caller(tmp_path, monkeypatch, capfd)
 
 
 @pytest.fixture

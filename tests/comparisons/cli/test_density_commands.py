@@ -6,17 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import Call, caller
+from command_line import Call
 
 import cgla_graph as cg
 
 TOWN = [[50.0, 400.0, 50.0], [50.0, 3000.0, 900.0], [50.0, 800.0, 50.0]]
 ENDS = ["--start", "500,5500", "--goal", "5500,500"]
-
-
-@pytest.fixture
-def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
-    return caller(tmp_path, monkeypatch, capfd)
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from command_line import Call, caller
+from command_line import Call
 
 import cgla_graph as cg
 from cgla_graph.airspace.flight_plans.formats import read_plan
@@ -14,10 +14,7 @@ QUICK = ("--solver", "visibility-graph", "--no-certificate", "--start", "24.7,60
 KINDS = (".plan", ".waypoints", ".kml", ".gpx", ".geojson", ".csv")
 
 
-@pytest.fixture
-def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
-    (tmp_path / "areas.geojson").write_text(json.dumps({"type": "Polygon", "coordinates": AREA}), encoding="utf-8")
-    return caller(tmp_path, monkeypatch, capfd)
+FILES = {"areas.geojson": json.dumps({"type": "Polygon", "coordinates": AREA})}
 
 
 def test_a_path_is_written_to_be_flown(cgla: Call, tmp_path: Path) -> None:

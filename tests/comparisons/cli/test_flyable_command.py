@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
-from command_line import Call, caller
+from command_line import Call
 
 from cgla_graph.airspace.flight_plans.formats import read_plan
 from cgla_graph.turning.curve import Curve
@@ -16,10 +16,7 @@ AREA = [[[24.8, 60.1], [25.1, 60.1], [25.1, 60.2], [24.8, 60.2], [24.8, 60.1]]]
 QUICK = ("--solver", "visibility-graph", "--no-certificate", "--start", "24.7,60.12", "--goal", "25.2,60.15")
 
 
-@pytest.fixture
-def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
-    (tmp_path / "areas.geojson").write_text(json.dumps({"type": "Polygon", "coordinates": AREA}), encoding="utf-8")
-    return caller(tmp_path, monkeypatch, capfd)
+FILES = {"areas.geojson": json.dumps({"type": "Polygon", "coordinates": AREA})}
 
 
 def test_a_flyable_path_is_printed_drawn_and_exported(cgla: Call, tmp_path: Path) -> None:

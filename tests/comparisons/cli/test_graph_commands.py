@@ -9,7 +9,7 @@ from typing import Any
 import networkx as nx
 import numpy as np
 import pytest
-from command_line import Answer, Call, caller
+from command_line import Answer, Call
 from scipy import sparse
 
 import cgla_graph as cg
@@ -25,12 +25,7 @@ ISLAND = "a,b,1\nc,d,1\n"
 BELOW = "a,b,-1\nb,c,2\n"
 
 
-@pytest.fixture
-def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
-    """Call the command line in a folder of its own, in this process."""
-    for name, text in {"roads.csv": ROADS, "island.csv": ISLAND, "below.csv": BELOW, "one.csv": "a,a,1\n"}.items():
-        (tmp_path / name).write_text(text, encoding="utf-8")
-    return caller(tmp_path, monkeypatch, capfd)
+FILES = {"roads.csv": ROADS, "island.csv": ISLAND, "below.csv": BELOW, "one.csv": "a,a,1\n"}
 
 
 def write_npz(folder: Path, weights: FloatArray) -> str:

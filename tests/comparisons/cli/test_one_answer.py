@@ -5,7 +5,7 @@ from typing import Any
 
 import networkx as nx
 import pytest
-from command_line import Call, caller
+from command_line import Call
 
 import cgla_graph as cg
 from cgla_graph.comparisons.study.options import MapOptions, open_one
@@ -24,11 +24,7 @@ MAPS: dict[str, tuple[str, dict[str, Any]]] = {
 LOOSE = ("--tolerance", 0.05)
 
 
-@pytest.fixture
-def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
-    (tmp_path / "risk.asc").write_text(ASC, encoding="utf-8")
-    (tmp_path / "room.map").write_text(ROOM, encoding="utf-8")
-    return caller(tmp_path, monkeypatch, capfd)
+FILES = {"risk.asc": ASC, "room.map": ROOM}
 
 
 def opened(kind: str) -> tuple[Scenario, list[object]]:

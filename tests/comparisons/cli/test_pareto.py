@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import Call, caller
+from command_line import Call
 
 import cgla_graph as cg
 from cgla_graph.comparisons.plots.pareto import pareto_figure
@@ -25,12 +25,7 @@ resolution = 6
 SHUT = SMALL + "[no_fly]\npolygons = [[[0.45, -0.1], [0.55, -0.1], [0.55, 1.1], [0.45, 1.1]]]\n"
 
 
-@pytest.fixture
-def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
-    """Call the command line in a folder of its own, in this process."""
-    (tmp_path / "small.toml").write_text(SMALL, encoding="utf-8")
-    (tmp_path / "shut.toml").write_text(SHUT.replace("[lattice]", "").replace("resolution = 6", ""), encoding="utf-8")
-    return caller(tmp_path, monkeypatch, capfd)
+FILES = {"small.toml": SMALL, "shut.toml": SHUT.replace("[lattice]", "").replace("resolution = 6", "")}
 
 
 # cgla pareto
