@@ -9,6 +9,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
+from quick_solvers import WALLED_IN
 from strategies import fast
 
 import cgla_graph as cg
@@ -32,8 +33,6 @@ COUNTED = {name: setting for name, setting in COUNTED.items() if registry.missin
 ANYTIME = [name for name in COUNTED if not name.endswith("fmt-star")]
 THREATS = [cg.Threat(0.5, 0.5, 0.1, peak=0.9), cg.Threat(0.3, 0.7, 0.05)]
 PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField(THREATS), k=10.0, no_fly=shapely.box(0.6, 0.2, 0.7, 0.6))
-RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
-WALLED_IN = cg.Problem((0.1, 0.1), (0.8, 0.8), no_fly=RING)
 
 
 def plan(name: str, problem: cg.Problem = PROBLEM, **settings: Any) -> Solution:  # noqa: ANN401 - each solver has its own

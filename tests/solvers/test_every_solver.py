@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from quick_solvers import quick
+from quick_solvers import RING, quick
 
 import cgla_graph as cg
 from cgla_graph._types import Point
@@ -15,7 +15,7 @@ from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import registry
 
 NOTHING = {Status.NO_PATH, Status.NOT_FOUND, Status.STUCK}
-RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
+
 FIELD = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=0.9), cg.Threat(0.3, 0.7, 0.05)])
 GUARDED = cg.Problem((0.1, 0.1), (0.9, 0.9), FIELD, k=10.0)
 names = pytest.mark.parametrize("name", registry.names())

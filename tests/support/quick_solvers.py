@@ -1,9 +1,15 @@
-"""Solvers with small budgets: they say what they find, soon."""
+"""Solvers with small budgets, and a problem that none of them solves."""
 
 from typing import Any
 
+import shapely
+
+from cgla_graph.model.problem import Problem
 from cgla_graph.solvers import registry
 
+#: A room without a door, and a problem whose goal is inside.
+RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
+WALLED_IN = Problem((0.1, 0.1), (0.8, 0.8), no_fly=RING)
 #: Settings by the names of solvers; others are quick as they are.
 QUICK: dict[str, dict[str, Any]] = {
     "rrt-star": {"iterations": 200},

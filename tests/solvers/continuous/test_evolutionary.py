@@ -95,9 +95,6 @@ def test_answers_stand_up_to_the_oracle(seed: int, areas: int) -> None:
     straight = problem.evaluate([problem.start, problem.goal])
     # the straight line is in the first generation
     assert not straight.feasible or answer.cost <= straight.cost * (1.0 + 1e-9)
-    costs = [moment.cost for moment in answer.trace]
-    assert costs == sorted(costs, reverse=True)
-    assert costs[-1] == pytest.approx(answer.cost)
 
 
 @pytest.mark.slow

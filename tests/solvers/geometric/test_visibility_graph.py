@@ -9,13 +9,12 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from quick_solvers import RING
 from strategies import few, fields, points, polygons, usual
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.scenarios.scenario import load_scenario, shipped
-
-RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
 
 
 def around_disc(start: Point, goal: Point, centre: Point, radius: float) -> float:

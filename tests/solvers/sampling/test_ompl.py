@@ -20,7 +20,7 @@ import quick_solvers
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from quick_solvers import quick
+from quick_solvers import WALLED_IN, quick
 from strategies import few, fields, points, usual
 
 import cgla_graph as cg
@@ -45,8 +45,6 @@ ANYTIME = [name for name in QUICK if registry.traits(name).anytime]
 CHARGED = [name for name in QUICK if name != "ompl-prm-star"]
 FIELD = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=0.9), cg.Threat(0.3, 0.7, 0.05)])
 PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), FIELD, k=10.0)
-RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
-WALLED_IN = cg.Problem((0.1, 0.1), (0.8, 0.8), no_fly=RING)
 
 
 # what they find

@@ -12,6 +12,7 @@ import shapely
 import strategies as own
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from quick_solvers import WALLED_IN
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, IntArray
@@ -518,8 +519,7 @@ def test_labels_given_up_leave_a_path_that_is_only_found(monkeypatch: pytest.Mon
 
 
 def test_a_walled_in_goal() -> None:
-    ring = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
-    problem = cg.Problem((0.1, 0.1), (0.8, 0.8), cg.RiskField([cg.Threat(0.5, 0.5, 0.1)]), no_fly=ring)
+    problem = dataclasses.replace(WALLED_IN, field=cg.RiskField([cg.Threat(0.5, 0.5, 0.1)]))
     for solver in ("cgla", "lazy-theta-star"):
         front = cg.pareto(problem, solver=solver)
         assert (front.status, front.points, front.n_solves, front.knee) == (cg.Status.NO_PATH, (), 1, None)
