@@ -34,7 +34,7 @@ class InterruptedRunError(Exception):
     """Ctrl-C ended a comparison; the message says which results are kept."""
 
 
-#: What a second process does to compile kernels.
+#: Program of the second process, which compiles kernels.
 _COMPILE = (
     "import sys; sys.path[:] = sys.argv[1].split('\\n'); "
     "from cgla_graph.model.small_problem import MapKind; from cgla_graph.solvers.warm_up import load_last_first; "

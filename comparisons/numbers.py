@@ -1,4 +1,4 @@
-"""How numbers, names and intervals are written: the same on the terminal, in files, in pictures and in the report."""
+"""Formats of numbers, cells and intervals, shared by the terminal, files, pictures and the report."""
 
 import dataclasses
 import math
@@ -102,7 +102,7 @@ def p_equals(p: float) -> str:
 
 class Cell(NamedTuple):
     """
-    What one cell of a table says.
+    One cell of a table.
 
     Attributes
     ----------
@@ -132,7 +132,7 @@ def estimate_cell(
     estimate
         The median, a dash if it is NaN, and the ends of its interval.
     write
-        How a number is written, infinity among them.
+        Writes a number, which may be infinite.
     least
         The least that there can be: an interval from there to infinity says nothing.
 

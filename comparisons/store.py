@@ -17,12 +17,12 @@ from cgla_graph._text import place
 from cgla_graph.comparisons.files import append_text, cannot_write, locked, make_folder, write_text
 from cgla_graph.errors import CglaError, OutputError, StudyError
 
-#: What one line says; ``kind`` and ``key`` say of what.
+#: One line; ``kind`` and ``key`` name its subject.
 Line: TypeAlias = dict[str, Any]
 #: Counts changes of what lines say.
 FORMAT = 1
 _MARK = "cgla-graph"
-#: How a file of ours begins.
+#: First bytes of a file of ours.
 _MARKED = f'{{"kind":"{_MARK}"'.encode()
 
 
@@ -146,7 +146,7 @@ class Reader:
     Attributes
     ----------
     offset
-        Where the last whole line ends, in bytes.
+        End of the last whole line, in bytes.
     """
 
     def __init__(self, path: Path, what: str) -> None:

@@ -1,4 +1,4 @@
-"""What goes in and what comes out of a planner: two JSON documents, their versions and schemas."""
+"""Input and output of a planner: two JSON documents, their versions and schemas."""
 
 from typing import Annotated, Any, Literal
 
@@ -16,7 +16,7 @@ from cgla_graph.scenarios.table_faults import faults
 #: Of both documents. It changes when a planner that reads the older one would go wrong.
 VERSION: Literal[1] = 1
 
-#: What prints the schemas of both.
+#: The command that prints both schemas.
 SCHEMA = "cgla conform --schema"
 
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
@@ -56,7 +56,7 @@ class RasterEntry(Document):
 
 
 class LonLat(Document):
-    """Where a problem is on the Earth: for the curious, as the problem itself is on the plane."""
+    """The place of a problem on the Earth, for information: the problem itself is in the plane."""
 
     origin: Pair = Field(
         description="longitude and latitude of (0, 0) in the azimuthal equidistant projection of WGS84, in metres"
@@ -123,7 +123,7 @@ class ProblemDocument(Document):
 
 class AnswerDocument(Document):
     """
-    What a planner writes to its standard output; keys that are not here are ignored.
+    A planner's answer on its standard output; other keys are ignored.
 
     Examples
     --------

@@ -34,9 +34,9 @@ class Draft(NamedTuple):
     Attributes
     ----------
     family
-        What it belongs to.
+        The family that it belongs to.
     title
-        What it shows, in one line.
+        Its purpose in one line.
     problem
         The problem.
     """

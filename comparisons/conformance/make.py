@@ -30,7 +30,7 @@ from cgla_graph.solvers.solving import solve
 TOLERANCE, MAX_CELLS = 0.002, 3_000_000
 #: Solvers that look for a path, with points a side of their lattices.
 PLANNERS = (("hybrid", 20), ("hybrid", 45), ("visibility-graph", 20), ("fast-marching", 20), ("lazy-theta-star", 53))
-#: How far waypoints that are left out may be from the path, as parts of the map's longer side, and what that may cost.
+#: Tolerances of simplified paths: distance as a share of the map's longer side, and additional cost.
 SIMPLER, SPENT = (1e-3, 3e-4, 1e-4, 3e-5, 1e-5), 2e-5
 #: Significant digits of waypoints, of those of the map's longer side, and of lower bounds.
 DIGITS, BOUND_DIGITS = 9, 9

@@ -1,4 +1,4 @@
-"""What the commands `conform` and `answer` check, print and write: a planner, held against proven optima."""
+"""The commands `conform` and `answer`: checks of a planner against proven optima, their tables and files."""
 
 import math
 import platform
@@ -23,7 +23,7 @@ from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.solution import Status
 from cgla_graph.solvers.solving import solve
 
-#: What a result is in the JSON document.
+#: Fields of a result in the JSON document.
 KEYS = (
     "name", "family", "verdict", "message", "seconds", "cost", "length", "risk", "waypoints", "lower_bound",
     "upper_bound", "gap", "excess",

@@ -21,7 +21,7 @@ from cgla_graph.isolation.command import GRACE, MOST_OUTPUT, CommandResult, End,
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.isolation.outcome import Failure, Outcome
 
-#: How long a worker may take on top of a planner's time.
+#: Time of a worker beyond the planner's limit.
 _PREPARATION = 60.0
 #: At a time, at most.
 MOST_WORKERS = 1000

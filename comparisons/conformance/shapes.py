@@ -1,4 +1,4 @@
-"""What maps of the suite are made of: walls, mazes, threats, rasters; alike on every machine."""
+"""Parts of the suite's maps: walls, mazes, threats, rasters; equal on every machine."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -113,7 +113,7 @@ def maze(seed: int, size: int, thickness: float, *, opened: int = 0) -> list[Bas
     thickness
         Of the walls.
     opened
-        How many more walls are left out.
+        Number of further walls to leave out.
     """
     stream = Stream(seed)
     doors = set(_doors(stream, size))

@@ -20,7 +20,7 @@ COST_TOLERANCE = 1e-6
 
 class Verdict(Enum):
     """
-    What came of an instance; the value is the sentence.
+    The verdict on an answer; the value is the sentence.
 
     Examples
     --------
@@ -52,7 +52,7 @@ class Verdict(Enum):
 @dataclass(frozen=True)
 class Result(ShortRepr):
     """
-    What came of one instance.
+    The result of one instance.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class Result(ShortRepr):
 
     @property
     def excess(self) -> float:
-        """How much more than the best path known, ``cost / upper_bound - 1``: at least that much is lost."""
+        """The excess over the best path known, ``cost / upper_bound - 1``: a lower bound on the loss."""
         upper = self.instance.upper_bound
         return math.nan if upper is None or math.isnan(self.cost) else self.cost / upper - 1.0
 
@@ -101,9 +101,9 @@ def judged(instance: Instance, answer: AnswerDocument, seconds: float = math.nan
     instance
         The problem.
     answer
-        What the planner wrote.
+        The planner's output.
     seconds
-        How long it took.
+        The planner's time.
 
     Examples
     --------

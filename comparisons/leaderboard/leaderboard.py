@@ -30,7 +30,7 @@ class FailureGroup:
     solver
         Label.
     status
-        How they ended.
+        Their status.
     runs
         At least one, in order.
     """
@@ -41,7 +41,7 @@ class FailureGroup:
 
     @property
     def message(self) -> str:
-        """What the first one says, in one line."""
+        """The message of the first run, in one line."""
         return " ".join(str(self.runs[0].solution.message).split())
 
     @property
@@ -100,7 +100,7 @@ class LeaderboardRow:
     average_rank
         Mean over the scenarios of its rank among the solvers; NaN where no scenario has been run by all.
     n_instances, wins
-        How many scenarios count, and on how many of those its path is the cheapest, alone or with others.
+        Number of scenarios that count, and of those on which its path is the cheapest, alone or with others.
     gap
         Median over the scenarios of how far above the lower bound its cost is; infinite without a path, NaN where no
         scenario has a finite bound.

@@ -40,7 +40,7 @@ class Performance:
     scenario, solver
         Name and label.
     n_runs, n_paths
-        How many runs there were, and how many of them found a path that may be flown.
+        Number of runs, and of those that found a feasible path.
     success
         95 % interval of the rate of success.
     lower_bound

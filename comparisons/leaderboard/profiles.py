@@ -220,7 +220,7 @@ def instance_times(runs: Sequence[Run], percent: float) -> dict[str, list[float]
     runs
         Of any scenarios and solvers.
     percent
-        How far above the bound is near.
+        The greatest gap that counts as near.
 
     Returns
     -------

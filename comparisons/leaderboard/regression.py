@@ -17,7 +17,7 @@ SIGNIFICANT = 0.05
 
 class Verdict(Enum):
     """
-    What two versions of a solver have shown; the value is the sentence.
+    The verdict on two versions of a solver; the value is the sentence.
 
     Examples
     --------
@@ -32,7 +32,7 @@ class Verdict(Enum):
 
 
 class RunKey(NamedTuple):
-    """What a run is paired by: the names of scenario and solver, and the seed."""
+    """The key that pairs runs: names of scenario and solver, and the seed."""
 
     scenario: str
     solver: str
@@ -117,7 +117,7 @@ def regression(old: Iterable[Run], new: Iterable[Run]) -> Regression:
     Returns
     -------
     regression
-        What changed, and what could not be paired.
+        The changes, and the runs without a pair.
 
     Raises
     ------

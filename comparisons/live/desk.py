@@ -22,7 +22,7 @@ from cgla_graph.isolation.process import WorkerProcess
 from cgla_graph.model.isolated import lost
 from cgla_graph.model.solution import Solution
 
-#: What a slow solver may take.
+#: Limits of a slow solver.
 LIMITS = Limits(seconds=10.0, megabytes=2048.0)
 #: Ranks of jobs: the path while something moves, fast solvers, the path when nothing moves.
 QUICK, OTHERS, FULL = range(3)

@@ -51,7 +51,7 @@ class DraftThreat(Part):
 
 class Draft(Part):
     """
-    What can be changed on the page, map units.
+    The part of a map that the page can change, in map units.
 
     Examples
     --------
@@ -193,7 +193,7 @@ class LiveMap:
 
     @cached_property
     def document(self) -> dict[str, Any]:
-        """What the page draws that drafts do not change: bounds, areas that stay, rasters."""
+        """The fixed part of the page's map: bounds, fixed areas, rasters."""
         before = self.scenario.problem
         with unwarned():
             bare = RiskField((), rasters=before.field.rasters)

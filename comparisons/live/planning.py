@@ -30,7 +30,7 @@ AIM = 4e-3
 
 class OneGrid(NamedTuple):
     """
-    What one grid proves.
+    The proof of one grid.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ MOST_RUNS = 4000
 
 class Effort(NamedTuple):
     """
-    How much work an answer may take.
+    Limits of the work for an answer.
 
     Attributes
     ----------
@@ -156,7 +156,7 @@ class Planner:
         """
         Return the best path known, a bound that no path can beat, and the tube that no better path leaves.
 
-        Where there is none, its ``error`` says why in one sentence.
+        Without a path, its ``error`` gives the reason in one sentence.
         """
         began = time.perf_counter()
         try:

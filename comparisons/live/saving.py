@@ -44,7 +44,7 @@ def save(live: LiveMap, draft: Draft, name: str, *, overwrite: bool) -> Path:
     Parameters
     ----------
     live, draft
-        What to write.
+        The draft.
     name
         Of the file, without a folder; empty for `default_file`.
     overwrite

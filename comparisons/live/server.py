@@ -27,7 +27,7 @@ from cgla_graph.errors import CglaError, OutputError
 
 #: Longest body of a request, bytes.
 MOST_BYTES = 2_000_000
-#: What the page may do: run its own scripts, ask its own server, and nothing else.
+#: Content security policy: the page runs its own scripts and asks its own server only.
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -81,7 +81,7 @@ class LiveServer(LoopbackServer):
     port
         To listen on; 0 for any that is free.
     desk
-        Who plans.
+        The job queue.
 
     Raises
     ------
@@ -98,7 +98,7 @@ class LiveServer(LoopbackServer):
 
     @property
     def url(self) -> str:
-        """Where it is, with the token that every request needs."""
+        """Its address, with the token that every request needs."""
         return f"{super().url}{self.token}/"
 
     def server_close(self) -> None:

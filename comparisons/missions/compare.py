@@ -32,8 +32,8 @@ from cgla_graph.solvers.warm_up import shortened
 
 #: Modules that workers load before the first task.
 PRELOAD = (__name__,)
-#: What `cgla compare` leaves out on missions unless it is asked for: a flight plans dozens of times, and these hand
-#: over a complete graph edge by edge each time, or solve a mixed-integer program.
+#: Solvers that `cgla compare` leaves out on missions unless they are named: a flight plans dozens of times, and these
+#: take a complete graph edge by edge each time, or solve a mixed-integer program.
 TOO_SLOW = ("networkx", "networkx-astar", "milp")
 #: Labels of entrants that have been made ready in this process.
 _ready: set[str] = set()

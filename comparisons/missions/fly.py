@@ -1,4 +1,4 @@
-"""What the command `fly` does: fly each variant of a mission, and write its log, traces, pictures and animation."""
+"""The command `fly`: flights of each variant of a mission, with log, traces, pictures and animation."""
 
 import dataclasses
 import signal
@@ -30,7 +30,7 @@ from cgla_graph.model.solver import Solver
 from cgla_graph.scenarios.mission_file import MissionFile, load_mission
 from cgla_graph.solvers import registry
 
-#: The log reaches the disk after so many seconds, or when that takes less than a tenth of the time since.
+#: The log is written at most every so many seconds, and in at most this share of the time.
 LOG_SECONDS, LOG_SHARE = 1.0, 0.1
 
 
@@ -38,7 +38,7 @@ def build_solver(text: str) -> Solver:
     """
     Build a solver from ``NAME`` or ``NAME:A=1:B=2``.
 
-    One that could certify its own paths is told not to unless the text asks for it: a mission plans dozens of times.
+    It does not certify its own paths unless the text asks for it, because a mission plans dozens of times.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def open_mission(
     solver
         As in `build_solver`, instead of the file's.
     variant
-        The only one that is wanted.
+        The only variant to open.
     max_ticks, clearance
         Instead of the file's.
 
@@ -84,7 +84,7 @@ def open_mission(
     Raises
     ------
     CglaError
-        If anything is wrong with any of them; the message offers what there is.
+        If a mission, variant or solver is invalid; the message lists the choices.
     """
     opened = load_mission(spec, clearance=clearance)
     missions = opened.missions(build_solver, solver=solver)
@@ -103,14 +103,14 @@ def open_mission(
 
 class StopRequest:
     """
-    Ctrl-C, politely: the first lets the tick under way finish, so that the flight is whole; the second stops at once.
+    Ctrl-C in two steps: the first lets the current tick finish, so that the flight is whole; the second stops at once.
 
     Attributes
     ----------
     is_made
-        Whether it was asked for.
+        Whether Ctrl-C was pressed.
     waits
-        Whether `is_made` is polled, as while a mission is flown; otherwise the first one stops at once, too.
+        Whether `is_made` is polled, as during a flight; otherwise the first Ctrl-C stops at once, too.
     """
 
     def __init__(self) -> None:
@@ -126,7 +126,7 @@ class StopRequest:
 
     @contextmanager
     def listen(self) -> Iterator["StopRequest"]:
-        """Take Ctrl-C for as long as the body runs; outside the main thread it cannot come."""
+        """Handle Ctrl-C while the body runs; other threads than the main one receive none."""
         if threading.current_thread() is not threading.main_thread():
             yield self
             return
@@ -140,7 +140,7 @@ class StopRequest:
 @dataclass
 class Flights:
     """
-    What the command has flown so far.
+    The flights so far.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ class Flights:
     interrupted
         Whether Ctrl-C ended it.
     failure
-        Why a file could not be written, which ended it; None if all could.
+        The error of a file that could not be written, which ended it; None without one.
     """
 
     flown: list[MissionRun] = field(default_factory=list)
@@ -169,21 +169,21 @@ def fly_all(
     step: Callable[[str], None] | None = None,
 ) -> Flights:
     """
-    Fly specs one after the other, and write what comes of them.
+    Fly missions one after the other, and write their files.
 
     Parameters
     ----------
     specs
         The variants of one mission.
     folder
-        Where to write; None: nowhere.
+        Folder of the files; None writes nothing.
     value
-        Whether the price of ignorance and the value of sharing are found out, by flying again with full knowledge, and
+        Whether to compute the price of ignorance and the value of sharing, by flying again with full knowledge, and
         without sharing.
     animation
-        Whether animations are drawn; pictures always are.
+        Whether to draw animations; pictures are always drawn.
     step
-        Told of each tick, and of what else takes time.
+        Called with a message at each tick and before other long steps.
 
     Returns
     -------
@@ -239,12 +239,12 @@ def fly_one(
     spec
         The mission.
     log
-        Beside it, with the ending ``.part``, the lines of the ticks that are done are kept, every second or so; None:
-        nowhere.
+        The log file. During the flight, finished ticks are written about every second to the same name with ``.part``;
+        None writes nothing.
     stop
-        Says when to stop.
+        The request to stop, polled after each tick.
     step
-        Told of each tick.
+        Called with a message at each tick.
     """
     simulation = spec.mission.simulate()
     writer = None if log is None else _LogWriter(spec, log)
@@ -267,7 +267,7 @@ def fly_one(
 
 
 class _LogWriter:
-    """Writes the ticks that are done, now and then: a flight so far takes time to be put together."""
+    """Writes finished ticks now and then, because assembling the flight so far takes time."""
 
     def __init__(self, spec: MissionSpec, log: Path) -> None:
         self.spec, self.part = spec, _part(log)
@@ -289,7 +289,7 @@ class _LogWriter:
 
 def with_worth(flown: MissionRun) -> MissionRun:
     """
-    Find out what not knowing cost, and what sharing was worth, by flying up to twice more.
+    Compute the price of ignorance and the value of sharing, by flying up to twice more.
 
     Parameters
     ----------
@@ -378,7 +378,7 @@ def flights_document(opened: MissionFile, flights: Flights) -> dict[str, Any]:
 
 
 def kept_note(flights: Flights, total: int, folder: Path | None) -> str:
-    """Say what Ctrl-C left."""
+    """Return one line on the flights that Ctrl-C left."""
     whole = sum(not flown.flight.interrupted for flown in flights.flown)
     cut = next((flown for flown in flights.flown if flown.flight.interrupted), None)
     part = f" and {cut.label} until tick {cut.flight.ticks}" if cut is not None else ""

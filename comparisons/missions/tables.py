@@ -30,7 +30,7 @@ _TEAM_COLUMNS: Mapping[str, Callable[[MissionRun], str]] = {
     "cost": lambda flown: figure(flown.flight.cost, 6),
     "replans": lambda flown: str(sum(len(uav.replans) for uav in flown.flight.uavs.values())),
 }
-#: What a narrow terminal does without, the first first.
+#: Columns that a narrow terminal drops, in order.
 _SPARE = ("exposure", "known", "max F", "risk sum", "replans", "ticks", "risk")
 _SPARE_OF_VARIANTS = ("risk sum", "replans", "ticks", "risk", "length")
 
@@ -83,7 +83,7 @@ def _warnings(flown: MissionRun) -> list[str]:
     return lines
 
 
-#: What the columns of `flight_table` are.
+#: Explanations of the columns of `flight_table`.
 COLUMN_NOTES = (
     f"risk sum: F added up over ticks (the paper's measure); exposure: the length with F over {EXPOSED_ABOVE:g}",
     "replans: the plan of take-off is the first; known: threats and areas that it believed in at the end",

@@ -16,7 +16,7 @@ from cgla_graph.errors import OutputError
 
 #: The only address that is listened on.
 HOST = "127.0.0.1"
-#: How a browser on this machine may call it; any port, as tunnels have their own.
+#: Host names that are accepted, with any port, because tunnels have their own.
 _LOOPBACK = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:\d{1,5})?", flags=re.IGNORECASE)
 HTML, JSON, TEXT = "text/html; charset=utf-8", "application/json", "text/plain; charset=utf-8"
 _LONGEST_REQUEST = 30.0  # seconds in which a request has to be there
@@ -24,7 +24,7 @@ _LONGEST_REQUEST = 30.0  # seconds in which a request has to be there
 
 @dataclass(frozen=True)
 class Response:
-    """What a request gets: status, kind of content and content."""
+    """The answer to a request: status, content type and content."""
 
     status: HTTPStatus
     kind: str
@@ -47,7 +47,7 @@ class LoopbackServer(ThreadingHTTPServer):
     port
         To listen on; 0 for any that is free.
     command
-        What messages call it.
+        Its name in messages.
 
     Raises
     ------
@@ -78,7 +78,7 @@ class LoopbackServer(ThreadingHTTPServer):
 
     @property
     def url(self) -> str:
-        """Where it is."""
+        """Its address."""
         return f"http://{HOST}:{self.server_port}/"
 
     def serve_until_interrupted(self, announcement: str, *, open_browser: bool) -> None:
@@ -106,14 +106,14 @@ class LoopbackServer(ThreadingHTTPServer):
 class LoopbackHandler(BaseHTTPRequestHandler):
     """Answers one request; each has a connection of its own (HTTP/1.0), so that none is left open."""
 
-    #: What every answer says.
+    #: Headers of every answer.
     always: ClassVar[Mapping[str, str]] = {
         "X-Content-Type-Options": "nosniff",
         "Cache-Control": "no-store",
         "Referrer-Policy": "no-referrer",
         "Cross-Origin-Resource-Policy": "same-origin",
     }
-    #: What a page may do.
+    #: Content security policy of pages.
     policy = "default-src 'none'"
     #: The methods that are answered.
     allowed: ClassVar[Sequence[str]] = ("GET", "HEAD")

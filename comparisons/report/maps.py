@@ -25,7 +25,7 @@ WALL_CELLS = 240
 STEPS = 99_999
 #: Most waypoints of a path, and most corners of all no-fly areas of a map.
 MOST_WAYPOINTS, MOST_CORNERS = 200, 4000
-#: How far a simplified line may be off at first, as a share of the longer side: a quarter of a pixel.
+#: First tolerance of simplified lines, as a share of the longer side: a quarter of a pixel.
 SLACK = 1.0 / 4000.0
 
 

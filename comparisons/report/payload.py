@@ -195,7 +195,7 @@ def thinned(rows: FloatArray, most: int = MOST_POINTS) -> FloatArray:
     rows
         Shape ``(m, 1 + c)``: a moment, ascending, and `c` values that hold until the next row; they may be infinite.
     most
-        How many rows may stay, at least 2.
+        Most rows to keep, at least 2.
 
     Returns
     -------

@@ -23,7 +23,7 @@ from cgla_graph.errors import CglaError, OutputError
 PAUSE = 2.0
 #: Building pages takes at most this share of the time: the study needs the cores.
 SHARE = 0.25
-#: What a page may do: run what stands in it, ask its own origin, and nothing else.
+#: Content security policy: the page runs its own scripts and asks its own origin only.
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -33,12 +33,12 @@ POLICY = (
 @dataclass(frozen=True)
 class State:
     """
-    How far a study is.
+    Progress of a study.
 
     Attributes
     ----------
     runs, cells
-        How many runs are done, and how many there shall be.
+        Number of finished runs, and of all.
     complete
         Whether all are done.
     stamp
@@ -58,7 +58,7 @@ class State:
 
 class Follower:
     """
-    Says how far the study in a folder is, and reads no line of its file twice.
+    Reads the progress of the study in a folder, and no line of its file twice.
 
     Parameters
     ----------

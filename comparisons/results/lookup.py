@@ -51,7 +51,7 @@ class Results:
     leaderboard
         None where the filters leave runs out by how they ended: the rest says nothing of the solvers.
     regression, old
-        What changed, and the study that it is held against, where that was asked for.
+        The changes against another study, and that study; None unless asked for.
     rerun
         A row run again, where that was asked for.
     lists_runs
@@ -92,7 +92,7 @@ def look_up(
     folder
         Of the study.
     scenario, solver, status, seed
-        Which runs to look at (see `Filters.read`).
+        Conditions on runs (see `Filters.read`).
     runs
         Whether to list single runs.
     against

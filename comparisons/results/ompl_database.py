@@ -84,7 +84,7 @@ RUN_COLUMNS = (
     *("time", "memory", "status", "solved", "correct_solution", "solution_length", "best_cost"),
     *("risk", "clearance", "lower_bound", "gap", "seconds", "build_seconds", "evaluations", "waypoints", "seed"),
 )
-#: What whole numbers of SQLite hold, and what those that were floats in between do.
+#: Greatest whole number of SQLite, and greatest one that a float holds exactly.
 _MOST = 2**63 - 1
 _MOST_EXACT = 2**53
 

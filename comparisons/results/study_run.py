@@ -55,12 +55,12 @@ class Request:
 @dataclass(frozen=True)
 class RunOptions:
     """
-    How runs are made and kept.
+    Options of execution and storage.
 
     Attributes
     ----------
     folder
-        Where results go, or None.
+        Folder of the results, or None.
     resume, overwrite
         Whether to go on with the study that is there, or to replace it; a study that is there is refused otherwise.
     workers
@@ -95,7 +95,7 @@ class Compared:
     interrupted
         Whether Ctrl-C ended it.
     left
-        How many runs and flights of the study in the folder are still to be made.
+        Number of runs and flights that the study in the folder still lacks.
     """
 
     runs: list[Run] = field(default_factory=list)
@@ -116,7 +116,7 @@ class Compared:
 @dataclass(frozen=True, kw_only=True)
 class Settings:
     """
-    What the user asked for, as on the command line; None where an option was left out.
+    The options of the command line; None where an option was left out.
 
     Attributes
     ----------
@@ -158,7 +158,7 @@ def read_request(asked: Settings, how: RunOptions | None = None) -> Request:
     asked
         The settings.
     how
-        How it will be run.
+        Options of execution.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def split_specs(specs: Sequence[str], for_maps: Sequence[str] = ()) -> tuple[lis
     Parameters
     ----------
     specs
-        What the user named.
+        The user's arguments.
     for_maps
         The options that the user set and missions do not have.
 

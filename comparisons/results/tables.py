@@ -26,7 +26,7 @@ _MOST_MESSAGES = 3
 _SOLVER_SPARE = ("clearance", "build", "seed spread", "risk", "length", "runs", "time", "gap")
 #: The columns of single runs that stand on the left.
 _RUN_LEFT = ("number", "scenario", "solver", "status")
-#: How the numbers of single runs are written, from the value and its significant digits.
+#: Formats of numbers of single runs: functions of the value and its significant digits.
 _WRITE: Mapping[Format, Callable[[float, int], str]] = {
     "plain": lambda value, _: str(value),
     "count": lambda value, _: f"{value:,.0f}",

@@ -67,7 +67,7 @@ def interval_ranks(n: int) -> tuple[int, int] | None:
     Parameters
     ----------
     n
-        How many values there are, at least 0.
+        Number of values, at least 0.
 
     Returns
     -------
@@ -249,7 +249,7 @@ class Curve:
     median, low, high
         Best cost so far at those moments, shape ``(m,)``, map units; infinite where too few runs have a path.
     n_runs
-        How many runs there were.
+        Number of runs.
     is_interval
         Whether the band is the 95 % interval of the median; else it goes from the least to the greatest.
     """

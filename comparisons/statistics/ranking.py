@@ -28,7 +28,7 @@ class Ranking:
     solvers, average_ranks
         Labels, and the mean of each one's rank over the instances: 1 is best.
     n_instances
-        How many instances there were.
+        Number of instances.
     p
         Of Friedman's test, corrected for ties, that no solver tends to rank before another. None with fewer than two
         solvers or instances.

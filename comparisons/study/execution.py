@@ -56,7 +56,7 @@ def run_study(
     Parameters
     ----------
     study
-        What to run.
+        The study.
     store
         Keeps runs as they end, and knows finished ones; None keeps nothing.
     workers

@@ -149,7 +149,7 @@ class MapOptions:
     k
         Risk weight, instead of the map's; a raster alone has none.
     clearance
-        How far paths have to stay from no-fly areas, instead of the map's.
+        Least distance of paths from no-fly areas, instead of the map's.
     no_fly
         Files of more no-fly areas: GeoJSON, or zones.
     zones

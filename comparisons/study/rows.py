@@ -176,7 +176,7 @@ def seeds_note(n_runs: int, n_found: int) -> str:
     Parameters
     ----------
     n_runs, n_found
-        How many runs there were, and how many of them found a path.
+        Number of runs, and of those that found a path.
 
     Examples
     --------
@@ -301,7 +301,7 @@ class Summary:
     status
         The common status, or how many of the runs found a path.
     n_runs, n_paths
-        How many runs there were, and how many of them found a path.
+        Number of runs, and of those that found a path.
     cost, length, risk, clearance
         Numbers of its path. Without a feasible path in the median run the cost is infinite and the others are NaN; if
         no run has one, they are those of the infeasible path.

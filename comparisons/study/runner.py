@@ -83,7 +83,7 @@ def compare(
     Parameters
     ----------
     scenarios, entrants
-        What to run; problems and texts will do (see `cgla_graph.comparisons.study.study.Study`).
+        Scenarios and entrants; problems and texts are accepted (see `cgla_graph.comparisons.study.study.Study`).
     n_seeds
         At least 1.
     tolerance

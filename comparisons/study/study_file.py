@@ -113,9 +113,9 @@ def study_from_toml(text: str, folder: Path | None = None, *, where: str = "stud
     text
         The file's text.
     folder
-        Where relative paths in it start; the current folder if left out.
+        Base of relative paths in it; the current folder if left out.
     where
-        What error messages call the file; its stem is the title where the file has none.
+        Name of the file in error messages; its stem is the title if the file has none.
 
     Returns
     -------

@@ -144,7 +144,7 @@ class SolverTable(Table):
 
 
 class BudgetTable(Table):
-    """What ends the runs of all solvers that take it."""
+    """Limits that end the runs of all solvers that take them."""
 
     seconds: float | None = Field(default=None, gt=0)
     iterations: int | None = Field(default=None, ge=1)
@@ -157,7 +157,7 @@ class BudgetTable(Table):
 
 
 class LimitsTable(Table):
-    """What kills a run."""
+    """Limits at which a run is killed."""
 
     seconds: float = Field(default=Limits.seconds, gt=0, le=MOST_SECONDS)
     memory: Memory = Field(

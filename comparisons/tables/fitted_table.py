@@ -30,7 +30,7 @@ class FittedTable:
     left, right
         The heads of columns of words, and those of columns of numbers that follow.
     spare
-        Which of them can be left out, the first first.
+        Columns that may be left out, in order.
     notes
         Lines that stand below.
     rows

@@ -22,7 +22,7 @@ _COLUMNS: Sequence[tuple[str, str, Callable[[Any], str]]] = (
     ("replans", "replans", str),
     ("planning", "planning_seconds", duration),
 )
-#: What a narrow terminal does without, the first first.
+#: Columns that a narrow terminal drops, in order.
 _SPARE = ("risk sum", "replans", "ticks", "risk", "length", "planning")
 
 

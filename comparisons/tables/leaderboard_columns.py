@@ -19,9 +19,9 @@ class Column(NamedTuple):
     head
         Its title.
     explained
-        What it says, in a few words.
+        Its meaning, in a few words.
     cell
-        Writes what it says of one solver.
+        Writes the cell of one solver.
     """
 
     head: str
@@ -76,7 +76,7 @@ COLUMNS = (
         lambda one: Cell(f"{sum(one.failures.values()):,}" if one.failures else DASH),
     ),
 )
-#: Heads of those that a narrow table leaves out, the first first.
+#: Heads of columns that a narrow table drops, in order.
 SPARE = ("p", f"to {NEAR_PERCENT} %", "cheapest on", "failed", "cost ratio", "success", "gap")
 
 

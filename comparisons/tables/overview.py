@@ -12,8 +12,8 @@ from cgla_graph.comparisons.statistics.ranking import LEVEL, too_few_note
 
 #: Most names in a sentence.
 _MOST_NAMES = 4
-#: How strong the evidence of a p-value is, in words: below the bound on the left.
-#: What costs within a hundredth of a percent are.
+#: Words for the evidence of a p-value below the bound on the left.
+#: The word for costs within a hundredth of a percent.
 TIE = "a tie"
 _STRENGTHS = ((0.001, "very strong evidence"), (0.01, "strong evidence"), (LEVEL, "evidence"))
 
@@ -30,12 +30,12 @@ class Answer:
 @dataclass(frozen=True)
 class Overview:
     """
-    What a reader gets at a glance.
+    The summary of a study at a glance.
 
     Attributes
     ----------
     headline
-        Who ranks first, and by how much.
+        The first solver and its lead.
     answers
         The questions that can be answered so far.
     caution
@@ -56,7 +56,7 @@ def overview(found: Sequence[LeaderboardRow], n_scenarios: int) -> Overview:
     found
         The leaderboard, best first.
     n_scenarios
-        How many scenarios the study has, run or not.
+        Number of scenarios of the study, run or not.
 
     Examples
     --------

@@ -26,7 +26,7 @@ SUMMARY_COLUMNS: Mapping[str, Callable[[Summary], str]] = {
     "evaluations": lambda one: f"{one.evaluations:,.0f}",
     "seed spread": lambda one: percent(one.spread),
 }
-#: What a narrow terminal does without of `comparison_table`, the first first.
+#: Columns of `comparison_table` that a narrow terminal drops, in order.
 _SPARE = ("evaluations", "clearance", "seed spread", "build", "excess", "risk", "length", "time", "gap")
 
 

@@ -35,7 +35,7 @@ def print_zones(
     scenarios
         The maps.
     target
-        Where the list goes: ``.csv`` or ``.json``.
+        The file of the list: ``.csv`` or ``.json``.
     altitude
         The altitude that was given for zones alone.
     two
