@@ -15,14 +15,14 @@ from shapely.geometry.base import BaseGeometry
 from strategies import examples
 
 import cgla_graph as cg
-from cgla_graph._types import Bounds, FloatArray, WholeArray
+from cgla_graph._types import Bounds, FloatArray, IntArray, WholeArray
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.subsolution import Level
 from cgla_graph.eikonal import cell_runs, mesh_kernels
 from cgla_graph.eikonal import mesh as mesh_module
 from cgla_graph.eikonal.mesh import SplineMesh
 
-ROUNDING = 1e-9
+SIDES = np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
 
 
 # The cost on a cell
@@ -146,6 +146,16 @@ def steepnesses(level: Level, values: FloatArray) -> FloatArray:
     return found
 
 
+def slopes_of(
+    level: Level, pieces: IntArray | slice, points: FloatArray, values: FloatArray, hair: float
+) -> list[FloatArray]:
+    """Differentiate a spline at points of pieces: central differences of a quadratic are exact."""
+    mesh = level.mesh
+    known = mesh.controls[pieces], mesh.columns[pieces], mesh.rows[pieces]
+    steps = [oracles.spline(known, mesh.origin, mesh.spacing, points + step, values) for step in hair * SIDES]
+    return [(steps[0] - steps[1]) / (2.0 * hair), (steps[2] - steps[3]) / (2.0 * hair)]
+
+
 def sampled_steepness(level: Level, values: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Sample ``|grad phi| / c`` on each cell, the half inside of those on the rim; the greatest of each."""
     mesh, hair = level.mesh, 1e-4
@@ -153,13 +163,7 @@ def sampled_steepness(level: Level, values: FloatArray, rng: np.random.Generator
     for shift in cell_points(rng, 30) * (1.0 - 2.0 * hair):
         u = np.column_stack([mesh.columns, mesh.rows]) + shift
         u = np.clip(u, hair, np.array(mesh.last) - hair)
-        known = mesh.controls, mesh.columns, mesh.rows
-        slopes = []
-        for axis in (0, 1):
-            step = hair * np.eye(2)[axis]
-            # central differences of a quadratic are exact
-            low, high = (oracles.spline(known, (0.0, 0.0), (1.0, 1.0), u + sign * step, values) for sign in (-1, 1))
-            slopes.append((high - low) / (2.0 * hair * mesh.spacing[axis]))
+        slopes = slopes_of(level, slice(None), mesh.origin + u * mesh.spacing, values, hair * min(mesh.spacing))
         cost = 1.0 + level.problem.k * oracles.density(level.problem.field.threats, mesh.origin + u * mesh.spacing)
         worst = np.maximum(worst, np.hypot(*slopes) / cost)
     return worst
@@ -197,16 +201,11 @@ def check_beside_walls(area: BaseGeometry, field: cg.RiskField, seed: int) -> in
     level = whole(problem, last)
     # the same mesh, with the pieces of these points
     pieces = np.array(SplineMesh.build(bounds, last, cell_runs.rectangle(last), problem.model.area, ends).ends)
-    mesh, hair = level.mesh, 1e-5
+    mesh = level.mesh
     away = mesh.node_points - rng.uniform(-1.0, 5.0, 2)
     # (where it is less steep than the cost, no bound of less than a piece's box is looked for)
     values = np.append(9.0 * np.hypot(*away.T) + rng.choice([0.0, 3.0]) * rng.normal(size=len(away)), math.inf)
-    known = mesh.controls[pieces], mesh.columns[pieces], mesh.rows[pieces]
-    slopes = []
-    for axis in (0, 1):
-        step = hair * np.eye(2)[axis]
-        low, high = (oracles.spline(known, mesh.origin, mesh.spacing, points + sign * step, values) for sign in (-1, 1))
-        slopes.append((high - low) / (2.0 * hair))
+    slopes = slopes_of(level, pieces, points, values, 1e-5)
     cost = 1.0 + 10.0 * oracles.density(field.threats, points)
     assert (np.hypot(*slopes) / cost <= steepnesses(level, values)[pieces] * (1.0 + 1e-7) + 1e-7).all()
     return len(points)

@@ -16,49 +16,41 @@ from cgla_graph.errors import ProblemError
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
+from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.turning import curve_kernels
 from cgla_graph.turning.curve import Curve
 from cgla_graph.turning.curve_kernels import CX, CY, RADIUS, TURN, X0, Y0
 
 
+def points_at(arc: FloatArray, shares: FloatArray | float) -> FloatArray:
+    """Points of an arc by shares of its turn, without the kernels."""
+    angles = math.atan2(arc[Y0] - arc[CY], arc[X0] - arc[CX]) + shares * arc[TURN]
+    return arc[[CX, CY]] + arc[RADIUS] * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+
+
 def sampled(arc: FloatArray, n: int) -> FloatArray:
-    """Points of an arc, without the kernels."""
-    begin = math.atan2(arc[Y0] - arc[CY], arc[X0] - arc[CX])
-    angles = begin + np.linspace(0.0, 1.0, n) * arc[TURN]
-    return arc[[CX, CY]] + arc[RADIUS] * np.column_stack([np.cos(angles), np.sin(angles)])
+    return points_at(arc, np.linspace(0.0, 1.0, n))
 
 
 @few
 @given(field=st.one_of(fields(), crowds(max_threats=20)), arc=arcs())
 def test_risk_along_an_arc_is_that_of_quadrature(field: RiskField, arc: FloatArray) -> None:
-    begin = math.atan2(arc[Y0] - arc[CY], arc[X0] - arc[CX])
-
-    def density(angle: float) -> float:
-        return float(field.density(arc[[CX, CY]] + arc[RADIUS] * np.array([math.cos(angle), math.sin(angle)])))
-
-    breaks = begin + np.linspace(0.0, 1.0, 1 + math.ceil(abs(arc[TURN]) * arc[RADIUS] / 0.02)) * arc[TURN]
-    parts = [quad(density, a, b, epsabs=1e-14, epsrel=1e-13)[0] for a, b in pairwise(breaks)]
-    expected = arc[RADIUS] * math.copysign(1.0, arc[TURN]) * math.fsum(parts)
-    assert curve_kernels.piece_risk(arc, field.kernel_field()) == pytest.approx(expected, abs=1e-10, rel=1e-12)
+    length = abs(arc[TURN]) * arc[RADIUS]
+    breaks = np.linspace(0.0, 1.0, 1 + math.ceil(length / 0.02))
+    parts = [
+        quad(lambda share: float(field.density(points_at(arc, share))), a, b, epsabs=1e-14, epsrel=1e-13)[0]
+        for a, b in pairwise(breaks)
+    ]
+    found = curve_kernels.piece_risk(arc, field.kernel_field())
+    assert found == pytest.approx(length * math.fsum(parts), abs=1e-10, rel=1e-12)
 
 
 @few
 @given(raster=rasters(), arc=arcs())
-def test_risk_of_rasters_along_an_arc_is_that_of_quadrature(raster: object, arc: FloatArray) -> None:
-    """Between the angles at which it crosses lines, which are found by looking for them densely."""
-    field = RiskField(rasters=[raster])  # type: ignore[list-item]
-    begin = math.atan2(arc[Y0] - arc[CY], arc[X0] - arc[CX])
-
-    def density(share: float) -> float:
-        angle = begin + share * arc[TURN]
-        return float(field.density(arc[[CX, CY]] + arc[RADIUS] * np.array([math.cos(angle), math.sin(angle)])))
-
-    # midpoints by the ten thousand: the error at each jump is at most a step
-    shares = (np.arange(40_000) + 0.5) / 40_000
-    angles = begin + shares * arc[TURN]
-    points = arc[[CX, CY]] + arc[RADIUS] * np.column_stack([np.cos(angles), np.sin(angles)])
-    values = field.density(points)
-    length = arc[RADIUS] * abs(arc[TURN])
+def test_risk_of_rasters_along_an_arc_is_that_of_quadrature(raster: RasterRisk, arc: FloatArray) -> None:
+    """By midpoints, thousands of them: the error at each jump is at most a step."""
+    field, length = RiskField(rasters=[raster]), arc[RADIUS] * abs(arc[TURN])
+    values = field.density(points_at(arc, (np.arange(40_000) + 0.5) / 40_000))
     jumps = np.abs(np.diff(values))
     error = length * (jumps[jumps > 0.0].sum() + 1e-6 * values.max()) / 40_000
     found = curve_kernels.piece_risk(arc, field.kernel_field())

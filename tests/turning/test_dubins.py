@@ -1,6 +1,7 @@
 """Dubins' curves in closed form, against OMPL's and against where they shall end."""
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 import pytest
@@ -14,15 +15,15 @@ from cgla_graph.turning.curve import Curve
 from cgla_graph.turning.curve_kernels import N_COLUMNS
 from cgla_graph.turning.flyable import plan_flyable
 
+Pose: TypeAlias = tuple[float, float, float]
+
 angles = st.floats(-math.pi, math.pi)
 poses = st.tuples(points, angles).map(lambda pose: (*pose[0], pose[1]))
 
 
 @usual
 @given(start=poses, goal=poses, radius=st.sampled_from([0.01, 0.1, 0.5, 2.0]))
-def test_words_lead_to_the_goal(
-    start: tuple[float, float, float], goal: tuple[float, float, float], radius: float
-) -> None:
+def test_words_lead_to_the_goal(start: Pose, goal: Pose, radius: float) -> None:
     n_words = 0
     for word in range(dubins_kernels.N_WORDS):
         rows = np.zeros((3, N_COLUMNS))
@@ -31,9 +32,8 @@ def test_words_lead_to_the_goal(
             continue
         n_words += 1
         curve = Curve(rows[:n])
-        assert curve.length == pytest.approx(
-            radius * sum(dubins_kernels.word_parts(start, goal, radius, word)), abs=1e-9
-        )
+        parts = dubins_kernels.word_parts(start, goal, radius, word)
+        assert curve.length == pytest.approx(radius * sum(parts), abs=1e-9)
         _, _, ends = curve.at(np.array([0.0, curve.length]))
         assert np.allclose(ends, [start[:2], goal[:2]], atol=1e-9)
         headings = curve.headings(np.array([0, n - 1]), np.array([0.0, 1.0])) - (start[2], goal[2])
@@ -48,9 +48,7 @@ def test_words_lead_to_the_goal(
 @pytest.mark.ompl
 @usual
 @given(start=poses, goal=poses, radius=st.sampled_from([0.01, 0.1, 0.5, 2.0]))
-def test_the_shortest_word_is_that_of_ompl(
-    start: tuple[float, float, float], goal: tuple[float, float, float], radius: float
-) -> None:
+def test_the_shortest_word_is_that_of_ompl(start: Pose, goal: Pose, radius: float) -> None:
     ob = pytest.importorskip("ompl.base")
     space = ob.DubinsStateSpace(radius)
     bounds = ob.RealVectorBounds(2)
