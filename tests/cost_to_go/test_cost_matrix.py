@@ -12,34 +12,13 @@ from typing import Any
 
 import networkx as nx
 import numpy as np
+import oracles
 import pytest
 import shapely
+import strategies
 from hypothesis import given
 from hypothesis import strategies as st
-from oracles import (
-    apply_eq9,
-    delta_rounds,
-    least_costs,
-    least_costs_networkx,
-    least_hops,
-    octile,
-    path_cost,
-)
-from strategies import (
-    crowds,
-    fast,
-    few,
-    fields,
-    lattices,
-    networks,
-    off_lattice_points,
-    pivots,
-    polygons,
-    risk_weights,
-    usual,
-    weight_matrices,
-    whole_weights,
-)
+from strategies import fast, few, usual
 
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, Schedule, cost_matrix
@@ -81,7 +60,7 @@ def cases(
     draw: st.DrawFn, weights: st.SearchStrategy[FloatArray] | None = None
 ) -> tuple[GeometricGraph, FloatArray, int]:
     """Draw a graph, held densely or sparsely, its weights and a target."""
-    matrix = draw(weight_matrices() if weights is None else weights)
+    matrix = draw(strategies.weight_matrices() if weights is None else weights)
     graph = GeometricGraph.from_matrix(matrix)
     if draw(st.booleans()):
         graph = GeometricGraph.from_sparse(graph.to_csgraph(), directed=graph.directed)
@@ -95,8 +74,8 @@ Case = tuple[GeometricGraph, FloatArray, int]
 
 
 def check_every_schedule(graph: GeometricGraph, weights: FloatArray, target: int) -> None:
-    expected = least_costs(weights, target)
-    close(least_costs_networkx(weights, target), expected)
+    expected = oracles.least_costs(weights, target)
+    close(oracles.least_costs_networkx(weights, target), expected)
     for matrix in (
         cost_matrix(graph, target),
         cost_matrix(graph, target, schedule="synchronous"),
@@ -115,7 +94,7 @@ def check_every_schedule(graph: GeometricGraph, weights: FloatArray, target: int
             else:
                 assert (path[0], path[-1]) == (node, target)
                 assert len(set(path)) == len(path)
-                assert path_cost(weights, path) == pytest.approx(expected[node], rel=1e-12)
+                assert oracles.path_cost(weights, path) == pytest.approx(expected[node], rel=1e-12)
 
 
 #: Weights that are equal but for the last bits: what a comparison with a margin takes for ties.
@@ -185,9 +164,9 @@ def test_of_a_tie_every_element_is_drawn() -> None:
 @given(
     cases(
         st.one_of(
-            weight_matrices(),
-            weight_matrices(max_nodes=30, edge=0.15),
-            weight_matrices(elements=st.sampled_from([0.0, 0.0, 1.0, 2.0])),
+            strategies.weight_matrices(),
+            strategies.weight_matrices(max_nodes=30, edge=0.15),
+            strategies.weight_matrices(elements=st.sampled_from([0.0, 0.0, 1.0, 2.0])),
         )
     )
 )
@@ -197,7 +176,14 @@ def test_every_schedule_finds_the_least_costs(case: Case) -> None:
 
 
 @usual
-@given(lattices(unit=True, max_side=5), polygons(), fields(0, 4), risk_weights, off_lattice_points(), st.data())
+@given(
+    strategies.lattices(unit=True, max_side=5),
+    strategies.polygons(),
+    strategies.fields(0, 4),
+    strategies.risk_weights,
+    strategies.off_lattice_points(),
+    st.data(),
+)
 def test_lattices_with_threats_and_areas_find_the_least_costs(
     lattice: Lattice, area: shapely.MultiPolygon, field: RiskField, k: float, extra: list[Point], data: st.DataObject
 ) -> None:
@@ -208,30 +194,14 @@ def test_lattices_with_threats_and_areas_find_the_least_costs(
     implicit = cost_matrix(graph, target)
     weights = graph.weight_matrix()
     check_every_schedule(graph, weights, target)
-    np.testing.assert_allclose(implicit.values, least_costs(weights, target), rtol=0.0, atol=1e-11 * (1.0 + k))
-
-
-@usual
-@given(networks())
-def test_any_networkx_graph_agrees_with_networkx(graph: "nx.Graph[object]") -> None:
-    mine = GeometricGraph.from_networkx(graph)
-    heavy = [
-        edge[: 3 if graph.is_multigraph() else 2] for edge in graph.edges if math.isinf(graph.edges[edge]["weight"])
-    ]
-    finite = graph.copy()
-    finite.remove_edges_from(heavy)
-    backwards = finite.reverse() if finite.is_directed() else finite
-    for target in graph:
-        expected = nx.single_source_dijkstra_path_length(backwards, target)
-        matrix = cost_matrix(mine, target)
-        assert {v: matrix.value(v) for v in graph if math.isfinite(matrix.value(v))} == pytest.approx(expected)
+    np.testing.assert_allclose(implicit.values, oracles.least_costs(weights, target), rtol=0.0, atol=1e-11 * (1.0 + k))
 
 
 @fast
 @given(cases())
 def test_label_setting_takes_at_most_n_rounds(case: Case) -> None:
     graph, weights, target = case
-    matrix, best = cost_matrix(graph, target), least_costs(weights, target)
+    matrix, best = cost_matrix(graph, target), oracles.least_costs(weights, target)
     order = matrix.order.tolist()
     assert matrix.rounds == len(order) == np.isfinite(best).sum() <= graph.n_nodes
     assert sorted(order) == np.nonzero(np.isfinite(best))[0].tolist()
@@ -247,14 +217,14 @@ def test_label_setting_takes_at_most_n_rounds(case: Case) -> None:
 @given(cases(), st.data())
 def test_lemma_1_values_never_rise_and_never_fall_below_the_optimum(case: Case, data: st.DataObject) -> None:
     graph, weights, target = case
-    order = data.draw(pivots(graph.n_nodes, 20))
-    best = least_costs(weights, target)
+    order = data.draw(strategies.pivots(graph.n_nodes, 20))
+    best = oracles.least_costs(weights, target)
     before = given_order(graph, target, []).values
     for end in range(len(order) + 1):
         matrix = given_order(graph, target, order[:end])
         assert (matrix.values <= before).all()
         assert (matrix.values >= best * (1.0 - 1e-12)).all()
-        assert (matrix.values == apply_eq9(weights, target, order[:end])).all()
+        assert (matrix.values == oracles.apply_eq9(weights, target, order[:end])).all()
         before = matrix.values
 
 
@@ -262,12 +232,12 @@ def test_lemma_1_values_never_rise_and_never_fall_below_the_optimum(case: Case, 
 @given(cases(), st.data())
 def test_a_given_order_that_says_converged_is_a_fixed_point(case: Case, data: st.DataObject) -> None:
     graph, weights, target = case
-    order = data.draw(pivots(graph.n_nodes))
+    order = data.draw(strategies.pivots(graph.n_nodes))
     matrix = given_order(graph, target, order)
     assert matrix.order.tolist() == order[: matrix.rounds]
     if matrix.converged:
         assert matrix.residual() == 0.0
-        close(matrix.values, least_costs(weights, target))
+        close(matrix.values, oracles.least_costs(weights, target))
         # its rounds are just enough
         assert given_order(graph, target, order[: matrix.rounds]).converged
         assert not given_order(graph, target, order[: matrix.rounds - 1]).converged
@@ -290,9 +260,9 @@ def test_settled_values_are_final(case: Case) -> None:
 
 def test_settling_the_unsettled_node_of_most_value_freezes_wrong_values() -> None:
     weights = np.array([[0, 9, 9], [1, 0, 9], [9, 1, 0]], dtype=float)
-    _, frozen = delta_rounds(weights, 0, choose=max)
-    assert frozen[2] == 9.0 > least_costs(weights, 0)[2]
-    _, right = delta_rounds(weights, 0)
+    _, frozen = oracles.delta_rounds(weights, 0, choose=max)
+    assert frozen[2] == 9.0 > oracles.least_costs(weights, 0)[2]
+    _, right = oracles.delta_rounds(weights, 0)
     assert right[2] == cost_matrix(GeometricGraph.from_matrix(weights), 0).value(2) == 2.0
 
 
@@ -311,11 +281,11 @@ def test_negative_weights_freeze_wrong_values() -> None:
 
 
 @fast
-@given(cases(st.one_of(whole_weights(), whole_weights(0), weight_matrices())))
+@given(cases(st.one_of(strategies.whole_weights(), strategies.whole_weights(0), strategies.weight_matrices())))
 def test_delta_sets_are_those_of_eqs_10_to_12(case: Case) -> None:
     graph, weights, target = case
     matrix = cost_matrix(graph, target)
-    expected, frozen = delta_rounds(weights, target)
+    expected, frozen = oracles.delta_rounds(weights, target)
     assert [set(delta.tolist()) for delta in matrix.delta_sets] == expected
     assert matrix.delta_sets[0].tolist() == [target] or (weights[:, target] == 0.0).any() or len(expected) == 1
     assert {i: matrix.values[i] for i in frozen} == frozen
@@ -324,7 +294,7 @@ def test_delta_sets_are_those_of_eqs_10_to_12(case: Case) -> None:
 
 
 @fast
-@given(cases(st.one_of(whole_weights(), whole_weights(0), weight_matrices())))
+@given(cases(st.one_of(strategies.whole_weights(), strategies.whole_weights(0), strategies.weight_matrices())))
 def test_an_early_stop_finds_the_final_value_and_path(case: Case) -> None:
     graph, weights, target = case
     full = cost_matrix(graph, target)
@@ -338,7 +308,7 @@ def test_an_early_stop_finds_the_final_value_and_path(case: Case) -> None:
             assert path == []
             assert early.rounds == full.rounds
             continue
-        assert path_cost(weights, path) == pytest.approx(full.values[source], rel=1e-12)
+        assert oracles.path_cost(weights, path) == pytest.approx(full.values[source], rel=1e-12)
         # it stops in the very round in which the source enters Delta
         sets = [set(delta.tolist()) for delta in full.delta_sets]
         assert source in sets[early.rounds]
@@ -362,22 +332,14 @@ def test_a_weighed_graph_has_the_same_delta_sets() -> None:
 
 
 @fast
-@given(cases(whole_weights()))
+@given(cases(strategies.whole_weights()))
 def test_synchronous_rounds_are_the_hops_of_the_longest_shortest_path(case: Case) -> None:
     graph, weights, target = case
     matrix = cost_matrix(graph, target, schedule="synchronous")
-    hops = least_hops(weights, target)
+    hops = oracles.least_hops(weights, target)
     assert matrix.rounds == max(hops.values()) <= graph.n_nodes - 1
     for node, count in hops.items():
         assert len(matrix.path_from(node)) == count + 1
-
-
-@fast
-@given(cases(whole_weights()))
-def test_as_many_sweeps_as_hops_are_enough(case: Case) -> None:
-    graph, weights, target = case
-    n_sweeps = max(1, *least_hops(weights, target).values())
-    assert (sweeps(graph, target, n_sweeps).values == least_costs(weights, target)).all()
 
 
 def test_a_chain_against_the_order_needs_a_sweep_for_each_hop() -> None:
@@ -396,10 +358,10 @@ def test_a_chain_against_the_order_needs_a_sweep_for_each_hop() -> None:
 
 
 @fast
-@given(cases(st.one_of(weight_matrices(), whole_weights(0))), st.data())
+@given(cases(st.one_of(strategies.weight_matrices(), strategies.whole_weights(0))), st.data())
 def test_descent_never_runs_in_a_circle_even_before_convergence(case: Case, data: st.DataObject) -> None:
     graph, weights, target = case
-    matrix = given_order(graph, target, data.draw(pivots(graph.n_nodes)))
+    matrix = given_order(graph, target, data.draw(strategies.pivots(graph.n_nodes)))
     for node in range(graph.n_nodes):
         path = walk(matrix, node)
         assert bool(path) == bool(np.isfinite(matrix.values[node]))
@@ -407,7 +369,7 @@ def test_descent_never_runs_in_a_circle_even_before_convergence(case: Case, data
             assert len(set(path)) == len(path)
             assert path[-1] == target
             # values further on may have fallen since
-            assert path_cost(weights, path) <= matrix.values[node] * (1.0 + 1e-12)
+            assert oracles.path_cost(weights, path) <= matrix.values[node] * (1.0 + 1e-12)
 
 
 def test_negative_weights_run_in_a_circle() -> None:
@@ -447,24 +409,6 @@ def test_a_single_node() -> None:
             assert matrix.path_from(0) == [0]
             assert matrix.converged
         assert cost_matrix(graph, 0).delta_sets[0].tolist() == [0]
-
-
-@usual
-@given(cases())
-def test_the_source_may_be_the_target(case: Case) -> None:
-    graph, _, target = case
-    matrix = cost_matrix(graph, target, source=target)
-    assert (matrix.value(target), matrix.rounds) == (0.0, 0)
-    assert matrix.path_from(target) == [target]
-
-
-def test_a_node_that_is_cut_off_has_no_path() -> None:
-    graph = GeometricGraph.from_matrix([[0, 1, np.inf], [1, 0, np.inf], [np.inf, np.inf, 0]], labels="abc")
-    for source in (None, "c"):
-        matrix = cost_matrix(graph, "a", source=source)
-        assert matrix.path_from("c") == []
-        assert matrix.value("c") == math.inf
-        assert matrix.residual() == 0.0
 
 
 def test_labels_are_spoken_everywhere() -> None:
@@ -532,7 +476,7 @@ def test_eight_directions_cost_the_octile_distance(n: int, data: st.DataObject) 
     eight = cost_matrix(GeometricGraph.eight_connected(lattice), target).values
     steps = [(i % n - target % n, i // n - target // n) for i in range(lattice.n_points)]
     np.testing.assert_allclose(straight, [math.hypot(*step) for step in steps], rtol=1e-12)
-    np.testing.assert_allclose(eight, [octile(step) for step in steps], rtol=1e-12)
+    np.testing.assert_allclose(eight, [oracles.octile(step) for step in steps], rtol=1e-12)
     assert (straight <= eight * (1.0 + 1e-12)).all()
     assert (eight <= straight / math.cos(math.pi / 8) * (1.0 + 1e-12)).all()
 
@@ -551,23 +495,8 @@ def solve(problem: Problem, n: int) -> tuple[float, float, float]:
 corners = st.sampled_from([(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)])
 
 
-@usual
-@given(crowds(12), risk_weights, st.integers(2, 5), corners, corners)
-def test_a_nested_lattice_never_costs_more(field: RiskField, k: float, n: int, start: Point, goal: Point) -> None:
-    problem = Problem(start, goal, field, k)
-    assert solve(problem, 2 * n - 1)[0] <= solve(problem, n)[0] + 1e-10 * (1.0 + k)
-
-
-def test_a_lattice_that_is_not_nested_may_cost_more() -> None:
-    # Above the peak of the hill lies a node of 3 and of 5 points a side, but none of 4.
-    hill = shapely.Polygon([(0.3, -1.0), (0.7, -1.0), (0.5, 0.99)])
-    problem = Problem((0.0, 0.0), (1.0, 0.0), no_fly=hill)
-    of_3, of_4, of_5 = (solve(problem, n)[0] for n in (3, 4, 5))
-    assert of_5 <= of_3 < of_4 - 0.1
-
-
 @few
-@given(crowds(12), st.lists(st.integers(0, 200), min_size=2, max_size=5, unique=True), corners, corners)
+@given(strategies.crowds(12), st.lists(st.integers(0, 200), min_size=2, max_size=5, unique=True), corners, corners)
 def test_more_k_never_raises_the_risk_nor_shortens_the_path(
     field: RiskField, ks: list[int], start: Point, goal: Point
 ) -> None:

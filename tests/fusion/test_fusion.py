@@ -110,12 +110,6 @@ def test_fields_that_cross_many_times() -> None:
     check_quad(combs, (np.array([0.0, 0.49]), np.array([0.5, 0.51])))
 
 
-def test_a_threat_known_twice_counts_twice() -> None:
-    # as often as it counts decides where the two fields cross
-    one, other = Threat(0.4, 0.5, spread=0.1, peak=0.5), Threat(0.6, 0.5, spread=0.1, peak=0.6)
-    check_quad([RiskField([one, one]), RiskField([other])], (np.array([0.0, 0.5]), np.array([1.0, 0.5])))
-
-
 @usual
 @given(seeds)
 def test_legendre_series_equal_those_of_numpy(seed: int) -> None:
@@ -194,15 +188,6 @@ def test_max_integral_does_not_add_up() -> None:
     parts = risk(fields, (start, middle), "max_integral") + risk(fields, (middle, end), "max_integral")
     assert direct == pytest.approx(0.05 * math.sqrt(2.0 * math.pi), rel=1e-5)
     assert parts == pytest.approx(2.0 * direct, rel=1e-5)
-
-
-@usual
-@given(cases())
-def test_exact_weights_are_the_same_there_and_back(case: tuple[Fields, Segment]) -> None:
-    fields, (start, end) = case
-    for how in FUSIONS:
-        there, back = fused_weights([start, end], [end, start], fields, 3.0, fusion=how)
-        assert there == back
 
 
 @usual
@@ -348,16 +333,6 @@ def test_union_is_the_complete_graph(fields: Fields, extra: list[Point]) -> None
     assert graph.model == CostModel(united(tuple(fields)), 10.0)
     complete = GeometricGraph.complete(lattice, united(tuple(fields)), 10.0, extra=extra)
     np.testing.assert_array_equal(graph.weight_matrix(), complete.weight_matrix())
-
-
-def test_raster_graph_is_directed_where_the_ends_differ() -> None:
-    fields = [RiskField([Threat(0.2, 0.2, spread=0.2)])]
-    graph = fused_graph(Lattice(3, bounds=(0, 0, 1, 1)), fields, 10.0, integral="raster")
-    there, back = graph.weights_from(0)[8], graph.weights_from(8)[0]
-    assert graph.directed
-    # from the lattice point near the threat, the first sample is already away from it
-    assert there < back
-    assert graph.weights_to(0)[8] == back
 
 
 @pytest.mark.parametrize("how", FUSIONS)

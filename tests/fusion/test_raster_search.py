@@ -15,26 +15,12 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+import strategies
 from hypothesis import given
 from hypothesis import strategies as st
 from oracles import raster
 from scipy.sparse.csgraph import dijkstra
-from strategies import (
-    Segment,
-    areas,
-    changed,
-    crowds,
-    fast,
-    few,
-    fields,
-    lattices,
-    models,
-    points,
-    seeds,
-    segments,
-    threats,
-    usual,
-)
+from strategies import Segment, fast, few, usual
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point
@@ -55,14 +41,14 @@ from cgla_graph.scenarios.scenario import load_scenario
 UNIT = (0.0, 0.0, 1.0, 1.0)
 EXACT = 1e-12
 PAPER = load_scenario("paper").problem.field
-any_field = st.one_of(fields(max_threats=6), crowds(max_threats=18))
+any_field = st.one_of(strategies.fields(max_threats=6), strategies.crowds(max_threats=18))
 
 
 # ------------------------------------------------------------------------------------------------------------ bounds
 @st.composite
 def cases(draw: st.DrawFn) -> tuple[RiskField, Segment]:
     field = draw(any_field)
-    start, end = draw(segments(field))
+    start, end = draw(strategies.segments(field))
     length = math.dist(start, end)
     # a part of no more than a tenth
     return field, (start, end if length <= 5.0 else start + (end - start) * 5.0 / length)
@@ -153,22 +139,22 @@ def check(guide: RasterGuide, start: Point, obstacles: list[Threat], goal: Point
 @given(data=st.data())
 def test_a_plan_costs_what_dijkstra_finds(data: st.DataObject) -> None:
     draw = data.draw
-    lattice = draw(lattices(max_side=8, unit=True))
+    lattice = draw(strategies.lattices(max_side=8, unit=True))
     on_lattice = st.sampled_from([(x, y) for x, y in lattice.points.tolist()])
-    spot = st.one_of(points, on_lattice)
+    spot = st.one_of(strategies.points, on_lattice)
     goal = draw(spot)
-    model = draw(models())
+    model = draw(strategies.models())
     guide = RasterGuide.lay(lattice, model, goal, bounds=UNIT, samples=draw(st.sampled_from([50, 50, 5, 1])))
     for _ in range(3):
-        obstacles = draw(st.lists(threats(), max_size=2))
+        obstacles = draw(st.lists(strategies.threats(), max_size=2))
         check(guide, draw(spot), obstacles, goal, lattice)
-        model = draw(changed(model))
+        model = draw(strategies.changed(model))
         guide = guide.knowing(model)
 
 
 @pytest.mark.slow
 @few
-@given(seeds, st.sampled_from([1.0, 10.0, 200.0]), areas())
+@given(strategies.seeds, st.sampled_from([1.0, 10.0, 200.0]), strategies.areas())
 def test_plans_on_the_way_cost_what_dijkstra_finds(seed: int, k: float, area: shapely.MultiPolygon) -> None:
     """What the guide learned on the way must not mislead it later."""
     rng = np.random.default_rng(seed)
@@ -301,7 +287,7 @@ def check_flights(mission: cg.Mission) -> None:
 @pytest.mark.slow
 @few
 @given(
-    seeds,
+    strategies.seeds,
     st.sampled_from([2.0, 10.0, 200.0]),
     st.sampled_from(
         [{}, {"virtual_obstacle": True}, {"virtual_obstacle": True, "sharing": "none"}, {"start": "snapped"}]

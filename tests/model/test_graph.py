@@ -61,6 +61,14 @@ def off_diagonal(matrix: FloatArray) -> FloatArray:
     return matrix[~np.eye(len(matrix), dtype=bool)]
 
 
+def check_weights(graph: GeometricGraph, expected: FloatArray) -> None:
+    """Ask for all weights in every way, and for the number of edges."""
+    for found in (rows(graph), columns(graph), graph.weight_matrix(), graph.weight_matrix_to().T):
+        assert (found == expected).all()
+    pairs = int(np.isfinite(off_diagonal(expected)).sum())
+    assert graph.n_edges == (pairs if graph.directed else pairs // 2)
+
+
 def where(graph: GeometricGraph) -> FloatArray:
     assert graph.positions is not None
     return graph.positions
@@ -146,11 +154,6 @@ def test_areas_with_corners_on_rounded_nodes_take_the_same_edges_away(n: int, co
     expected = off_diagonal(NoFlyArea(area).crosses(lattice.points[:, None], lattice.points))
     assert (off_diagonal(np.isinf(rows(graph))) == expected).all()
     assert (off_diagonal(np.isinf(graph.weight_matrix())) == expected).all()
-
-
-def test_rows_have_a_zero_diagonal_inside_an_area() -> None:
-    graph = GeometricGraph.complete(BOARD, no_fly=shapely.box(0.5, 0.5, 1.5, 1.5))
-    assert np.diag(rows(graph)).tolist() == [0.0] * graph.n_nodes
 
 
 def test_threads_weigh_like_one_thread() -> None:
@@ -305,16 +308,8 @@ def lightest(graph: "nx.Graph[Hashable]", u: Hashable, v: Hashable) -> float:
 def test_a_networkx_graph_is_taken_over_edge_by_edge(graph: "nx.Graph[Hashable]") -> None:
     before = nx.to_dict_of_dicts(graph.copy())
     mine = GeometricGraph.from_networkx(graph)
-    assert list(mine.labels) == list(graph.nodes)
-    assert mine.directed == graph.is_directed()
-    assert mine.positions is None
-    expected = np.array([[lightest(graph, u, v) for v in graph] for u in graph])
-    assert (rows(mine) == expected).all()
-    assert (columns(mine) == expected).all()
-    assert (mine.weight_matrix() == expected).all()
-    assert (mine.weight_matrix_to() == expected.T).all()
-    pairs = int(np.isfinite(off_diagonal(expected)).sum())
-    assert mine.n_edges == (pairs if mine.directed else pairs // 2)
+    assert (list(mine.labels), mine.directed, mine.positions) == (list(graph.nodes), graph.is_directed(), None)
+    check_weights(mine, np.array([[lightest(graph, u, v) for v in graph] for u in graph]))
     assert mine.n_pairs == 0
     assert [mine.index_of(label) for label in graph] == list(range(len(graph)))
     assert nx.to_dict_of_dicts(graph) == before
@@ -390,32 +385,24 @@ def test_a_dense_matrix_is_taken_over_entry_by_entry(weights: FloatArray) -> Non
     np.fill_diagonal(given_weights, np.nan)  # the diagonal is ignored
     before = given_weights.copy()
     graph = GeometricGraph.from_matrix(given_weights)
-    assert (rows(graph) == weights).all()
-    assert (columns(graph) == weights).all()
-    assert (graph.weight_matrix_to() == weights.T).all()
+    check_weights(graph, weights)
     assert graph.directed == (weights != weights.T).any()
     np.testing.assert_array_equal(given_weights, before)
     assert not np.shares_memory(given_weights, graph.weight_matrix())
-    pairs = int(np.isfinite(off_diagonal(weights)).sum())
-    assert graph.n_edges == (pairs if graph.directed else pairs // 2)
 
 
 @fast
 @given(weight_matrices(elements=st.sampled_from([0.0, 0.0, 1.0, 2.5])), st.sampled_from(["csr", "csc", "coo", "lil"]))
 def test_a_sparse_matrix_is_taken_over_with_its_zeros(weights: FloatArray, form: str) -> None:
     kept = np.isfinite(weights)
-    tails, heads = np.nonzero(kept)
-    matrix = sparse.coo_array((weights[kept], (tails, heads)), shape=weights.shape)
+    matrix = sparse.coo_array((weights[kept], np.nonzero(kept)), shape=weights.shape)
     if form != "lil":  # a list of lists does not store zeros
         matrix = matrix.asformat(form)
-        graph = GeometricGraph.from_sparse(matrix)
-        assert (rows(graph) == weights).all()
-        assert (columns(graph) == weights).all()
+        check_weights(GeometricGraph.from_sparse(matrix), weights)
         assert matrix.nnz == kept.sum()
     both = GeometricGraph.from_sparse(matrix, directed=False)
     assert not both.directed
-    assert (rows(both) == np.minimum(weights, weights.T)).all()
-    assert (columns(both) == rows(both)).all()
+    check_weights(both, np.minimum(weights, weights.T))
 
 
 def test_duplicates_of_a_sparse_matrix_add_up() -> None:
@@ -435,25 +422,17 @@ def test_infinity_and_diagonal_of_a_sparse_matrix_are_no_edges() -> None:
 
 @usual
 @given(weight_matrices(elements=st.sampled_from([0.0, 1.0, 3.0])), st.integers(0, 8))
-def test_zero_weights_survive_csgraph_and_scipy_agrees(weights: FloatArray, source: int) -> None:
+def test_zero_weights_survive_csgraph_and_networkx_and_scipy_agrees(weights: FloatArray, source: int) -> None:
     source %= len(weights)
-    graph = GeometricGraph.from_matrix(weights)
-    found = csgraph.dijkstra(graph.to_csgraph(), indices=source)
-    assert (found == least_costs(np.ascontiguousarray(weights.T), source)).all()
-    assert graph.to_csgraph().nnz == np.isfinite(off_diagonal(weights)).sum()
-    again = GeometricGraph.from_sparse(graph.to_csgraph(), directed=graph.directed)
-    assert (again.weight_matrix() == weights).all()
-    assert again.n_edges == graph.n_edges
-
-
-@usual
-@given(weight_matrices(elements=st.sampled_from([0.0, 1.0, 3.0])))
-def test_matrix_to_networkx_round_trip(weights: FloatArray) -> None:
     graph = GeometricGraph.from_matrix(weights, labels=[f"n{i}" for i in range(len(weights))])
+    entries = graph.to_csgraph()
+    found = csgraph.dijkstra(entries, indices=source)
+    assert (found == least_costs(np.ascontiguousarray(weights.T), source)).all()
+    assert entries.nnz == np.isfinite(off_diagonal(weights)).sum()
+    check_weights(GeometricGraph.from_sparse(entries, directed=graph.directed), weights)
     again = GeometricGraph.from_networkx(graph.to_networkx())
-    assert (again.weight_matrix() == weights).all()
-    assert tuple(again.labels) == graph.labels
-    assert again.directed == graph.directed
+    check_weights(again, weights)
+    assert (tuple(again.labels), again.directed) == (graph.labels, graph.directed)
 
 
 TINY = Lattice(2, bounds=UNIT)

@@ -36,6 +36,7 @@ from cgla_graph.model.risk import ImproperFieldWarning, Reading, RiskField, Thre
 from cgla_graph.model.risk_kernels import exp2, fma, segment_risk
 
 TOLERANCE = 1e-10
+TWO = RiskField([Threat(0.5, 0.5, spread=0.1), Threat(0.5, 0.6, spread=0.2, peak=0.5)])
 
 
 def integral(field: RiskField, segment: Segment) -> float:
@@ -310,36 +311,30 @@ def test_contours_are_where_each_threats_own_risk_falls_to_the_level(field: Risk
 
 @pytest.mark.parametrize("shape", [(), (0,), (1,), (3,), (2, 3), (2, 0, 3), (2, 1, 3)])
 def test_answers_have_the_shape_of_the_points(shape: tuple[int, ...]) -> None:
-    field = RiskField([Threat(0.5, 0.5, spread=0.1), Threat(0.5, 0.6, spread=0.2, peak=0.5)])
     at = np.random.default_rng(0).random((*shape, 2))
-    assert field.density(at).shape == shape
-    assert field.gradient(at).shape == (*shape, 2)
-    assert field.line_integral(at, at[..., ::-1]).shape == shape
     flat = at.reshape(-1, 2)
-    assert (field.density(at).ravel() == field.density(flat)).all()
-    assert (field.gradient(at).reshape(-1, 2) == field.gradient(flat)).all()
+    for ask, more in ((TWO.density, ()), (TWO.gradient, (2,))):
+        assert ask(at).shape == shape + more
+        assert (ask(at).ravel() == ask(flat).ravel()).all()
+
+
+NO_SHAPE: tuple[int, ...] = ()
 
 
 @pytest.mark.parametrize(
     ("first", "second", "both"),
     [
-        ((), (), ()),
-        ((3,), (), (3,)),
-        ((), (3,), (3,)),
-        ((3, 1), (4,), (3, 4)),
-        ((0,), (), (0,)),
-        ((2, 1), (1, 2), (2, 2)),
+        *((shape, NO_SHAPE, shape) for shape in (NO_SHAPE, (3,), (0,), (2, 0, 3))), ((), (3,), (3,)),
+        ((3, 1), (4,), (3, 4)), ((2, 1), (1, 2), (2, 2)),
     ],
-)
+)  # fmt: skip
 def test_ends_broadcast(first: tuple[int, ...], second: tuple[int, ...], both: tuple[int, ...]) -> None:
     rng = np.random.default_rng(0)
-    field = RiskField([Threat(0.5, 0.5, spread=0.1), Threat(0.5, 0.6, spread=0.2)])
     starts, ends = rng.random((*first, 2)), rng.random((*second, 2))
-    found = field.line_integral(starts, ends)
+    found = TWO.line_integral(starts, ends)
     assert found.shape == both
-    wide = (np.broadcast_to(a, (*both, 2)) for a in (starts, ends))
-    one_by_one = [integral(field, (a, b)) for a, b in zip(*(w.reshape(-1, 2) for w in wide), strict=True)]
-    assert found.ravel().tolist() == one_by_one
+    wide = (np.broadcast_to(a, (*both, 2)).reshape(-1, 2) for a in (starts, ends))
+    assert found.ravel().tolist() == [integral(TWO, segment) for segment in zip(*wide, strict=True)]
 
 
 @pytest.mark.parametrize("field", [RiskField(), RiskField([Threat(0.0, 0.0, spread=1.0, peak=1e-14)])])
