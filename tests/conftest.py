@@ -9,10 +9,10 @@ from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
-import strategies  # noqa: F401 - how examples are drawn is settled before any test is imported
+import strategies  # noqa: F401 - registers the profiles of hypothesis before any test is imported
 
-# What a script starts in the background ignores Ctrl-C, and what nohup starts a terminal that is closed; so would the
-# programs that tests start and interrupt.
+# A background job of a script ignores Ctrl-C, and a job of nohup ignores the end of its terminal; the programs that
+# tests start and interrupt would inherit this.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP"):
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
@@ -20,7 +20,7 @@ if hasattr(signal, "SIGHUP"):
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Keep what collecting makes from being looked through for garbage, then and again and again while tests run."""
+    """Exclude the objects of the collection from garbage collection, which would visit them during every test."""
     gc.disable()
     try:
         return (yield)
@@ -30,7 +30,7 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 def pytest_unconfigure() -> None:
-    """Let all of it go at the end: compiled libraries look for what is left of theirs."""
+    """Undo the exclusion at the end, as compiled libraries check for leaked objects."""
     gc.unfreeze()
 
 

@@ -1,4 +1,4 @@
-"""Compiled kernels: what is kept of them on disk is never stale."""
+"""Compiled kernels: the cache on disk is never stale."""
 
 import gc
 import shutil
@@ -37,8 +37,8 @@ CALL = "from outer_kernels import outer; print(outer(1.0), sum(outer.stats.cache
 
 
 def answer(folder: Path) -> tuple[float, bool]:
-    """Call the outer kernel in a process of its own: its value, and whether its code was there."""
-    # (kept bytecode is that of an older text, if both are of the same second and length)
+    """Call the outer kernel in a process of its own; return its value, and whether its code came from the cache."""
+    # (cached bytecode is stale if both texts have the same second and length)
     done = subprocess.run([sys.executable, "-B", "-c", CALL], cwd=folder, capture_output=True, text=True, check=True)
     words = done.stdout.split()
     return float(words[0]), words[-1] == "1"
@@ -49,7 +49,7 @@ def answer(folder: Path) -> tuple[float, bool]:
 def test_a_kernel_is_compiled_anew_when_one_that_it_calls_changes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, chosen: bool
 ) -> None:
-    """So it is when a constant does, and where nobody has chosen a folder for compiled code."""
+    """Likewise for constants, and without a chosen folder for compiled code."""
     if chosen:
         monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kept"))
     else:
@@ -67,7 +67,7 @@ def test_a_kernel_is_compiled_anew_when_one_that_it_calls_changes(
     assert len(list(kept.glob("kernels-*"))) == 6
 
 
-def test_where_other_functions_are_kept_is_left_alone() -> None:
+def test_the_cache_of_other_functions_is_left_alone() -> None:
     before = numba.config.CACHE_DIR
 
     @kernel
@@ -78,7 +78,7 @@ def test_where_other_functions_are_kept_is_left_alone() -> None:
     assert before == numba.config.CACHE_DIR
 
 
-def test_what_python_needs_for_a_call_is_compiled_only_where_there_is_one(
+def test_the_entry_for_python_is_compiled_only_when_python_calls(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
@@ -103,10 +103,10 @@ BOTH = "import outer_kernels as kernels; print(kernels.outer(1.0), kernels.inner
 
 
 @pytest.mark.slow
-def test_where_nothing_can_be_written_neither_is_taken_for_the_other(
+def test_without_a_writable_cache_code_for_kernels_and_for_python_stays_apart(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Numba then keeps code beside the source, under the names of functions: code for kernels is none for Python."""
+    """Numba then keeps code beside the source, by the names of functions; kernels' code does not serve Python."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", "/dev/null/nowhere")
     (tmp_path / "inner_kernels.py").write_text(INNER, encoding="utf-8")
     (tmp_path / "outer_kernels.py").write_text(OUTER, encoding="utf-8")
@@ -120,7 +120,7 @@ def test_where_nothing_can_be_written_neither_is_taken_for_the_other(
     }
 
 
-def test_floats_are_ieee_whatever_the_caller_asks_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_floats_are_ieee_even_for_callers_with_fastmath(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
 
     @kernel
@@ -154,14 +154,14 @@ print("scipy.linalg" in sys.modules, product(np.eye(2), np.eye(2)).tolist(), "sc
 
 @pytest.mark.parametrize("threads", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_kernels_need_no_linear_algebra_and_leave_it_to_those_who_do(*, threads: bool) -> None:
-    """Where other threads might need it meanwhile, numba looks for it before the first kernel, as it always does."""
+    """With other threads, numba imports it before the first kernel, as usual, in case they need it."""
     words = [sys.executable, "-c", LINEAR_ALGEBRA, "threads" if threads else ""]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == f"{threads} [[1.0, 0.0], [0.0, 1.0]] True"
 
 
 def new_kernel(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Any:  # noqa: ANN401 - numba has no hints
-    """Make a kernel that nobody has compiled; return it."""
+    """Return a kernel that is not compiled yet."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(folder))
 
     @kernel
@@ -172,7 +172,7 @@ def new_kernel(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Any:  # noqa: A
 
 
 def other_process(thrice: Any, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Callable[[], None]]:  # noqa: ANN401 - the same
-    """Lock a kernel as a process does that compiles it; return the thread that waits for it, and how to let go."""
+    """Lock a kernel as if another process compiled it; return a thread that waits for it, and the release."""
     fcntl = pytest.importorskip("fcntl")
     file = Path(thrice.stats.cache_path, "thrice.lock")
     lock = file.open("ab")
@@ -187,7 +187,7 @@ def other_process(thrice: Any, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Ca
 
 
 def test_one_process_compiles_and_the_others_wait(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What another process that has compiled it meanwhile has kept is taken from there."""
+    """Waiting processes load the code from the cache."""
     thrice, other = (new_kernel(tmp_path / "kept", monkeypatch) for _ in range(2))
     other(1.0)
     aside = shutil.copytree(tmp_path / "kept", tmp_path / "aside")
@@ -202,8 +202,8 @@ def test_one_process_compiles_and_the_others_wait(tmp_path: Path, monkeypatch: p
     assert not thrice.stats.cache_misses
 
 
-def test_nobody_waits_for_ever(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process that was stopped in the middle of compiling holds its lock."""
+def test_waiting_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that was stopped while compiling holds its lock."""
     monkeypatch.setattr(_kernel, "PATIENCE", 0.1)
     thrice = new_kernel(tmp_path, monkeypatch)
     caller, let_go = other_process(thrice, monkeypatch)
@@ -212,17 +212,17 @@ def test_nobody_waits_for_ever(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert len(thrice.overloads) == 1
 
 
-def test_where_nothing_can_be_locked_kernels_are_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_locks_kernels_are_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     thrice = new_kernel(tmp_path, monkeypatch)
     monkeypatch.setattr(Path, "open", lambda *_, **__: (_ for _ in ()).throw(PermissionError))
     assert thrice(2.0) == 6.0
 
 
 @pytest.mark.parametrize("collects", [True, False])
-def test_no_garbage_is_looked_for_while_a_kernel_is_compiled(
+def test_garbage_collection_pauses_while_a_kernel_is_compiled(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, collects: bool
 ) -> None:
-    """Afterwards it is as before, though the kernel be wrong."""
+    """Afterwards it is as before, even if compiling fails."""
     seen = []
 
     @kernel
@@ -248,10 +248,10 @@ def test_no_garbage_is_looked_for_while_a_kernel_is_compiled(
 
 
 @pytest.mark.slow
-def test_who_waits_for_compiling_is_told(tmp_path: Path) -> None:
-    """Once: later runs find the code on disk."""
+def test_compiling_is_announced_once(tmp_path: Path) -> None:
+    """Later runs find the code on disk."""
     environment = kept_but_for("certificate_kernels.steepness", at=tmp_path / "kernels")
     command = [sys.executable, "-m", "cgla_graph.comparisons", "plan", "one-threat", "--solver", "straight-line"]
-    told = [subprocess.run(command, capture_output=True, text=True, check=True, env=environment) for _ in range(2)]
-    assert [one.stderr.count("compiling kernels") for one in told] == [1, 0]
-    assert all("compiling" not in one.stdout for one in told)
+    runs = [subprocess.run(command, capture_output=True, text=True, check=True, env=environment) for _ in range(2)]
+    assert [run.stderr.count("compiling kernels") for run in runs] == [1, 0]
+    assert all("compiling" not in run.stdout for run in runs)

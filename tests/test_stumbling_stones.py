@@ -1,4 +1,4 @@
-"""Mistakes that newcomers make, from Python: each is one short line that says what to write instead."""
+"""Common mistakes in Python: each message is one short line with the remedy."""
 
 import re
 from collections.abc import Callable
@@ -38,7 +38,7 @@ ARRAY = np.zeros((100, 100))
         ),
     ],
 )
-def test_mistakes_are_told_in_one_short_line(mistake: Callable[[], object], said: str) -> None:
+def test_mistakes_give_one_short_line(mistake: Callable[[], object], said: str) -> None:
     with pytest.raises(CglaError, match=re.escape(said)) as caught:
         mistake()
     assert "\n" not in str(caught.value)

@@ -1,4 +1,4 @@
-"""Checks of what users pass in, and the tree of errors."""
+"""Checks of arguments, and the tree of errors."""
 
 import inspect
 import math
@@ -38,7 +38,7 @@ def test_other_kinds_of_numbers_become_floats(number: object) -> None:
 
 
 @given(st.one_of(not_finite, no_numbers))
-def test_what_is_no_finite_number_is_named(value: object) -> None:
+def test_values_that_are_no_finite_numbers_are_named(value: object) -> None:
     for check in (_validate.finite_number, _validate.positive_number, _validate.non_negative_number):
         with pytest.raises(ProblemError, match=r"the thing is .*; give a finite number"):
             check("the thing", value)
@@ -69,7 +69,7 @@ def test_a_point_is_any_pair_of_numbers(pair: tuple[float, float], form: Callabl
     "value",
     [None, 1.0, "ab", "12", (), (1,), (1, 2, 3), (1, None), ("1", "2"), (1, math.nan), (math.inf, 1), [[1, 2]], b"ab"],
 )
-def test_what_is_no_point_is_named(value: object) -> None:
+def test_values_that_are_no_points_are_named(value: object) -> None:
     with pytest.raises(ProblemError, match=r"start( x| y)? is .*; give"):
         _validate.point("start", value)
 
@@ -89,11 +89,9 @@ def test_point_arrays_keep_their_shape_and_leave_the_input_alone(shape: tuple[in
 @pytest.mark.parametrize(
     ("value", "words"),
     [
-        (None, "points"),
         ("ab", "points is not an array of numbers"),
         (3.0, r"points has shape .*shape \(\.\.\., 2\)"),
         ([], r"points has shape \(0,\)"),
-        ([1.0, 2.0, 3.0], r"points has shape \(3,\)"),
         ([[1.0], [2.0]], r"points has shape \(2, 1\)"),
         ([[1, 2], [3]], "points is not an array of numbers"),
         ([[1.0, None]], r"points holds \[1.0, nan\] at index \(0,\)"),
@@ -104,7 +102,7 @@ def test_point_arrays_keep_their_shape_and_leave_the_input_alone(shape: tuple[in
         (np.array([1j, 2]), "points is not an array of numbers"),
     ],
 )
-def test_what_is_no_point_array_is_named(value: object, words: str) -> None:
+def test_values_that_are_no_point_arrays_are_named(value: object, words: str) -> None:
     with pytest.raises(ProblemError, match=words):
         _validate.point_array("points", value)  # type: ignore[arg-type]
 
@@ -124,7 +122,7 @@ def test_bounds_need_an_inside(numbers: list[float]) -> None:
 
 
 @pytest.mark.parametrize("value", [None, 1, "0011", (0, 0, 1), (0, 0, 1, 1, 1), (0, 0, 1, math.inf), (0, 0, 1, "1")])
-def test_what_are_no_bounds_is_named(value: object) -> None:
+def test_values_that_are_no_bounds_are_named(value: object) -> None:
     with pytest.raises(ProblemError, match="bound"):
         _validate.bounds_box(value)
 

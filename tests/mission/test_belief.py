@@ -1,4 +1,4 @@
-"""What UAVs believe, see and tell each other."""
+"""Beliefs, sensing and sharing of UAVs."""
 
 import math
 
@@ -28,26 +28,26 @@ reports = st.builds(
 
 @fast
 @given(st.lists(reports, max_size=12), st.randoms(use_true_random=False))
-def test_what_is_believed_does_not_depend_on_the_order_of_hearing(told: list[Report], random: object) -> None:
+def test_beliefs_do_not_depend_on_the_order_of_reports(heard: list[Report], random: object) -> None:
     one, other = Belief(), Belief()
-    one.hear(told)
-    mixed = list(told)
+    one.hear(heard)
+    mixed = list(heard)
     random.shuffle(mixed)  # type: ignore[attr-defined]
     for report in mixed:
         other.hear([report])
     assert one.threats == other.threats
     assert list(one.threats) == sorted(one.threats)
-    assert set(one.journal) == set(told)
-    assert len(one.journal) == len(set(told))
+    assert set(one.journal) == set(heard)
+    assert len(one.journal) == len(set(heard))
 
 
 @fast
 @given(st.lists(reports, max_size=12))
-def test_the_newest_sighting_counts_unless_a_later_report_refutes_it(told: list[Report]) -> None:
+def test_the_newest_sighting_counts_unless_a_later_report_refutes_it(heard: list[Report]) -> None:
     belief = Belief()
-    belief.hear(told)
+    belief.hear(heard)
     for number in range(3):
-        about = [report for report in told if report.thing == ("threat", number)]
+        about = [report for report in heard if report.thing == ("threat", number)]
         newest = max((report.tick for report in about if report.is_there), default=-1)
         candidates = [report.content for report in about if report.is_there and report.tick == newest]
         standing = [
@@ -59,33 +59,25 @@ def test_the_newest_sighting_counts_unless_a_later_report_refutes_it(told: list[
         assert belief.threats.get(number) in (standing if len(standing) == len(candidates) > 0 else [None, *standing])
 
 
-def test_a_place_that_the_threat_has_left_is_not_believed_in_again() -> None:
-    belief = Belief()
+def test_an_absence_refutes_the_place_where_the_threat_was_believed_and_no_other() -> None:
+    one, other = Belief(), Belief()
+    # a place that the threat has left is not believed in again
     for tick, place, is_there in [(0, PLACES[0], True), (4, PLACES[1], True), (14, PLACES[1], False)]:
-        belief.hear([Report(("threat", 0), place, is_there=is_there, tick=tick, origin=0)])
-    assert dict(belief.threats) == {}
+        one.hear([Report(("threat", 0), place, is_there=is_there, tick=tick, origin=0)])
+    for tick, place, is_there in [(5, PLACES[1], True), (9, PLACES[0], False)]:
+        other.hear([Report(("threat", 0), place, is_there=is_there, tick=tick, origin=0)])
+    assert (dict(one.threats), dict(other.threats)) == ({}, {0: PLACES[1]})
 
 
-def test_the_absence_of_a_threat_refutes_only_the_place_where_it_was_believed() -> None:
+def test_the_fields_of_eq_5_hold_the_sightings_of_each_uav() -> None:
     belief = Belief()
-    belief.hear([Report(("threat", 0), PLACES[1], is_there=True, tick=5, origin=1)])
-    belief.hear([Report(("threat", 0), PLACES[0], is_there=False, tick=9, origin=0)])
-    assert dict(belief.threats) == {0: PLACES[1]}
-
-
-def test_the_fields_of_eq_5_are_what_each_uav_saw_itself() -> None:
-    belief = Belief()
-    belief.hear(
-        [Report(("threat", i), PLACES[i], is_there=True, tick=0, origin=origin) for i, origin in [(0, 1), (2, 1)]]
-    )
-    belief.hear(
-        [Report(("threat", i), PLACES[i], is_there=True, tick=2, origin=origin) for i, origin in [(1, 0), (2, 0)]]
-    )
-    belief.hear([Report(("threat", 0), PLACES[0], is_there=False, tick=4, origin=0)])
+    sighted = [(0, 0, 1, True), (2, 0, 1, True), (1, 2, 0, True), (2, 2, 0, True), (0, 4, 0, False)]
+    for i, tick, origin, is_there in sighted:
+        belief.hear([Report(("threat", i), PLACES[i], is_there=is_there, tick=tick, origin=origin)])
     assert [field.threats for field in belief.fields_by_origin()] == [(PLACES[1], PLACES[2]), (PLACES[2],)]
 
 
-def test_a_uav_sees_what_is_within_its_radius_and_what_is_missing_there() -> None:
+def test_a_uav_sees_things_within_its_radius_and_their_absence() -> None:
     world = World(
         RiskField([Threat(0.5, 0.5, 0.1)]),
         timed=[TimedThreat(Threat(0.2, 0.5, 0.1), vanishes=5), TimedArea(shapely.box(0.3, 0.6, 0.4, 0.7), 2, 5)],
@@ -115,7 +107,7 @@ def test_the_rim_of_the_radius_belongs_to_it_and_a_leg_is_looked_along() -> None
 
 
 def exchange_until(sharing: Sharing, positions: list[tuple[float, float]], ticks: int) -> list[list[int]]:
-    """Let UAV 0 know one thing; return who knows it after each tick."""
+    """Give UAV 0 a report; return the numbers of the UAVs that know it after each tick."""
     beliefs = {number: Belief() for number in range(len(positions))}
     beliefs[0].hear([Report(("threat", 0), PLACES[0], is_there=True, tick=0, origin=0)])
     radio, known = Radio(sharing), []
@@ -135,7 +127,7 @@ CHAIN = [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]
         (Sharing(), [[0, 1, 2]] * 4),
         (Sharing(delay=2), [[0], [0], [0, 1, 2], [0, 1, 2]]),
         (Sharing(radius=1.0), [[0, 1], [0, 1, 2], [0, 1, 2], [0, 1, 2]]),
-        # what arrives at tick 1 is passed on from tick 2 on
+        # reports that arrive at tick 1 are passed on from tick 2 on
         (Sharing(radius=1.0, delay=1), [[0], [0, 1], [0, 1], [0, 1, 2]]),
         (Sharing(radius=0.5), [[0]] * 4),
     ],
@@ -155,7 +147,7 @@ def test_lost_messages_are_sent_again_and_the_seed_says_which_are_lost(seed: int
     assert heard == pytest.approx(1.0 - loss, abs=0.05)
 
 
-def test_who_has_left_neither_sends_nor_hears() -> None:
+def test_uavs_that_have_left_neither_send_nor_hear() -> None:
     beliefs = {number: Belief() for number in range(3)}
     beliefs[0].hear([Report(("threat", 0), PLACES[0], is_there=True, tick=0, origin=0)])
     radio = Radio(Sharing(delay=1))
@@ -169,11 +161,8 @@ def test_who_has_left_neither_sends_nor_hears() -> None:
     ("settings", "words"),
     [
         ({"radius": 0.0}, "radius is 0"),
-        ({"radius": "far"}, "radius is 'far'"),
-        ({"delay": -1}, "delay is -1"),
         ({"delay": 0.5}, "delay is 0.5"),
         ({"loss": 1.0}, "loss is 1; it must be at least 0 and below 1"),
-        ({"loss": -0.1}, "loss is -0.1"),
         ({"seed": -1}, "seed is -1"),
         ({"is_on": 1}, "is_on is 1"),
     ],

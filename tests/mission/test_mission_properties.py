@@ -1,4 +1,4 @@
-"""What holds for every mission: arrival, knowledge, separation, symmetry, scale."""
+"""Properties of missions: arrival, knowledge, separation, symmetry, scale."""
 
 import dataclasses
 import math
@@ -88,7 +88,7 @@ def assert_same_but_moved(flight: Flight, other: Flight, place: Any, scale: floa
 @few
 @given(seeds, st.integers(1, 3), st.booleans())
 def test_with_static_threats_every_uav_arrives_within_the_bound(seed: int, n_uavs: int, shared: bool) -> None:
-    """C17: between two detections it follows one plan, no longer than its cost, at most (1 + k) times the straight."""
+    """C17: between two detections it follows one plan, whose length is at most (1 + k) times the straight distance."""
     mission = scattered(seed, n_uavs=n_uavs, sharing=Sharing(is_on=shared), collisions="record", max_ticks=100_000)
     flight = mission.fly()
     n_threats = len(mission.world.field)
@@ -124,7 +124,7 @@ def test_between_detections_the_cost_to_go_falls_with_every_tick(seed: int) -> N
         assert known_next > known or cost_next < cost
 
 
-def test_two_uavs_that_change_places_lock_each_other_for_ever() -> None:
+def test_two_uavs_that_change_places_lock_each_other_without_end() -> None:
     """C19: "getting stuck never happens" is false; the joint state of tick 12 comes back at tick 14."""
     lattice = Lattice(12, bounds=(0, 0, 1, 1), kind="upper")
     east, west = Uav("e", (0.05, 0.5), (0.95, 0.5), 0.2, k=50.0), Uav("w", (0.95, 0.5), (0.05, 0.5), 0.2, k=50.0)
@@ -150,7 +150,7 @@ def test_two_uavs_that_change_places_lock_each_other_for_ever() -> None:
 
 @few
 @given(seeds, st.integers(2, 3))
-def test_whoever_is_told_knows_what_all_have_seen(seed: int, n_uavs: int) -> None:
+def test_with_sharing_every_uav_knows_all_sightings(seed: int, n_uavs: int) -> None:
     """C43: with sharing, what a UAV knows is the union of all sightings so far, its own among them."""
     flight = scattered(seed, n_uavs=n_uavs, sharing="global", collisions="record").fly()
     seen: dict[int, set[int]] = {}
@@ -165,7 +165,7 @@ def test_whoever_is_told_knows_what_all_have_seen(seed: int, n_uavs: int) -> Non
 
 @few
 @given(seeds, st.floats(0.05, 0.5), st.integers(0, 3), st.sampled_from([0.0, 0.4]))
-def test_nobody_knows_what_nobody_told_or_saw(seed: int, radius: float, delay: int, loss: float) -> None:
+def test_all_knowledge_comes_from_sightings_and_messages(seed: int, radius: float, delay: int, loss: float) -> None:
     flight = scattered(
         seed, n_uavs=3, sharing=Sharing(radius=radius, delay=delay, loss=loss, seed=seed), collisions="record"
     ).fly()
@@ -203,7 +203,7 @@ def test_with_full_knowledge_the_flight_is_the_offline_optimum_of_its_solver(see
 
 @few
 @given(seeds)
-def test_threats_that_nobody_comes_near_change_nothing(seed: int) -> None:
+def test_threats_out_of_sight_change_nothing(seed: int) -> None:
     mission = scattered(seed, n_uavs=2, collisions="record")
     flight = mission.fly()
     rng = np.random.default_rng(seed)
@@ -238,24 +238,16 @@ def test_moved_missions_are_moved_flights(place: Any, scale: float, seed: int, r
     assert_same_but_moved(mission.fly(), moved(mission, place, scale).fly(), place, scale)
 
 
+@pytest.mark.parametrize("rasters", [False, True])
 @few
 @given(seeds, st.integers(1, 3), st.sampled_from([None, VirtualObstacle()]), st.sampled_from(["cgla", "dijkstra"]))
 def test_repairing_gives_the_same_flight_as_planning_from_scratch(
-    seed: int, n_uavs: int, rule: VirtualObstacle | None, solver: str
+    rasters: bool, seed: int, n_uavs: int, rule: VirtualObstacle | None, solver: str
 ) -> None:
     mission = scattered(
         seed, n_uavs=n_uavs, solver=cg.solvers.get(solver), virtual_obstacle=rule, collisions="record", max_ticks=150
     )
-    flight, scratch = mission.fly(), dataclasses.replace(mission, incremental=False).fly()
-    assert_same_but_moved(flight, scratch, lambda spot: spot)
-
-
-@examples(8)
-@given(seeds, st.sampled_from([None, VirtualObstacle()]), st.sampled_from(["cgla", "dijkstra"]))
-def test_over_rasters_as_well(seed: int, rule: VirtualObstacle | None, solver: str) -> None:
-    mission = over_people(
-        scattered(seed, n_uavs=2, solver=cg.solvers.get(solver), virtual_obstacle=rule, collisions="record"), seed
-    )
+    mission = over_people(mission, seed) if rasters else mission
     flight, scratch = mission.fly(), dataclasses.replace(mission, incremental=False).fly()
     assert_same_but_moved(flight, scratch, lambda spot: spot)
 
@@ -301,7 +293,7 @@ def samples(flight: Flight) -> Iterator[tuple[str, str, float]]:
 def test_prioritized_uavs_are_never_closer_than_the_safe_distance(seed: int, n_uavs: int, moving: bool) -> None:
     mission = scattered(seed, n_uavs=n_uavs, avoidance="prioritized", terminal_radius=0.0)
     if moving:
-        # threats that come up while everybody is under way: all plan again in the middle of their flights
+        # threats that appear while all are in flight, and so plan again
         rng = np.random.default_rng(seed)
         popups = [
             TimedThreat(Threat(*rng.uniform(0.2, 0.8, 2).tolist(), spread=0.08), appears=int(tick))
@@ -329,7 +321,7 @@ def test_the_least_separation_is_that_of_the_flown_paths(seed: int, n_uavs: int)
         assert found[first, second] == pytest.approx(distance, abs=0.002)
 
 
-def test_who_finds_no_plan_around_the_others_keeps_the_last_one_and_the_distance(
+def test_a_uav_without_a_new_plan_around_the_others_keeps_the_last_one_and_the_distance(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Searches fail from tick 1 on; every UAV flies on along a plan that all others planned around."""
@@ -351,7 +343,7 @@ def test_who_finds_no_plan_around_the_others_keeps_the_last_one_and_the_distance
     assert kept > 0
 
 
-def test_who_would_take_off_too_close_to_another_does_not() -> None:
+def test_a_uav_that_would_take_off_too_close_to_another_does_not() -> None:
     world = World()
     first = Uav("first", (0.1, 0.5), (0.9, 0.5), 0.3, safe_distance=0.15)
     late = Uav("late", (0.5, 0.55), (0.5, 0.9), 0.3, safe_distance=0.15, departs=20)
@@ -368,7 +360,7 @@ def test_who_would_take_off_too_close_to_another_does_not() -> None:
 @pytest.mark.slow
 @few
 @given(seeds)
-def test_what_is_restricted_flies_as_what_is_repaired(seed: int) -> None:
+def test_restricted_plans_fly_as_repaired_ones(seed: int) -> None:
     """On lattices too large to keep all of G up to date, each plan is an optimum of its own, of the same cost."""
     mission = scattered(seed, n_uavs=1, resolution=20)
     with pytest.MonkeyPatch.context() as patch:

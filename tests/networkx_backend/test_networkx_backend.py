@@ -81,7 +81,7 @@ def arguments(draw: st.DrawFn, name: str, nodes: list[Hashable]) -> dict[str, An
 
 
 def seen(answer: object, graph: Network, chosen: Mapping[str, Any]) -> object:
-    """Read an answer so that two equally good ones are equal: of a path, what counts is where it leads and its cost."""
+    """Normalise an answer so that ties are equal: of a path, only its ends and its cost count."""
     if isinstance(answer, list):
         parallel = [graph[u][v] for u, v in itertools.pairwise(answer)]
         edges = [data.values() if graph.is_multigraph() else [data] for data in parallel]
@@ -96,7 +96,7 @@ def seen(answer: object, graph: Network, chosen: Mapping[str, Any]) -> object:
 
 
 def close(answer: object) -> object:
-    """Make an answer equal to what differs from it by rounding."""
+    """Make an answer equal to answers that differ by rounding."""
     if isinstance(answer, dict):
         return {node: close(part) for node, part in answer.items()}
     if isinstance(answer, tuple):
@@ -110,7 +110,7 @@ def outcome(graph: Network, call: Callable[[], Any], name: str, chosen: dict[str
     try:
         return seen(call(), graph, {"weight": default.default if default else None, **chosen})
     except (nx.NetworkXException, ValueError) as error:
-        # networkx words the errors of its Bellman-Ford in another way
+        # (networkx has other messages for its Bellman-Ford)
         return type(error), "" if chosen.get("method") == "bellman-ford" else str(error)
 
 
@@ -209,7 +209,7 @@ def test_weights_that_floats_cannot_add_up_are_left_to_networkx(weight: object) 
         nx.dijkstra_path(graph, 0, 2, backend="cgla")
 
 
-def test_what_cannot_run_is_run_by_networkx() -> None:
+def test_calls_that_cannot_run_are_run_by_networkx() -> None:
     graph = nx.path_graph(4)
     with nx.config(backend_priority=["cgla"]):
         assert nx.dijkstra_path_length(graph, 0, 3, weight=lambda *_: 5) == 15
@@ -254,7 +254,7 @@ def test_other_functions_of_networkx_take_a_geometric_graph_if_they_may_convert_
             nx.number_connected_components(cg.GeometricGraph.from_matrix([[0, 1], [2, 0]]))
 
 
-def test_the_description_lists_what_there_is() -> None:
+def test_the_description_lists_all_functions() -> None:
     own = {name for name, thing in vars(functions).items() if getattr(thing, "__module__", "") == functions.__name__}
     machinery = {"ConvertedGraph", "can_run", "should_run", "convert_from_nx", "convert_to_nx"}
     assert {name for name in own if not name.startswith("_")} - machinery == set(FUNCTIONS)
@@ -271,7 +271,7 @@ def test_networkx_finds_the_backend_without_importing_the_toolkit() -> None:
     assert done.stdout.split() == ["True", "set()"]
 
 
-#: What a pytest plugin breaks in the backend; networkx's tests see it.
+#: Faults that a pytest plugin puts into the backend; networkx's tests find them.
 MUTANTS = {
     "sound": "",
     "lengths": "f._Tree.length = lambda tree, index: float(tree.values[index]) + 1",
@@ -292,7 +292,7 @@ def test_networkx_own_tests(mutant: str, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "pytest", "--quiet", "-p", "no:cacheprovider", "-p", "mutant", "--pyargs"]
     backend = {"NETWORKX_TEST_BACKEND": "cgla", "NETWORKX_FALLBACK_TO_NX": "True", "PYTHONPATH": str(tmp_path)}
     done = subprocess.run(
-        # of what is broken, the first failure tells
+        # (the first failure suffices)
         [*command, "--exitfirst", "networkx.algorithms.shortest_paths"],
         capture_output=True,
         text=True,

@@ -1,4 +1,4 @@
-"""GeoJSON: areas to read, a planned path to write."""
+"""GeoJSON: reading of areas and writing of planned paths."""
 
 import json
 import math
@@ -89,14 +89,9 @@ def test_names(tmp_path: Path) -> None:
         feature(polygon(SQUARE), properties={"name": None}),
         feature(polygon(SQUARE), properties={"name": "two\nlines"}),
     ]
-    areas = read_areas(written(tmp_path, collection(*named)))
+    # a byte order mark is skipped
+    areas = read_areas(written(tmp_path, "\ufeff" + json.dumps(collection(*named))))
     assert [area.name for area in areas] == ["MÄKILUOTO", "7", "area 2", "two\nlines"]
-
-
-def test_byte_order_mark_is_harmless(tmp_path: Path) -> None:
-    path = tmp_path / "marked.geojson"
-    path.write_text(json.dumps(polygon(SQUARE)), encoding="utf-8-sig")
-    assert len(read_areas(path)) == 1
 
 
 @pytest.mark.parametrize(
@@ -107,25 +102,20 @@ def test_byte_order_mark_is_harmless(tmp_path: Path) -> None:
         ("[" * 100_000, "nested more than 64 deep"),
         ('{"type": ' + "9" * 5000 + "}", "not JSON that can be read"),
         ([], "not GeoJSON, it is no JSON object"),
-        ({}, "not GeoJSON, its type is None"),
         ({"type": "Topology"}, "not GeoJSON, its type is 'Topology'"),
         ({"type": ["Polygon"]}, "not GeoJSON, its type is ['Polygon']"),
         (collection(), "has features []; a list of at least one"),
-        ({"type": "FeatureCollection"}, "has features None"),
         (collection(feature(polygon(SQUARE)), 5), "feature 1 is 5"),
         (collection(polygon(SQUARE)), "feature 0 has the type 'Polygon'; in features, only"),
         (feature(polygon(SQUARE), properties=[1]), "feature 0 has properties [1]"),
-        (feature(None, properties={"name": "X"}), "feature 0 ('X') has no geometry (null)"),
         (feature(None, properties={"name": "a\nb"}), r"feature 0 ('a\nb') has no geometry"),
         (feature("square"), "feature 0 has the geometry 'square'"),
         (
             collection(feature(polygon(SQUARE)), feature({"type": "Point", "coordinates": [1, 2]})),
             "feature 1 is of type 'Point'; Polygon or MultiPolygon is allowed: drop it",
         ),
-        ({"type": "GeometryCollection", "geometries": []}, "feature 0 is of type 'GeometryCollection'"),
         (feature({"type": {}, "coordinates": []}), "feature 0 is of type {}"),
         (polygon(), "feature 0 has [] for its rings"),
-        ({"type": "Polygon"}, "feature 0 has None for its rings"),
         ({"type": "MultiPolygon", "coordinates": []}, "feature 0 has [] for its polygons"),
         ({"type": "MultiPolygon", "coordinates": [[]]}, "feature 0, polygon 0 has [] for its rings"),
         (polygon(SQUARE, []), "ring 1 has [] for its positions"),
@@ -135,13 +125,11 @@ def test_byte_order_mark_is_harmless(tmp_path: Path) -> None:
         (polygon([[24.0, 60.0], [25.0], SQUARE[0]]), "position 1 is [25.0]"),
         (polygon([[24.0, 60.0], 3]), "position 1 is 3"),
         (polygon([["24", 60.0]]), "position 0 has the longitude '24'"),
-        (polygon([[24.0, None]]), "position 0 has the latitude None"),
         (polygon([[True, 60.0]]), "position 0 has the longitude True"),
         (polygon([[math.nan, 60.0]]), "it has NaN, which is not JSON"),
         (polygon([[24.0, -math.inf]]), "it has -Infinity, which is not JSON"),
         (polygon([[10**400, 60.0]]), "position 0 has the longitude 1000"),
         (polygon([[180.5, 60.0]]), "longitude 180.5; a number in [-180, 180]"),
-        (polygon([[385000.0, 6672000.0]]), "longitude 385000.0; a number in [-180, 180]"),
         (polygon([[24.0, -90.5]]), "latitude -90.5; a number in [-90, 90]"),
     ],
 )
@@ -184,11 +172,6 @@ def test_line_can_be_read_back_from_json() -> None:
     np.testing.assert_array_equal(path, before)
 
 
-def test_path_of_one_point_is_a_point() -> None:
-    only = only_feature([(24, 60)], {})
-    assert only["geometry"] == {"type": "Point", "coordinates": [24.0, 60.0]}
-
-
 @given(
     st.dictionaries(
         st.text(max_size=5),
@@ -205,7 +188,7 @@ def test_any_plain_properties_become_strict_json(properties: dict[str, object]) 
     assert json.loads(text)["features"][0]["properties"].keys() == properties.keys()
 
 
-def test_properties_of_numpy_become_plain() -> None:
+def test_properties_of_numpy_become_plain_and_one_point_a_point() -> None:
     properties = {
         "a": np.float64(1.5),
         "b": np.int64(3),
@@ -213,19 +196,17 @@ def test_properties_of_numpy_become_plain() -> None:
         "d": np.bool_(1),
         "e": (1, None),
     }
-    only = only_feature([[1.0, 2.0]], properties)
+    only = only_feature([[1, 2]], properties)
+    assert only["geometry"] == {"type": "Point", "coordinates": [1.0, 2.0]}
     assert only["properties"] == {"a": 1.5, "b": 3, "c": [1.0, None], "d": True, "e": [1, None]}
 
 
 @pytest.mark.parametrize(
     ("path", "properties", "words"),
     [
-        ([], {}, "shape (0,)"),
         (np.zeros((0, 2)), {}, "shape (0, 2)"),
-        ([1.0, 2.0], {}, "shape (2,)"),
         ([[1.0, 2.0, 3.0]], {}, "shape (1, 3)"),
         ([["a", "b"]], {}, "not an array of numbers"),
-        ([[0.0, 0.0], [0.0, 91.0]], {}, "position 1 has the latitude 91.0"),
         ([[math.nan, 0.0]], {}, "position 0 has the longitude nan"),
         ([[0.0, 0.0]], {"when": object()}, "property 'when' holds the type object"),
     ],

@@ -1,4 +1,4 @@
-"""Files of graphs: what networkx and scipy write is read back as it was; what is wrong is told in one line."""
+"""Graph files: reading restores the graphs that networkx and scipy write; faults give one line."""
 
 import csv
 import io
@@ -94,7 +94,7 @@ def test_edge_lists(
 ) -> None:
     """Nodes without edges are not in a list of edges, nor those whose names are empty."""
     assume("" not in drawn)
-    # whoever parts columns by other marks has commas in names, perhaps, but not more of them
+    # with other separators than commas, names hold no more commas than separators
     graph = drawn if mark == "," else nx.relabel_nodes(drawn, {node: str(node).replace(",", "") for node in drawn})
     path = tmp_path_factory.mktemp("graph") / "mine.csv"
     text = io.StringIO()
@@ -137,7 +137,7 @@ def test_matrices_of_scipy(weights: FloatArray, how: str, tmp_path_factory: pyte
     assert graph.index_of(read.node(str(first))) == 0
 
 
-def test_stored_zeros_are_edges_and_tell_directions_apart(tmp_path: Path) -> None:
+def test_stored_zeros_are_edges_and_make_a_graph_directed(tmp_path: Path) -> None:
     sparse.save_npz(tmp_path / "one.npz", sparse.csr_array(([0.0], ([0], [1])), shape=(2, 2)))
 
     read = read_graph(tmp_path / "one.npz")
@@ -198,26 +198,14 @@ def test_nodes_are_named_by_the_text_of_their_labels(tmp_path: Path) -> None:
         read.node("€")
 
 
-@pytest.mark.parametrize(
-    ("spec", "expected"),
-    [
-        pytest.param("a.graphml", True, id="not looked into"),
-        pytest.param("A.NPZ", True, id="capitals"),
-        pytest.param("paper", False, id="shipped"),
-        pytest.param("a.toml", False, id="scenario"),
-        pytest.param("zones.json", False, id="GeoJSON"),
-        pytest.param("roads.json", True, id="node-link JSON"),
-        pytest.param("bad.json", False, id="no JSON"),
-        pytest.param("nowhere.json", False, id="not there"),
-        pytest.param("x" * 5000 + ".json", False, id="no file has such a name"),
-    ],
-)
-def test_what_is_taken_for_a_graph(spec: str, expected: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_graph_files_are_recognised_by_ending_or_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "zones.json").write_text('{"type": "FeatureCollection", "features": []}', encoding="utf-8")
     (tmp_path / "roads.json").write_text('{"nodes": [], "edges": []}', encoding="utf-8")
     (tmp_path / "bad.json").write_text("[" * 100_000, encoding="utf-8")
-    assert is_graph_file(spec) is expected
+    others = ["paper", "a.toml", "zones.json", "bad.json", "nowhere.json", "x" * 5000 + ".json"]
+    specs = ["a.graphml", "A.NPZ", "roads.json", *others]
+    assert [spec for spec in specs if is_graph_file(spec)] == specs[:3]
 
 
 GRAPHML = '<graphml xmlns="http://graphml.graphdrawing.org/xmlns">BODY</graphml>'
@@ -226,8 +214,7 @@ ONE_EDGE = '{"nodes": [{"id": 1}, {"id": 2}], "edges": [{"source": 1, "target": 
 HEAD = "%%MatrixMarket matrix "
 TEXTS = [
     pytest.param("a.txt", "", "no file of a graph", id="ending"),
-    pytest.param("a.graphml", "", "cannot be read as a GraphML file", id="empty XML"),
-    pytest.param("a.graphml", "<graphml>", "ParseError", id="XML that does not end"),
+    pytest.param("a.graphml", "<graphml>", "cannot be read as a GraphML file (ParseError", id="XML that does not end"),
     pytest.param("a.graphml", "<html/>", "0 graphs", id="other XML"),
     pytest.param("a.graphml", BOMB, "document type or entities", id="entities"),
     pytest.param("a.graphml", GRAPHML.replace("BODY", "<graph/>"), "no nodes", id="empty graph"),
@@ -238,9 +225,7 @@ TEXTS = [
         "no key k",
         id="unknown key",
     ),
-    pytest.param("a.json", "", "JSONDecodeError", id="empty JSON"),
     pytest.param("a.json", "[1]", "no lists nodes and edges", id="a list"),
-    pytest.param("a.json", '{"nodes": 3, "edges": []}', "TypeError", id="nodes are a number"),
     pytest.param("a.json", '{"nodes": [{"id": {}}], "edges": []}', "TypeError", id="no label"),
     pytest.param("a.json", '{"nodes": [{"id": null}], "edges": []}', "None cannot be a node", id="null"),
     pytest.param("a.json", '{"nodes": [1], "edges": []}', "AttributeError", id="no record"),
@@ -255,7 +240,6 @@ TEXTS = [
         pytest.param("a.json", ONE_EDGE.replace("WEIGHT", f', "weight": {bad}'), "has weight", id=f"weight {bad}")
         for bad in ("true", '"heavy"', "[1]", "NaN", "-Infinity", "1" + "0" * 400)
     ),
-    pytest.param("a.csv", "", "no edges", id="empty CSV"),
     pytest.param("a.csv", "\n,,\n", "no edges", id="blank CSV"),
     pytest.param("a.csv", "source,target,weight\n", "no nodes", id="header only"),
     pytest.param("a.csv", "a,b,1\nb,c\n", "line 2 is 'b,c'", id="short line"),
@@ -267,7 +251,6 @@ TEXTS = [
     pytest.param("a.csv", "a,b,nan\n", "line 1 has weight 'nan'", id="no number"),
     pytest.param("a.csv", 'a,b,"1\n', "line 1", id="open quote"),
     pytest.param("a.csv", "a" * 200_000 + ",b,1\n", "field larger", id="long field"),
-    pytest.param("a.mtx", "", "Matrix Market", id="empty mtx"),
     pytest.param("a.mtx", "hello\n", "Matrix Market", id="no head"),
     pytest.param("a.mtx", HEAD + "coordinate real general\n2 3 1\n1 2 1\n", "2 x 3", id="not square"),
     pytest.param("a.mtx", HEAD + "coordinate real general\n0 0 0\n", "0 x 0", id="no rows"),
@@ -283,7 +266,7 @@ TEXTS = [
 
 
 @pytest.mark.parametrize(("name", "text", "says"), TEXTS)
-def test_what_is_wrong_is_told_in_one_line(name: str, text: str, says: str, tmp_path: Path) -> None:
+def test_malformed_files_are_refused_in_one_line(name: str, text: str, says: str, tmp_path: Path) -> None:
     path = tmp_path / name
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ScenarioError) as error:
@@ -294,28 +277,29 @@ def test_what_is_wrong_is_told_in_one_line(name: str, text: str, says: str, tmp_
     assert len(str(error.value)) < 500
 
 
-def test_bytes_that_are_no_text(tmp_path: Path) -> None:
-    for name in ("a.graphml", "a.json", "a.csv"):
-        (tmp_path / name).write_bytes('<?xml version="1.0" encoding="utf-16"?><graphml/>'.encode("utf-16"))
-        with pytest.raises(ScenarioError, match="is not UTF-8"):
+@pytest.mark.parametrize("name", ["a.graphml", "a.json", "a.csv", "a.mtx", "a.npz"])
+def test_files_that_cannot_be_read(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(says: str) -> None:
+        with pytest.raises(ScenarioError, match=says):
             read_graph(tmp_path / name)
 
-
-@pytest.mark.parametrize("name", ["a.graphml", "a.json", "a.csv", "a.mtx", "a.npz"])
-def test_what_is_not_there_or_no_file(name: str, tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match="there is no such file"):
-        read_graph(tmp_path / name)
+    refused("there is no such file")
     (tmp_path / name).mkdir()
-    with pytest.raises(ScenarioError, match="this is no file"):
-        read_graph(tmp_path / name)
+    refused("this is no file")
+    (tmp_path / name).rmdir()
+    (tmp_path / name).write_bytes('<?xml version="1.0" encoding="utf-16"?><graphml/>'.encode("utf-16"))
+    refused("cannot be read|Matrix Market" if name in {"a.mtx", "a.npz"} else "is not UTF-8")
+    monkeypatch.setattr(graph_file, "MOST_TEXT", 3)
+    monkeypatch.setattr(graph_file, "MOST_BYTES", 3)
+    refused("MB are more than")
 
 
 @pytest.mark.parametrize(
     ("name", "how", "says"),
     [
-        pytest.param("a.graphml", {"directed": True}, "--directed is for edge lists", id="GraphML says itself"),
-        pytest.param("a.mtx", {"weight": "m"}, "--weight names an attribute", id="matrices have no names"),
-        pytest.param("a.csv", {"weight": "m"}, "no header, and so no column 'm'", id="no header"),
+        ("a.graphml", {"directed": True}, "--directed is for edge lists"),
+        ("a.mtx", {"weight": "m"}, "--weight names an attribute"),
+        ("a.csv", {"weight": "m"}, "no header, and so no column 'm'"),
     ],
 )
 def test_options_that_do_not_fit(name: str, how: dict[str, Any], says: str, tmp_path: Path) -> None:
@@ -324,16 +308,7 @@ def test_options_that_do_not_fit(name: str, how: dict[str, Any], says: str, tmp_
         read_graph(tmp_path / name, **how)
 
 
-@pytest.mark.parametrize("name", ["a.csv", "a.json", "a.graphml", "a.mtx", "a.npz"])
-def test_files_that_are_too_large_are_not_read(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(graph_file, "MOST_TEXT", 3)
-    monkeypatch.setattr(graph_file, "MOST_BYTES", 3)
-    (tmp_path / name).write_text("a,b,1\n", encoding="utf-8")
-    with pytest.raises(ScenarioError, match="MB are more than"):
-        read_graph(tmp_path / name)
-
-
-def npz(path: Path, **arrays: Any) -> Path:  # noqa: ANN401 - whatever numpy saves
+def npz(path: Path, **arrays: Any) -> Path:  # noqa: ANN401 - anything that numpy saves
     np.savez(path, **arrays)
     return path
 
@@ -345,7 +320,6 @@ GOOD = {"format": b"csr", "shape": [2, 2], "data": [1.0], "indices": [1], "indpt
     ("change", "says"),
     [
         pytest.param({"indices": [7]}, "cannot be read", id="index beyond"),
-        pytest.param({"indices": [-1]}, "cannot be read", id="index below 0"),
         pytest.param({"indptr": [0, 9, 1]}, "cannot be read", id="rows out of order"),
         pytest.param({"shape": [10**9, 10**9]}, "cannot be read", id="huge"),
         pytest.param({"shape": [1, 2], "indptr": [0, 1]}, "1 x 2", id="not square"),

@@ -1,4 +1,4 @@
-"""What a user may name on the command line: names, TOML, GeoJSON, grid maps and their rows."""
+"""Scenarios named on the command line: shipped names, TOML, GeoJSON, grid maps and their rows."""
 
 import json
 import math
@@ -58,13 +58,9 @@ def test_a_shipped_name() -> None:
     assert [only(name).name for name in shipped()] == shipped()
 
 
-def test_a_scenario_file(tmp_path: Path) -> None:
-    scenario = only(written(tmp_path, "mine.toml", BASE))
-    assert (scenario.name, scenario.problem.k) == ("mine", 1.0)
-
-
-def test_another_start_and_goal(tmp_path: Path) -> None:
+def test_another_start_and_goal_of_a_scenario_file(tmp_path: Path) -> None:
     file = written(tmp_path, "mine.toml", BASE)
+    assert (only(file).name, only(file).problem.k) == ("mine", 1.0)
     problem = only(file, start=(0.25, 0.5), goal=(1.0, 1.0)).problem
     assert (problem.start, problem.goal) == ((0.25, 0.5), (1.0, 1.0))
     assert (only(file, goal=(0.5, 0.5)).problem.start, only(file).problem.goal) == ((0.1, 0.1), (0.9, 0.9))
@@ -104,13 +100,7 @@ def test_other_bounds(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "ends"),
-    [
-        ("paper", {"start": (2.0, 0.0)}),
-        ("paper", {"goal": (math.nan, 0.0)}),
-        ("paper", {"goal": (0.0, math.inf)}),
-        ("finland", {"start": (500.0, 0.0)}),
-        ("finland", {"start": (math.nan, 60.0)}),
-    ],
+    [("paper", {"start": (2.0, 0.0)}), ("paper", {"goal": (math.nan, 0.0)}), ("finland", {"start": (500.0, 0.0)})],
 )
 def test_ends_that_are_not_allowed(name: str, ends: dict[str, tuple[float, float]]) -> None:
     message = message_of(name, **ends)
@@ -121,14 +111,17 @@ def test_ends_that_are_not_allowed(name: str, ends: dict[str, tuple[float, float
 # GeoJSON
 
 
-def test_areas_are_crossed_from_corner_to_corner(tmp_path: Path) -> None:
-    file = written(tmp_path, "areas.geojson", shapely.to_geojson(SQUARE))
-    scenario = only(file)
+def test_areas_are_crossed_from_corner_to_corner_or_between_given_ends(tmp_path: Path) -> None:
+    file = written(tmp_path, "areas.json", shapely.to_geojson(SQUARE))
+    given: dict[str, tuple[float, float]] = {"start": (23.0, 60.2), "goal": (26.0, 60.7)}
+    for ends, expected in ((given, [(23.0, 60.2), (26.0, 60.7)]), ({}, [(23.95, 59.975), (25.05, 60.525)])):
+        scenario = only(file, **ends)
+        assert scenario.projection is not None
+        back = scenario.projection.inverse([scenario.problem.start, scenario.problem.goal])
+        np.testing.assert_allclose(back, expected, atol=1e-9)
     assert (scenario.name, scenario.y_down, scenario.problem.k) == ("areas", False, 0.0)
-    assert scenario.projection is not None
-    back = scenario.projection.inverse([scenario.problem.start, scenario.problem.goal])
-    np.testing.assert_allclose(back, [(23.95, 59.975), (25.05, 60.525)], atol=1e-9)
     assert scenario.problem.no_fly is not None
+    assert scenario.projection is not None
     assert scenario.problem.no_fly.contains(shapely.Point(scenario.projection.forward((24.5, 60.25))))
     columns, rows = scenario.lattice.shape
     assert 700 <= columns * rows <= 1100
@@ -136,22 +129,12 @@ def test_areas_are_crossed_from_corner_to_corner(tmp_path: Path) -> None:
     assert dx == pytest.approx(dy, rel=0.1)
 
 
-def test_areas_with_ends_of_the_users_own(tmp_path: Path) -> None:
-    file = written(tmp_path, "areas.json", shapely.to_geojson(SQUARE))
-    scenario = only(file, start=(23.0, 60.2), goal=(26.0, 60.7))
-    assert scenario.projection is not None
-    back = scenario.projection.inverse([scenario.problem.start, scenario.problem.goal])
-    np.testing.assert_allclose(back, [(23.0, 60.2), (26.0, 60.7)], atol=1e-9)
-
-
 @pytest.mark.parametrize(
     ("ends", "words"),
     [
-        ({"start": (60.17, 24.4)}, ["start (60.17, 24.4)", "km from the map", "longitude first? (24.4, 60.17) is on"]),
         ({"goal": (60.4, 24.9)}, ["goal (60.4, 24.9)", "longitude first? (24.9, 60.4) is on the map"]),
         ({"start": (-24.94, 60.17)}, ["start (-24.94, 60.17)", "2,651 km from the map", "--bounds"]),
         ({"goal": (22.0, 60.2)}, ["goal (22.0, 60.2)", "108 km from the map", "--bounds"]),
-        ({"start": (math.nan, 60.2)}, ["start", "nan"]),
         ({"start": (35.7, 139.7)}, ["start (35.7, 139.7) is no place on the Earth", "longitude first"]),
     ],
     ids=str,
@@ -176,13 +159,6 @@ def test_ends_beyond_the_antimeridian_widen_a_map_across_it(tmp_path: Path) -> N
     assert np.diff(only(file).problem.bounds[::2])[0] < 200e3
     problem = only(file, start=(179.0, -16.5), goal=(-179.0, -16.5)).problem
     assert problem.bounds[2] - problem.bounds[0] == pytest.approx(2 * 106.7e3, rel=0.01)
-
-
-def test_an_end_inside_an_area(tmp_path: Path) -> None:
-    file = written(tmp_path, "areas.geojson", shapely.to_geojson(SQUARE))
-    message = message_of(file, start=(24.5, 60.25))
-    assert message.startswith(f"{file}: start")
-    assert "no-fly" in message
 
 
 @given(
@@ -234,10 +210,8 @@ def test_a_map_with_ends_of_the_users_own(tmp_path: Path) -> None:
 
 def test_rows_of_a_map(scen: Path) -> None:
     names = ["tiny:0", "tiny:1", "tiny:2"]
-    assert [one.name for one in open_scenarios(str(scen))] == names
-    assert [one.name for one in open_scenarios(f"{scen}:0-2")] == names
-    assert [one.name for one in open_scenarios(f"{scen}:1-2")] == names[1:]
-    assert [one.name for one in open_scenarios(f"{scen}:1-1")] == names[1:2]
+    for rows, expected in (("", names), (":0-2", names), (":1-2", names[1:]), (":1-1", names[1:2])):
+        assert [one.name for one in open_scenarios(f"{scen}{rows}")] == expected
     assert only(f"{scen}:2").problem.start == (0.5, 1.5)
     assert "row 2 of tiny.map.scen" in only(f"{scen}:2").title
     moved = only(f"{scen}:0", start=(3.5, 2.5)).problem
@@ -261,7 +235,7 @@ def test_rows_have_their_published_length(scen: Path, row: int) -> None:
         (":0-3", "no row 3; it has rows 0 to 2"),
         (":0-99999999999999999999", "no row 99999999999999999999"),
         pytest.param(f":{'9' * 5000}", "names no row", id="digits"),
-        *((rows, "FIRST-LAST") for rows in (":", ":-1", ":a", ":1-", ":0,2", ": 0", ":0:1", ":1.5")),
+        *((rows, "FIRST-LAST") for rows in (":", ":-1", ":1-", ": 0", ":0:1")),
         (":2-1", "the last row 1 is before the first 2; write FIRST-LAST"),
     ],
 )
@@ -276,17 +250,9 @@ def test_only_a_scen_file_has_rows(tmp_path: Path, name: str) -> None:
     assert "only a .scen file has rows" in message_of(f"{tmp_path / name}:1")
 
 
-def test_a_scen_file_without_its_map(scen: Path) -> None:
-    (scen.parent / "tiny.map").unlink()
-    message = message_of(f"{scen}:0")
-    assert "tiny.map" in message
-    assert "same folder" in message
-
-
 def test_a_truncated_map(tmp_path: Path) -> None:
-    for cut in (1, 5, 9, 15, 25, 35, 45):
-        message = message_of(written(tmp_path, f"cut{cut}.map", OPEN[:-cut]) if cut > 1 else tmp_path / "none.map")
-        assert "none.map" in message or "line" in message
+    for cut in (5, 9, 15, 25, 35, 45):
+        assert "line" in message_of(written(tmp_path, f"cut{cut}.map", OPEN[:-cut]))
 
 
 def test_a_row_on_a_blocked_cell(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""What a map in degrees spans, and which starts and goals are on it."""
+"""Bounds of maps in degrees, and starts and goals on them."""
 
 import math
 from collections.abc import Callable
@@ -95,12 +95,12 @@ def test_ends_that_are_near_widen_a_box(box: Bounds, azimuth: float, far: float)
         (lambda: require_unswapped("threats.0", (60.2, 25.0), FINLAND, 50e3), ["threats.0 (60.2, 25.0)"]),
     ],
 )
-def test_swapped_coordinates_are_told(check: Callable[[], object], words: list[str]) -> None:
+def test_swapped_coordinates_are_recognised(check: Callable[[], object], words: list[str]) -> None:
     message = message_of(check)
     assert not [word for word in [*words, "longitude first? ", "is on the map"] if word not in message], message
 
 
-def test_nobody_is_asked_for_the_longitude_where_that_would_not_help() -> None:
+def test_the_longitude_is_not_asked_for_where_that_would_not_help() -> None:
     message = message_of(widened, FINLAND, [("goal", (-24.94, 60.17))])
     assert "goal (-24.94, 60.17) is 2,436 km from the map" in message
     assert "longitude first" not in message
@@ -108,14 +108,14 @@ def test_nobody_is_asked_for_the_longitude_where_that_would_not_help() -> None:
 
 
 @pytest.mark.parametrize("place", [(35.68, 139.69), (math.nan, 60.0), (500.0, 0.0)])
-def test_what_is_no_place_is_told(place: Point) -> None:
+def test_coordinates_off_the_earth_are_refused(place: Point) -> None:
     for check in (lambda: widened(FINLAND, [("goal", place)]), lambda: require_inside("goal", place, FINLAND)):
         message = message_of(check)
         assert f"goal {place} is no place on the Earth" in message
         assert "longitude first" in message
 
 
-def test_a_threat_that_reaches_the_map_or_is_nowhere_on_it_is_let_be() -> None:
+def test_a_threat_that_reaches_the_map_or_is_off_it_either_way_round_passes() -> None:
     require_unswapped("threats.0", (60.2, 25.0), FINLAND, 5e6)
     require_unswapped("threats.0", (10.0, 60.0), FINLAND, 1.0)
 
@@ -129,5 +129,5 @@ def test_a_threat_that_reaches_the_map_or_is_nowhere_on_it_is_let_be() -> None:
         ((24.0, 60.0, 25.0), "bounds"),
     ],
 )
-def test_bounds_that_are_none(bounds: Bounds, words: str) -> None:
+def test_malformed_bounds_are_refused(bounds: Bounds, words: str) -> None:
     assert words in message_of(box_of, bounds)

@@ -1,4 +1,4 @@
-"""Random maps: drawn as told, alike everywhere, never without a path, and sorted by difficulty."""
+"""Random maps: as their settings say, the same everywhere, never without a path, sorted by difficulty."""
 
 import itertools
 import math
@@ -129,7 +129,7 @@ def test_a_map_that_is_written_and_read_is_the_same(seed: int, areas: int) -> No
     spread=st.tuples(st.floats(0.001, 0.1), st.floats(0.1, 0.3)),
     peak=st.tuples(st.floats(0.1, 0.5), st.floats(0.5, 1.0)),
 )
-def test_threats_are_as_told(
+def test_threats_are_within_their_settings(
     seed: int, threats: int, clear: float, spread: tuple[float, float], peak: tuple[float, float]
 ) -> None:
     problem = random_scenario(seed, threats=threats, clear=clear, spread=spread, peak=peak).problem
@@ -185,18 +185,14 @@ def test_areas_are_convex_and_apart(seed: int, areas: int, radius: tuple[float, 
         assert polygon.distance(frame.exterior) >= random_map.GAP / 2.0 - 1e-12
         assert frame.covers(polygon)
         assert min(end.distance(polygon) for end in ends) >= max(clear, random_map.GAP / 2.0) - 1e-12
-        # no sliver that nobody would see
+        # no sliver
         assert polygon.area >= 0.1 * radius[0] ** 2
     for one, other in itertools.combinations(polygons, 2):
         assert one.distance(other) >= random_map.GAP - 1e-12
 
 
 def is_joined(scenario: Scenario) -> bool:
-    """
-    Tell whether steps between neighbours on the lattice lead everywhere.
-
-    That is, join start, goal and all lattice points that are half a diagonal away from every area.
-    """
+    """Return whether lattice steps join start, goal and all points half a diagonal away from every area."""
     laid = scenario.problem.on_eight_connected(scenario.lattice)
     joined = nx.node_connected_component(laid.graph.to_networkx(), laid.source)
     far = shapely.distance(scenario.problem.no_fly, shapely.points(laid.graph.positions))
@@ -371,36 +367,26 @@ def test_no_map_is_harder_than_what_lets_it_be_skipped(seed: int, k: float, area
     [
         (lambda: random_scenario(-1), "seed is -1; give a whole number from 0"),
         (lambda: random_scenario(2**63), "seed is 9223372036854775808"),
-        (lambda: random_scenario(1.5), "seed is 1.5"),
-        (lambda: random_scenario(seed=True), "seed is True"),
-        (lambda: random_scenario(1, threats=-1), "threats is -1"),
         (lambda: random_scenario(1, threats=10**9), "threats is 1000000000"),
-        (lambda: random_scenario(1, areas=-1), "areas is -1"),
         (lambda: random_scenario(1, areas=1.0), "areas is 1.0"),
         (lambda: random_scenario(1, spread=(0.2, 0.1)), r"spread is \(0.2, 0.1\).*least and the greatest"),
         (lambda: random_scenario(1, spread=(0.0, 0.1)), "both above 0"),
         (lambda: random_scenario(1, spread=0.1), r"spread is 0.1; give \(x, y\)"),
         (lambda: random_scenario(1, peak=(0.5, 1.5)), r"peak is \(0.5, 1.5\).*at most 1"),
         (lambda: random_scenario(1, area_radius=(0.1, 0.5)), r"area_radius is \(0.1, 0.5\).*at most 0.4"),
-        (lambda: random_scenario(1, k=-1.0), "k is -1"),
         (lambda: random_scenario(1, clear=-0.1), "clear is -0.1"),
-        (lambda: random_scenario(1, clear=math.nan), "clear is nan"),
         (lambda: random_scenario(1, clear=2.0), "no room for a threat at least 2 from start and goal; lower clear"),
         (lambda: random_scenario(1, areas=50), "no room for area .* of 50 .*draw fewer or smaller ones"),
-        (lambda: random_scenario(1, resolution=1), "resolution is 1"),
         (lambda: random_scenario(1, start=(2.0, 0.0)), "start .*outside the bounds"),
         (lambda: random_scenario(1, goal=(0.5,)), "goal is"),
         (lambda: random_scenarios([1, 2, 1]), "seed 1 is given twice"),
         (lambda: random_scenarios([[1]]), r"seed is \[1\]"),
         (lambda: random_scenarios([1], buckets=[2.0]), r"buckets are \[2.0\]; give at least two numbers that rise"),
-        (lambda: random_scenarios([1], buckets=[]), "at least two"),
         (lambda: random_scenarios([1], buckets=[2.0, 2.0]), "that rise"),
         (lambda: random_scenarios([1], buckets=[0.5, 2.0]), "the first at least 1"),
         (lambda: random_scenarios([1], buckets=[1.0, math.nan]), "a bucket's bound is nan"),
-        (lambda: random_scenarios([1], buckets=[1.0, -math.inf]), "a bucket's bound is -inf"),
         (lambda: random_scenarios([1], buckets=[1.0, 2.0], each=0), "each is 0"),
         (lambda: random_scenarios([], buckets=[1.0, 2.0]), "0 random maps did not fill"),
-        (lambda: random_scenarios([1], spread=(3.0, 1.0)), "spread is"),
     ],
 )
 def test_mistakes_are_named(call: Callable[[], Any], words: str) -> None:

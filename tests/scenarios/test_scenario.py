@@ -1,4 +1,4 @@
-"""Scenario files: what they hold, what is shipped, and what each mistake is told."""
+"""Scenario files: content, shipped scenarios, and error messages."""
 
 import json
 import math
@@ -17,7 +17,7 @@ from cgla_graph.model.risk import RiskField, SmallSpreadWarning, Threat
 from cgla_graph.scenarios import scenario as module
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.mission_file import mission_from_toml
-from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml, schema, shipped
+from cgla_graph.scenarios.scenario import load_scenario, scenario_from_toml, schema, shipped
 from cgla_graph.scenarios.shipped import shipped_scenario
 from cgla_graph.solvers.solving import solve
 
@@ -112,12 +112,9 @@ def test_what_is_written_is_what_is_read(
     assert scenario_from_toml(text, "mine").problem == problem
 
 
-def test_whole_numbers_are_numbers_and_start_may_be_the_goal() -> None:
+def test_whole_numbers_are_numbers_and_sigma_reads_eq1() -> None:
     problem = scenario_from_toml("start = [1, 0]\ngoal = [1, 0]\nk = 3", "mine").problem
     assert (problem.start, problem.goal, problem.k) == ((1.0, 0.0), (1.0, 0.0), 3.0)
-
-
-def test_sigma_reads_eq1() -> None:
     field = scenario_from_toml(f"{BASE}threats = [{{ x = 0.5, y = 0.5, sigma = 0.2 }}]", "mine").problem.field
     assert field == RiskField([Threat.from_eq1(0.5, 0.5, 0.2)])
 
@@ -126,8 +123,6 @@ def test_sigma_reads_eq1() -> None:
     ("text", "words"),
     [
         (ENDS.replace("0.1, 0.1", "2.0, 0.1") + "k = 1", ["start", "(2.0, 0.1)", "outside the bounds", "move it"]),
-        (ENDS.replace("0.9, 0.9", "0.9, -0.1") + "k = 1", ["goal", "(0.9, -0.1)", "outside the bounds", "move it"]),
-        (f"{BASE}[no_fly]\npolygons = [[[0, 0], [0.2, 0], [0.2, 0.2], [0, 0.2]]]", ["start", "no-fly", "move it"]),
         (f"{BASE}[no_fly]\npolygons = [[[0.8, 0.8], [1, 0.8], [1, 1], [0.8, 1]]]", ["goal", "no-fly", "move it"]),
         (f"{ENDS}k = 1979-05-27", ["k:", "number"]),
         (f"{BASE}threats = [{{ x = 0.5, y = 0.5, spread = 0.1, peak = 2 }}]", ["threat 0", "peak 2", "improper"]),
@@ -141,33 +136,21 @@ def test_sigma_reads_eq1() -> None:
         (f"{BASE}[random_threats]\ncount = 2\nseed = 1\nspread = [0.1, 0.2]\nclear = 9", ["no room", "lower clear"]),
         ("start = [0.1, 0.1]\ngoal = [0.9, 0.9]", ["k", "needed", "add it"]),
         ("", ["start", "needed", "start, goal, k"]),
-        ("start = [0.1,", ["not TOML"]),
         ("k = 1\nk = 2", ["not TOML", "overwrite"]),
-        ("\0", ["not TOML"]),
         pytest.param(f"{BASE}title = {'[' * 5000}{']' * 5000}", ["not TOML"], id="deep"),
         pytest.param(f"{ENDS}k = 1{'0' * 5000}", ["not TOML"], id="digits"),
         (LONLAT.replace("[24.0, 60.0, 25.0, 61.0]", "[24.0, 61.0, 25.0, 60.0]"), ["bounds"]),
-        (LONLAT.replace("[24.0, 60.0, 25.0, 61.0]", "[24.0, 60.0, 24.0, 61.0]"), ["bounds"]),
-        (LONLAT.replace("[24.0, 60.0, 25.0, 61.0]", "[24.0, 60.0, 25.0, 60.0]"), ["bounds"]),
-        # a point outside is told in its own units
+        # a point outside is named in its own units
         (LONLAT.replace("24.1", "26.5"), ["26.5"]),
-        (LONLAT.replace("61.0]", "161.0]"), ["bounds", "161.0"]),
         (LONLAT.replace("60.9]", "160.9]"), ["goal", "160.9"]),
         (f'{LONLAT}[no_fly]\ngeojson = ["none.geojson"]', ["none.geojson", "no such file"]),
         (NO_BOUNDS, ["nothing to lay bounds around", "add bounds"]),
         (NO_BOUNDS.replace("24.1, 60.1", "60.5, 24.5") + AREA, ["start (60.5, 24.5)", "longitude first? (24.5, 60.5)"]),
         (NO_BOUNDS.replace("24.9, 60.9", "14.9, 60.9") + AREA, ["goal (14.9, 60.9) is 518 km from the map", "bounds"]),
-        (
-            LONLAT.replace("24.1, 60.1", "60.1, 24.1"),
-            ["start (60.1, 24.1)", "outside", "longitude first? (24.1, 60.1)"],
-        ),
-        (
-            f"{LONLAT}threats = [{{ x = 60.5, y = 24.5, spread = 5000 }}]",
-            ["threats.0 (60.5, 24.5)", "longitude first? (24.5, 60.5) is on the map"],
-        ),
-        (
-            f"{NO_BOUNDS}threats = [{{ x = 60.5, y = 24.5, spread = 5000 }}]\n{AREA}",
-            ["threats.0 (60.5, 24.5)", "longitude first? (24.5, 60.5) is on the map"],
+        (LONLAT.replace("24.1, 60.1", "60.1, 24.1"), ["start (60.1, 24.1)", "outside", "longitude first? (24.1"]),
+        *(
+            (f"{top}threats = [{{ x = 60.5, y = 24.5, spread = 5000 }}]\n{area}", ["threats.0 (60.5, 24.5)", "first?"])
+            for top, area in ((LONLAT, ""), (NO_BOUNDS, AREA))
         ),
     ],
 )
@@ -211,8 +194,6 @@ def test_bounds_across_the_antimeridian() -> None:
     assert width == pytest.approx(111.7e3, rel=0.02)
     assert height == pytest.approx(111.4e3, rel=0.02)
 
-
-def test_a_message_stays_readable() -> None:
     assert len(message_of(f"{BASE}title = [{'1.5, ' * 10_000}]")) < 1000
 
 
@@ -347,17 +328,13 @@ def test_a_file_may_have_any_name(tmp_path: Path) -> None:
         load_scenario("a\0b.toml")
 
 
-@pytest.mark.parametrize(("name", "near"), [("papr", "paper"), ("fifty-treats", "fifty-threats"), ("mazes", "maze")])
-def test_unknown_names_offer_the_nearest(name: str, near: str) -> None:
-    for ask in (load_scenario, shipped_scenario):
+def test_unknown_names_offer_the_nearest() -> None:
+    for name, near in (("papr", "paper"), ("fifty-treats", "fifty-threats"), ("mazes", "maze")):
         with pytest.raises(ScenarioError, match=f"{name}.*did you mean.*{near}.*[.]toml"):
-            ask(name)
-
-
-@pytest.mark.parametrize("name", ["", ".", "/", "..", "../paper", "a\0b", "\N{SNOWMAN}"])
-def test_names_that_are_nothing(name: str) -> None:
-    with pytest.raises(ScenarioError, match="unknown scenario"):
-        load_scenario(name)
+            load_scenario(name)
+    for name in ("", ".", "/", "..", "../paper", "a\0b", "\N{SNOWMAN}"):
+        with pytest.raises(ScenarioError, match="unknown scenario"):
+            load_scenario(name)
 
 
 def test_shipped_come_in_order_without_doubles() -> None:
@@ -376,13 +353,7 @@ def test_spreads_at_the_ends_of_the_numbers(spread: str) -> None:
     assert math.isfinite(problem.evaluate([problem.start, problem.goal]).cost)
 
 
-def test_a_scenario_cannot_be_changed() -> None:
-    scenario: Scenario = load_scenario("one-threat")
-    with pytest.raises(AttributeError):
-        scenario.name = "other"  # type: ignore[misc]
-
-
-def test_a_mission_is_told_from_a_scenario(tmp_path: Path) -> None:
+def test_a_mission_is_refused_as_a_scenario(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="fig8 is a mission, not a scenario; cgla fly fig8 flies it"):
         load_scenario("fig8")
     (tmp_path / "mine.toml").write_text("detection_radius = 1\n[[uavs]]\nname = 'a'", encoding="utf-8")

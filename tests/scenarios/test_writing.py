@@ -1,4 +1,4 @@
-"""Scenario files that Python writes: what is read says the same, and what no file can say is refused."""
+"""Scenario files written by Python: reading restores the problem, and anything that no file can express is refused."""
 
 import dataclasses
 import math
@@ -32,7 +32,7 @@ BLOCK = shapely.box(0.4, 0.4, 0.6, 0.6)
 
 @contextmanager
 def unwarned() -> Iterator[None]:
-    """Improper fields and small spreads are meant."""
+    """Silence warnings of improper fields and small spreads."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
@@ -192,8 +192,8 @@ def test_shipped_scenarios_are_written_too(name: str) -> None:
     )
 
 
-def test_an_end_on_the_very_edge_of_the_clearance_is_read_again() -> None:
-    """A problem takes what is nearer by a last digit, at the sides of round corners; so does its file."""
+def test_an_end_just_at_the_clearance_is_read_again() -> None:
+    """A problem accepts an end that is nearer by a last digit, at the sides of round corners; so does its file."""
     nearer = 0
     for number in range(1, 30):
         for side in range(16):
@@ -263,7 +263,7 @@ def test_rasters_go_into_files_beside_it(tmp_path: Path) -> None:
     assert load_scenario(moved / "town.toml").problem.field == problem.field
 
 
-def test_nothing_is_replaced_unless_it_is_meant(tmp_path: Path) -> None:
+def test_files_are_replaced_only_if_asked_for(tmp_path: Path) -> None:
     problem = dataclasses.replace(PROBLEM, field=cg.RiskField(rasters=[RASTER]))
     (tmp_path / "mine-risk.npy").write_bytes(b"somebody's own")
     with pytest.raises(OutputError, match=r"mine-risk\.npy: is there already.*overwrite=True"):
@@ -277,7 +277,7 @@ def test_nothing_is_replaced_unless_it_is_meant(tmp_path: Path) -> None:
     assert load_scenario(file).problem.field == problem.field
 
 
-def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither half a file, nor a raster without its scenario, nor a changed raster below an old one."""
     before = dataclasses.replace(PROBLEM, field=cg.RiskField(rasters=[RASTER]))
     file = write_scenario(before, tmp_path / "mine.toml")
@@ -334,7 +334,7 @@ def of(problem: cg.Problem = PROBLEM, **settings: Any) -> Scenario:  # noqa: ANN
 
 
 @pytest.mark.parametrize(
-    ("scenario", "told"),
+    ("scenario", "message"),
     [
         (of(y_down=True), "y grows downwards"),
         (of(lattice=cg.Lattice(20, bounds=(0, 0, 2, 2))), r"its lattice lies in \(0\.0, 0\.0, 2\.0, 2\.0\)"),
@@ -352,8 +352,8 @@ def of(problem: cg.Problem = PROBLEM, **settings: Any) -> Scenario:  # noqa: ANN
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_what_no_file_can_say_is_refused_by_name(tmp_path: Path, scenario: Scenario, told: str) -> None:
-    with pytest.raises(ScenarioError, match=told) as caught:
+def test_scenarios_that_no_file_can_express_are_refused(tmp_path: Path, scenario: Scenario, message: str) -> None:
+    with pytest.raises(ScenarioError, match=message) as caught:
         write_scenario(scenario, tmp_path / "mine.toml")
     assert str(caught.value).startswith(str(tmp_path / "mine.toml"))
     assert "\n" not in str(caught.value)

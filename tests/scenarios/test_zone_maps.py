@@ -1,4 +1,4 @@
-"""Maps of zones: in scenario files, alone, and beside other maps; what is on the map is closed, and nothing is lost."""
+"""Maps of zones: in scenario files, alone, and beside other maps; zones on the map are closed, none is lost."""
 
 import json
 from pathlib import Path
@@ -39,7 +39,7 @@ def toml(folder: Path, *lines: str) -> Path:
 
 
 @pytest.mark.parametrize("name", ["zones.json", "zones.kml", "zones.txt", "zones"])
-def test_a_file_of_zones_is_a_map_whatever_it_is_called(tmp_path: Path, name: str) -> None:
+def test_a_file_of_zones_is_a_map_under_any_name(tmp_path: Path, name: str) -> None:
     for document in (ed269(), ed318(), kmz(kml())):
         scenario = only(written(tmp_path / name, document))
         assert scenario.zones is not None
@@ -53,7 +53,7 @@ def test_a_file_of_zones_is_a_map_whatever_it_is_called(tmp_path: Path, name: st
 
 
 def test_a_map_of_zones_is_about_the_journey(tmp_path: Path) -> None:
-    """All that is at most twice as far as the straight way is on it; what is elsewhere is left out, and said to be."""
+    """Zones up to twice the straight distance are on the map; the account lists the others as left out."""
     far = ed269(volume(horizontalProjection={"type": "Circle", "center": [20, 60], "radius": 5000}))
     scenario = only(written(tmp_path / "far.json", {"features": [*ed269()["features"], *far["features"]]}))
     assert scenario.zones is not None
@@ -68,7 +68,7 @@ def test_a_map_of_zones_is_about_the_journey(tmp_path: Path) -> None:
         only(tmp_path / "far.json", start=(6.01, 49.1))
 
 
-def test_without_ends_a_map_is_around_what_is_closed(tmp_path: Path) -> None:
+def test_without_ends_a_map_is_around_the_closed_zones(tmp_path: Path) -> None:
     path = written(tmp_path / "zones.json", ed269())
     (scenario,) = open_scenarios(str(path))
     assert scenario.problem.no_fly is not None
@@ -111,7 +111,7 @@ def test_scenario_files_name_zones(tmp_path: Path) -> None:
         (['zones = ["wrong.json"]'], "wrong.json: zone 0 'A-1': restriction"),
     ],
 )
-def test_what_is_wrong_with_zones_is_told(tmp_path: Path, lines: list[str], said: str) -> None:
+def test_malformed_zones_are_refused(tmp_path: Path, lines: list[str], said: str) -> None:
     written(tmp_path / "zones.json", ed269())
     written(tmp_path / "wrong.json", ed269(restriction="MAYBE"))
     with pytest.raises(ScenarioError, match=said.replace(".", r"\.")) as told:
@@ -119,7 +119,7 @@ def test_what_is_wrong_with_zones_is_told(tmp_path: Path, lines: list[str], said
     assert "\n" not in str(told.value)
 
 
-def test_zones_are_on_maps_in_degrees(tmp_path: Path) -> None:
+def test_zones_need_a_map_in_degrees(tmp_path: Path) -> None:
     written(tmp_path / "zones.json", ed269())
     text = 'start = [0, 0]\ngoal = [1, 1]\nk = 1\n[no_fly]\nzones = ["zones.json"]'
     (tmp_path / "plane.toml").write_text(text, encoding="utf-8")
@@ -142,7 +142,7 @@ def test_files_beside_maps(tmp_path: Path) -> None:
     latitude=st.sampled_from([0.0, 60.0, -75.0]),
     places=st.lists(st.tuples(st.floats(-4, 4), st.floats(-2, 2), st.floats(100, 40_000)), min_size=1, max_size=6),
 )
-def test_all_that_is_on_the_map_is_closed(
+def test_zones_on_the_map_are_closed(
     tmp_path_factory: pytest.TempPathFactory,
     longitude: float,
     latitude: float,
