@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from cgla_graph._text import shown
+from cgla_graph._types import FloatArray
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Waypoint
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.cli.options import ExportOptions
@@ -84,7 +85,7 @@ class Export:
             said = f"turns of {solution.turn_radius:g} m or more, within {within:.3g} m"
             name = f"{name}: {said}"
             console.say(f"exported waypoints: {len(waypoints)}; {said} of the arcs")
-        plan = FlightPlan.along(lonlat, altitude=self.altitude, reference=self.above, speed=self.speed, name=name)
+        plan = self._plan(lonlat, name)
         texts = [text_of_plan(plan, str(target)) for target in self.targets]
         return [files.write_text(target, text) for target, text in zip(self.targets, texts, strict=True)]
 
@@ -112,9 +113,7 @@ class Export:
                 if uav.status is not MissionStatus.ARRIVED or flown.projection is None:
                     continue
                 label = f"{flown.variant} {uav.name}" if len(flights) > 1 else uav.name
-                lonlat = degrees_of(uav.path, flown.projection)
-                how = {"altitude": self.altitude, "reference": self.above, "speed": self.speed}
-                plan = FlightPlan.along(lonlat, **how, name=f"{flown.name} {label}")  # type: ignore[arg-type]
+                plan = self._plan(degrees_of(uav.path, flown.projection), f"{flown.name} {label}")
                 plans.append((files.file_stem(label, taken), plan))
         texts = []
         for target in self.targets:
@@ -122,6 +121,9 @@ class Export:
                 file = target.with_name(f"{target.stem}-{stem}{target.suffix}")
                 texts.append((file, text_of_plan(plan, str(file))))
         return [files.write_text(file, text) for file, text in texts]
+
+    def _plan(self, lonlat: FloatArray, name: str) -> FlightPlan:
+        return FlightPlan.along(lonlat, altitude=self.altitude, reference=self.above, speed=self.speed, name=name)
 
 
 def read_export(export: ExportOptions, *, zones: bool = False) -> Export:

@@ -180,13 +180,10 @@ def _with_proofs(checked: PlanCheck, tolerance: float, most_legs: int, max_cells
 
 def _radii(plan: FlightPlan, on: PlanMap) -> list[float]:
     """Return the radius of the circle around each place of the route; the largest of waypoints in one place."""
-    radii = [0.0] * len(on.route)
-    at = 0
-    for number, one in enumerate(plan.waypoints, start=1):
-        while at + 1 < len(on.stops) and on.stops[at + 1] <= number:
-            at += 1
-        radii[at] = max(radii[at], one.loiter_radius)
-    return radii
+    places = np.searchsorted(on.stops, np.arange(1, len(plan.waypoints) + 1), side="right") - 1
+    radii = np.zeros(len(on.route))
+    np.maximum.at(radii, places, [one.loiter_radius for one in plan.waypoints])
+    return radii.tolist()
 
 
 def _gaps(on: PlanMap, starts: FloatArray, ends: FloatArray) -> FloatArray:
