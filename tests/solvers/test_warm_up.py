@@ -95,14 +95,14 @@ print(*kind, sorted(loaded() - before), sorted({name for _, name, _ in before} &
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("scenario", "told"),
+    ("scenario", "loaded"),
     [
         ("paper", "False False [] []"),
         ("thin-wall", "True False [] ['charge', 'pair_sectors']"),
         ("rasters", "False True [] ['add_rasters']"),
     ],
 )
-def test_what_the_work_needs_is_loaded_before_it(scenario: str, told: str, tmp_path: Path) -> None:
+def test_what_the_work_needs_is_loaded_before_it(scenario: str, loaded: str, tmp_path: Path) -> None:
     """Kernels that only walls, or only rasters, need are not loaded where there are none."""
     if scenario == "rasters":
         threats, scenario = "threats = [{x = 5, y = 5, spread = 1}]", str(tmp_path / "a.toml")
@@ -110,7 +110,7 @@ def test_what_the_work_needs_is_loaded_before_it(scenario: str, told: str, tmp_p
         Path(scenario).write_text(f"start = [1, 1]\ngoal = [9, 8]\nk = 3\n{threats}{rasters}\n")
         (tmp_path / "a.asc").write_text("ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n0.1 0.2\n0.3 0.1\n")
     done = subprocess.run([sys.executable, "-c", LOADED, scenario], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == told
+    assert done.stdout.strip() == loaded
 
 
 def test_what_was_loaded_for_walls_is_not_taken_for_all(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -156,7 +156,7 @@ def test_the_forces_are_those_of_the_least_cost(field: cg.RiskField, k: float, s
 @pytest.mark.slow
 @few
 @given(fields(max_threats=4), polygons(), st.floats(0.0, 50.0), seeds)
-def test_a_relaxed_path_is_feasible_and_never_dearer(
+def test_a_relaxed_path_is_feasible_and_never_more_expensive(
     field: cg.RiskField, area: shapely.MultiPolygon, k: float, seed: int
 ) -> None:
     no_fly = shapely.transform(area, lambda xy: xy / 8.0 + 0.25)

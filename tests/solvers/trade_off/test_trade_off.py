@@ -569,7 +569,7 @@ def test_without_a_certificate_the_straight_line_proves_what_it_can() -> None:
         ({"max_points": True}, "max_points is True"),
         ({"k_max": 0.0}, "k_max is 0"),
         ({"resolution": 1}, "resolution is 1"),
-        ({"solver": "nobody"}, "unknown solver 'nobody'"),
+        ({"solver": "unheard-of"}, "unknown solver 'unheard-of'"),
         ({"speed": 3}, "has no setting 'speed'"),
     ],
 )
