@@ -252,8 +252,10 @@ class MapBuilder:
     def _written_projection(self) -> LocalProjection | None:
         """The projection around the origin in the file; None if it gives none."""
         given = self.table.projection_origin
+        if given is None:
+            return None
         with scenario_errors("projection_origin"):
-            return None if given is None else LocalProjection(*given)
+            return LocalProjection(*given)
 
     def point(self, pair: list[float]) -> Point:
         """Return a point in map units."""
