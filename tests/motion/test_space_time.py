@@ -250,7 +250,7 @@ def test_the_rest_of_a_plan_never_costs_less_than_a_new_bound(task: Task, part: 
     times = plan.trajectory.times
     now = times[0] + part * (times[-1] - times[0])
     before = times[times <= now][-1]
-    # whole ticks later: what is left of a wait is a move that a search considers, too
+    # whole ticks later: the rest of a wait is a move that a search considers, too
     middle = float(before + math.floor(now - before))
     rest = plan.trajectory.part(middle, math.inf)
     assert rest is not None
@@ -260,7 +260,7 @@ def test_the_rest_of_a_plan_never_costs_less_than_a_new_bound(task: Task, part: 
     moving = np.append((np.diff(rest.points, axis=0) != 0.0).any(axis=1), True)
     waiting = sum(task.step * (1 + task.problem.k * float(task.problem.field.density(p))) * n for p, n in rest.waits)
     assert again.status is not SpaceTimeStatus.TOO_CLOSE
-    # what is left of a committed plan can always be flown
+    # the rest of a committed plan can always be flown
     assert again.lower_bound <= (task.problem.evaluate(rest.points[moving]).cost + waiting) * (1.0 + 1e-9) + 1e-12
 
 

@@ -1,4 +1,4 @@
-"""Motion in space and time: the closest approach is exact at every moment, not only at those that somebody looks at."""
+"""Motion in space and time: the closest approach is exact over all times, not only at sampled ones."""
 
 import math
 from collections.abc import Callable

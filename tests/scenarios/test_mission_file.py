@@ -249,8 +249,8 @@ def test_fig9_shows_that_sharing_pays() -> None:
     assert sharing.uavs["a"].risk < 0.5 * without.uavs["a"].risk
     assert sharing.uavs["b"].length == pytest.approx(without.uavs["b"].length)
     wall = [load_mission("fig9").world.field.threats.index(Threat(x, y, 0.05)) for x, y in [(0.6, 0.7), (0.7, 0.8)]]
-    told = {event.detail["threat"] for event in sharing.events if (event.kind, event.uav) == ("learned", "a")}
-    assert told.issuperset(wall)
+    learned = {event.detail["threat"] for event in sharing.events if (event.kind, event.uav) == ("learned", "a")}
+    assert learned.issuperset(wall)
 
 
 def test_finland_shows_an_area_that_one_detects_and_both_avoid() -> None:

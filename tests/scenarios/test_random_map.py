@@ -245,13 +245,10 @@ def test_a_finer_lattice_never_lowers_difficulty(seed: int, resolution: int) -> 
     assert difficulty(fine) >= difficulty(coarse) * (1.0 - 1e-12)
 
 
-def test_difficulty_of_maps_without_risk() -> None:
+def test_difficulty_in_closed_form() -> None:
     assert difficulty(random_scenario(1, k=0.0)) == 1.0
     assert difficulty(random_scenario(1, threats=0)) == 1.0
     assert difficulty(small(Problem((0.5, 0.5), (0.5, 0.5), RiskField([Threat(0.5, 0.5, 0.1)]), k=1.0))) == 1.0
-
-
-def test_difficulty_in_closed_form() -> None:
     # One threat in the middle: the best of 3 x 3 points goes along two sides, far from it.
     problem = Problem((0.0, 0.0), (1.0, 1.0), RiskField([Threat(0.5, 0.5, 0.02)]), k=100.0)
     through = math.sqrt(2.0) + 100.0 * 0.02 * math.sqrt(2.0 * math.pi)
@@ -328,16 +325,13 @@ def test_a_bucket_that_cannot_be_filled_is_named() -> None:
     assert "100 to 200 has 0; give more seeds (up to 2000)" in message
 
 
-def test_endless_seeds_come_to_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(random_map, "MOST_DRAWS", 5)
-    with pytest.raises(ScenarioError, match="5 random maps did not fill"):
-        random_scenarios(itertools.count(), buckets=[100.0, 200.0], resolution=4)
-
-
-def test_no_more_maps_are_drawn_than_are_needed() -> None:
-    numbers = iter(range(100))
+def test_endless_seeds_end_when_buckets_are_full_or_out_of_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+    numbers = itertools.count()
     random_scenarios(numbers, buckets=[1.0, math.inf], each=3, resolution=4)
     assert next(numbers) == 3
+    monkeypatch.setattr(random_map, "MOST_DRAWS", 5)
+    with pytest.raises(ScenarioError, match="5 random maps did not fill"):
+        random_scenarios(numbers, buckets=[100.0, 200.0], resolution=4)
 
 
 def test_no_lattice_is_laid_on_maps_that_are_too_easy(monkeypatch: pytest.MonkeyPatch) -> None:

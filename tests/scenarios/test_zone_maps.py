@@ -114,9 +114,9 @@ def test_scenario_files_name_zones(tmp_path: Path) -> None:
 def test_malformed_zones_are_refused(tmp_path: Path, lines: list[str], said: str) -> None:
     written(tmp_path / "zones.json", ed269())
     written(tmp_path / "wrong.json", ed269(restriction="MAYBE"))
-    with pytest.raises(ScenarioError, match=said.replace(".", r"\.")) as told:
+    with pytest.raises(ScenarioError, match=said.replace(".", r"\.")) as caught:
         load_scenario(toml(tmp_path, *lines))
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_zones_need_a_map_in_degrees(tmp_path: Path) -> None:
