@@ -157,6 +157,6 @@ def test_ctrl_c_keeps_what_is_measured(busy: subprocess.Popen[str], tmp_path: Pa
     busy.send_signal(signal.SIGINT)
     _, err = busy.communicate(timeout=120)
     assert busy.returncode == 130
-    assert err.endswith(f"claims are checked; go on with --out {tmp_path / 'out'} --resume\n")
+    assert err.endswith(f"claims are checked; continue with --out {tmp_path / 'out'} --resume\n")
     assert n_lines(tmp_path / "out") >= 2
     assert (tmp_path / "out" / "report.md").exists()
