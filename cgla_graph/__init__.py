@@ -1,7 +1,7 @@
 """
 CGLA Graph: risk-aware path planning over complete geometric graphs.
 
-The toolkit's names stand in ``__init__.pyi``. They are imported when first used, so that `import cgla_graph` and
+The public names are listed in ``__init__.pyi``. They are imported when first used, so that `import cgla_graph` and
 ``cgla --help`` cost next to nothing.
 """
 
@@ -22,7 +22,7 @@ _INTERNAL = {"html": "plots.notebook"}
 
 
 def _import_for_objects(name: str) -> Any:  # noqa: ANN401 - a function
-    """Import what objects call that stand below it, as `Problem.plot` calls `plot`."""
+    """Import a function that objects on lower floors call, as `Problem.plot` calls `plot`."""
     if name in _INTERNAL:
         return getattr(import_module(f"cgla_graph.{_INTERNAL[name]}"), name)
     return __getattr__(name)

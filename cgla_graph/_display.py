@@ -1,4 +1,4 @@
-"""Pictures and HTML of objects, which functions above them draw (`cgla_graph._lazy.function_above`)."""
+"""Pictures and HTML of objects, drawn by functions on higher floors (`cgla_graph._lazy.function_above`)."""
 
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ class NotebookRepr(ShortRepr):
     """Gives dataclasses a short `repr`, and in notebooks a table of their fields beside a small picture."""
 
     def _repr_html_(self) -> str:
-        """Return HTML that stands by itself: no style, script or name that reaches beyond it."""
+        """Return self-contained HTML: no style, script or name that affects the rest of the page."""
         return str(function_above("html")(self))
 
 
@@ -22,7 +22,7 @@ class Plottable(NotebookRepr):
 
     def plot(self, *, ax: "Axes | None" = None) -> "Axes":
         """
-        Draw it, as `cgla_graph.plot` does.
+        Draw the object, as `cgla_graph.plot` does.
 
         Parameters
         ----------
@@ -32,12 +32,12 @@ class Plottable(NotebookRepr):
         Returns
         -------
         axes
-            Those that it is drawn on. Coordinates are map units, or kilometres on a map in longitude and latitude.
+            The axes of the picture. Coordinates are map units, or kilometres on a map in longitude and latitude.
 
         Raises
         ------
         CglaError
-            If there is nothing that can be drawn; the message says why.
+            If the object cannot be drawn; the message says why.
         """
         axes: Axes = function_above("plot")(self, ax=ax)
         return axes

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Writing of files, whole or not at all."""
 
 import errno
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from cgla_graph.errors import OutputError
 
 def replace_files(files: Mapping[Path, bytes]) -> None:
     """
-    Write files under temporary names beside them, then rename them in their order.
+    Write files under temporary names in the same folders, then rename them in order.
 
     Raises
     ------
@@ -25,7 +25,7 @@ def replace_files(files: Mapping[Path, bytes]) -> None:
         for path, part in parts.items():
             part.replace(path)
     except BaseException:
-        # on Ctrl-C too; what cannot be removed was never there
+        # on Ctrl-C too; a temporary file may not exist yet
         for part in parts.values():
             with suppress(OSError, ValueError):
                 part.unlink(missing_ok=True)
@@ -39,7 +39,7 @@ def write_files(files: Mapping[Path, bytes]) -> None:
     Raises
     ------
     OutputError
-        If they cannot be written; the message names the last, for which the others are.
+        If they cannot be written; the message names the last file, the main one.
     """
     target = list(files)[-1]
     try:

@@ -1,4 +1,4 @@
-"""The one decorator of compiled kernels, and the kind of array that they are compiled for."""
+"""The decorator of compiled kernels, and the kind of array that they are compiled for."""
 
 import gc
 import hashlib
@@ -28,10 +28,11 @@ ArrayT = TypeVar("ArrayT", bound=np.ndarray[Any, Any])
 
 def _import_numpy_functions() -> None:
     """
-    Import numba's NumPy functions, which it does before its first kernel, but not `scipy.linalg` along with them.
+    Import numba's NumPy functions, which numba needs before its first kernel, without `scipy.linalg`.
 
-    Numba only looks whether that is there, and that takes a tenth of a second; who multiplies matrices gets it then.
-    Another thread might miss it meanwhile, so where there are some, numba is left to itself.
+    Numba imports that module only to check that it exists, which takes a tenth of a second; it is imported when a
+    kernel multiplies matrices. Another thread might need it meanwhile, so with several threads numba imports it as
+    usual.
     """
     threads = len(sys._current_frames())  # noqa: SLF001 - documented, and knows threads that Python did not start
     if sys.modules.keys() & {"numba.np.arraymath", "scipy.linalg"} or threads > 1:
@@ -47,17 +48,17 @@ def _import_numpy_functions() -> None:
 
 _import_numpy_functions()
 
-#: How long to wait for another process that compiles the same kernel before it is compiled here too, and how often to
-#: look, in seconds.
+#: Longest wait for another process that compiles the same kernel before it is compiled here too, and the interval of
+#: looking for it, in seconds.
 PATIENCE, GLANCE = 60.0, 0.02
 
-#: Kernels that are being compiled, or loaded from disk, and for which types.
+#: Kernels that are being compiled or loaded from disk, with the types of their arguments.
 _under_way: list[tuple[Any, Any]] = []
 
-#: Held while numba is told where to keep code.
+#: Held while numba's cache folder is set.
 _settings_lock = threading.Lock()
 
-#: Modules of kernels whose names a module of kernels takes over.
+#: Finds the modules of kernels that a module of kernels imports names from.
 _IMPORTS = re.compile(r"^from ([\w.]+_kernels) import", flags=re.MULTILINE)
 
 
@@ -65,15 +66,15 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """
     Compile a numeric function with numba and keep the machine code on disk.
 
-    The function keeps its own type hints, which numba would lose. Floats are IEEE: no
-    fast-math, also where its caller has it, because kernels promise exact predicates and error bounds.
+    The function keeps its own type hints, which numba would lose. Floats are IEEE, without fast-math even if the caller
+    has it, because kernels promise exact predicates and error bounds.
 
-    Numba looks only at a kernel's **own** file to tell whether kept code is stale, while that code contains the kernels
-    that it calls and the constants that it takes from other files. So the code of each module is kept in a folder that
-    is named after the text of the module and of all modules of kernels (``…_kernels``) that it imports, below
-    ``NUMBA_CACHE_DIR``, or else beside the source. (Where neither can be written to, numba keeps it elsewhere, without
-    that promise.) Of several processes that need a kernel, one compiles it and the others wait for it. Kernels may call
-    each other, but in no circle, and not themselves.
+    Numba checks only a kernel's **own** file to decide whether stored code is stale, while that code contains the
+    kernels that it calls and the constants that it takes from other files. So the code of each module is stored in a
+    folder that is named after the text of the module and of all modules of kernels (``…_kernels``) that it imports,
+    below ``NUMBA_CACHE_DIR``, or else beside the source. (Where neither is writable, numba stores it elsewhere, without
+    that promise.) If several processes need a kernel, one compiles it and the others wait. Kernels may call each other,
+    but not themselves, directly or in a cycle.
 
     Examples
     --------
@@ -85,22 +86,22 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
     @cache
     def called() -> Any:  # noqa: ANN401 - numba has no hints
-        # (by its name, numba tells its code on disk from that of the other one)
+        # (the name keeps its code on disk apart from that of the other dispatcher)
         same = FunctionType(
             function.__code__, function.__globals__, function.__name__, function.__defaults__, function.__closure__
         )
         same.__qualname__ = f"{function.__qualname__}.called"
         return _dispatcher(same, no_cpython_wrapper=True)
 
-    # Most kernels are called by kernels alone. What a call from Python needs besides, as to unpack arrays, is compiled
-    # only where there is one.
+    # Most kernels are only called by kernels. The code for calls from Python, such as to unpack arrays, is compiled
+    # only for kernels that Python calls.
     compiled.get_call_template = lambda types, names: called().get_call_template(types, names)
     compiled.get_overload = lambda signature: called().get_overload(signature)
     return cast("Callable[P, R]", compiled)
 
 
 def _dispatcher(function: Callable[..., object], **options: bool) -> Any:  # noqa: ANN401 - the same
-    """Return what numba compiles a function with, and keeps the code of in a folder of the kernel's own."""
+    """Return numba's dispatcher of a function, which stores its code in a folder of the module's own."""
     file = Path(function.__code__.co_filename)
     # (it takes its settings from the environment when it is imported, which no type checker sees)
     settings = cast("Any", numba.config)
@@ -108,8 +109,8 @@ def _dispatcher(function: Callable[..., object], **options: bool) -> Any:  # noq
         kept = settings.CACHE_DIR
         settings.CACHE_DIR = str(Path(kept or file.parent / "__pycache__", f"kernels-{_digest(file)[:16]}"))
         try:
-            # (kernels are not passed as values: they need no second entry, as C functions. What is not said here, numba
-            # takes from the caller. Options that have no hints)
+            # (kernels are not passed as values and need no entry as C functions; numba takes other options from the
+            # caller)
             compiled = cast("Any", numba.njit)(
                 cache=True, nogil=True, fastmath=False, error_model="python", no_cfunc_wrapper=True, **options
             )(function)
@@ -120,16 +121,15 @@ def _dispatcher(function: Callable[..., object], **options: bool) -> Any:  # noq
 
 
 def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - numba has no hints
-    """Return how a kernel is compiled, or loaded from disk: by one process at a time."""
+    """Return the function that compiles a kernel or loads it from disk, in one process at a time."""
     compile_ = compiled.compile
 
     @wraps(compile_)
     def compile_once(signature: Any) -> Any:  # noqa: ANN401 - the same
-        # Numba's own lock comes first in every thread, and kernels call one another in no circle: so there is never a
-        # circle of processes that wait for each other.
+        # Every thread takes numba's own lock first, and calls of kernels form no cycle: so processes cannot deadlock.
         with global_compiler_lock, _locked(Path(compiled.stats.cache_path, f"{compiled.__name__}.lock")):
             collects = gc.isenabled()
-            # compiling makes objects by the hundred thousand and little garbage
+            # compiling makes hundreds of thousands of objects and little garbage
             gc.disable()
             _under_way.append((compiled, signature))
             try:
@@ -144,7 +144,7 @@ def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - nu
 
 @contextmanager
 def _locked(file: Path) -> Iterator[None]:
-    """Hold a file locked, which ends with the process at the latest; without, where that cannot be had."""
+    """Hold a lock on a file, if the file system has locks; it ends with the process at the latest."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         lock = file.open("ab")
@@ -161,16 +161,16 @@ def _locked(file: Path) -> Iterator[None]:
                 except BlockingIOError:
                     time.sleep(GLANCE)
                 except OSError:
-                    # a file system that knows no locks
+                    # a file system without locks
                     break
         yield
 
 
 def fixed(array: ArrayT) -> ArrayT:
     """
-    Return a view of an array, or a copy in C order if it is in another, that cannot be written to.
+    Return a read-only view of an array, or a copy in C order if it is in another order.
 
-    Kernels tell arrays that can be written to from others, and are compiled for each: all that they only read is fixed.
+    Kernels are compiled once for writeable and once for read-only arrays: all arrays that they only read are fixed.
 
     Examples
     --------
@@ -184,9 +184,9 @@ def fixed(array: ArrayT) -> ArrayT:
 
 def is_kept(compiled: Callable[..., object], *arguments: object) -> bool:
     """
-    Tell whether machine code of a kernel is on disk, so that it need not be compiled for calls from Python.
+    Return whether machine code of a kernel is on disk, so that it need not be compiled for calls from Python.
 
-    Code serves the types of some arguments; if none are given, any code counts.
+    The code has to fit the types of the given arguments; without arguments, any code counts.
 
     Examples
     --------
@@ -203,14 +203,14 @@ def _kept_signatures(compiled: Any) -> list[Any]:  # noqa: ANN401 - numba has no
     try:
         # (numba has no public way to ask)
         index = compiled._cache._cache_file._load_index()  # noqa: SLF001 - see above
-    except Exception:  # noqa: BLE001 - an index that cannot be read is as good as none
+    except Exception:  # noqa: BLE001 - an unreadable index counts as none
         return []
     return [signature for signature, *_ in index]
 
 
 def is_compiling() -> bool:
     """
-    Tell whether kernels are being compiled whose machine code is not on disk.
+    Return whether kernels are being compiled whose machine code is not on disk.
 
     Examples
     --------

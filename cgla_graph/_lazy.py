@@ -1,4 +1,4 @@
-"""Lazy imports: names of a package that its ``__init__.pyi`` lists, and functions above the objects that call them."""
+"""Lazy imports: the names in a package's ``__init__.pyi``, and functions on higher floors than their callers."""
 
 import sys
 from collections.abc import Callable
@@ -9,13 +9,13 @@ _importers: list[Callable[[str], Any]] = []
 
 
 def set_importer(importer: Callable[[str], Any]) -> None:
-    """Set what imports a function of the package by its name; ``cgla_graph`` does it when it is imported."""
+    """Set the function that imports a name of the package; ``cgla_graph`` does this when it is imported."""
     _importers[:] = [importer]
 
 
 def function_above(name: str) -> Any:  # noqa: ANN401 - `plot`, `animate`, `flyable` or `html`
     """
-    Import a function that stands above the caller, when it is needed.
+    Import a function from a higher floor than the caller, when it is called.
 
     Examples
     --------

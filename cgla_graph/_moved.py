@@ -1,7 +1,7 @@
 """
-Old names of modules, which are still imported in version 0.2, with a `DeprecationWarning`.
+Old names of modules, which can still be imported in version 0.2, with a `DeprecationWarning`.
 
-To add one, put its old name and the new one into `MOVED`; a package covers all that is inside.
+To add a name, write the old one and the new one into `MOVED`; a package covers its contents.
 """
 
 import sys
@@ -75,7 +75,7 @@ MOVED = {
 
 def new_name(old: str) -> str | None:
     """
-    Return what a module is called now; None if it has not moved.
+    Return the new name of a module; None if it has not moved.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def new_name(old: str) -> str | None:
 
 
 class _Package(ModuleType):
-    """An old package whose name is a function's now: it can be called as well."""
+    """An old package whose name is now a function's: it can be called as well."""
 
     __path__ = []  # noqa: RUF012 - nothing is ever added
 
@@ -105,7 +105,7 @@ class OldNames:
     """
     Finder of modules by their old names.
 
-    It stands before the others, as a folder of an old name may be left with nothing but ``__pycache__``.
+    It comes before other finders, as a folder with an old name may be left with only ``__pycache__``.
     """
 
     @staticmethod

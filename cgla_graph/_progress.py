@@ -1,7 +1,7 @@
 """
 Progress of long computations: one line on a terminal or in a notebook after a second, and nothing elsewhere.
 
-A thread of its own draws the line, since the step that takes long is not known beforehand. It ends with its block.
+A thread of its own draws the line, since the slow step is not known beforehand. It ends with the ``with`` block.
 """
 
 import sys
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-#: Nothing is shown before this, and then so often, in seconds.
+#: Seconds before the line is shown, and between updates.
 QUIET, EVERY = 1.0, 0.25
 #: Width of the line in a notebook, characters.
 NOTEBOOK_WIDTH = 100
 
 
 class Tell(Protocol):
-    """A function that a computation calls when it has come further."""
+    """A function that a computation calls to report progress."""
 
     def __call__(self, text: str, done: float | None = None) -> None:
         """Take the state and the number of steps that are done; None: one more."""
@@ -38,15 +38,15 @@ class Tell(Protocol):
 
 def progress(on: bool) -> None:
     """
-    Show how far long computations are, or do not: on from the start.
+    Turn the progress line of long computations on or off; it is on by default.
 
-    What takes longer than a second is shown as one line on standard error while that is a terminal, and under the cell
-    of a notebook; it goes away at the end. Elsewhere, nothing is ever shown.
+    A computation of more than a second has one line on standard error if that is a terminal, or under the cell of a
+    notebook; the line is removed at the end. Elsewhere there is no line.
 
     Parameters
     ----------
     on
-        Whether to show it from now on, in this process.
+        Whether to show the line from now on, in this process.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def showing(what: str, total: int | None = None, *, done: int = 0, began: float 
     Yields
     ------
     tell
-        Function that the body calls when it has come further.
+        Function that the body calls to report progress.
 
     Examples
     --------
@@ -132,7 +132,7 @@ def showing(what: str, total: int | None = None, *, done: int = 0, began: float 
 
 def waiting(what: str, results: Iterable[T], total: int | None = None) -> Iterator[T]:
     """
-    Yield results, and show how many there are while the next one is waited for: the line is gone while it is used.
+    Yield results, and show their number while waiting for the next one; there is no line while a result is used.
 
     Examples
     --------
@@ -151,7 +151,7 @@ def waiting(what: str, results: Iterable[T], total: int | None = None) -> Iterat
 
 
 def relay(say: Callable[[str, str], None]) -> None:
-    """Have another process show progress from now on: `say` takes the work and its state."""
+    """Pass progress to another process from now on: `say` takes the work and its state."""
     _State.relay = say
 
 
@@ -179,7 +179,7 @@ def _is_notebook() -> bool:
 
 
 def _is_watched() -> bool:
-    """Whether a user may see the line: a process that works for another one of ours leaves it to that one."""
+    """Return whether a user may see the line; a child process leaves the line to its parent."""
     known = sys.modules.get("multiprocessing.process")
     if not _State.on or (known is not None and cast("Any", known).parent_process() is not None):
         return False
@@ -190,20 +190,20 @@ def _is_watched() -> bool:
 
 
 def _is_compiling() -> bool:
-    """Whether kernels are being compiled; `_kernel` is slow to import, and is loaded where there are kernels."""
+    """Return whether kernels are being compiled; without kernels, `_kernel`, slow to import, is not loaded."""
     known = sys.modules.get("cgla_graph._kernel")
     return known is not None and bool(cast("Any", known).is_compiling())
 
 
 class _Line(threading.Thread):
-    """The state of a computation, which writes it, and the thread that draws it."""
+    """The state of a computation, and the thread that draws it."""
 
     def __init__(self, what: str, total: int | None, done: float, began: float) -> None:
         super().__init__(name="cgla-progress", daemon=True)
         self.what, self.total, self.done, self.began = what, total, done, began
         self.at = self.inner = ""
         self.over = threading.Event()
-        # (a notebook knows by its context which cell to write to)
+        # (the context tells a notebook which cell to write to)
         self.context = copy_context()
 
     def tell(self, text: str, done: float | None = None) -> None:
@@ -236,7 +236,7 @@ class _Line(threading.Thread):
         counted = () if self.total is None else (MofNCompleteColumn(),)
         text = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, overflow="ellipsis"))
         columns = (BarColumn(bar_width=20), *counted, TimeElapsedColumn(), text)
-        # (solvers' output is redirected inside, which a second redirection would undo in the wrong order)
+        # (rich's redirection would interfere with that of solvers' output inside)
         plain = {"redirect_stdout": False, "redirect_stderr": False}
         bar = Progress(*columns, console=console, transient=True, auto_refresh=False, get_time=time.monotonic, **plain)
         bar.add_task(self.text(), total=self.total, completed=int(self.done))
@@ -244,7 +244,7 @@ class _Line(threading.Thread):
         return bar
 
     def _steps(self, bar: "Progress") -> Iterator[None]:
-        """Bring the bar up to date, again and again until the computation is over."""
+        """Update the bar repeatedly until the computation is over."""
         while True:
             bar.update(bar.task_ids[0], completed=self.done, description=self.text())
             yield

@@ -1,4 +1,4 @@
-"""Short texts of values: one line for messages, and the `repr` of dataclasses. Nothing heavy is imported for it."""
+"""Short texts of values, for messages and the `repr` of dataclasses, without slow imports."""
 
 import dataclasses
 import math
@@ -9,26 +9,26 @@ from enum import Enum
 from reprlib import Repr
 from typing import Any
 
-#: Characters of a value in a message, at most, and of these behind the place where it is cut.
+#: Most characters of a value in a message, and the characters that are kept at its end where it is cut.
 MOST, TAIL = 100, 20
-#: Characters of a path in a message, at most: only paths far longer than usual are cut.
+#: Most characters of a path in a message: only paths far longer than usual are cut.
 MOST_OF_PATH = 180
-#: Characters of a whole `repr`, and of the value of one field, at most.
+#: Most characters of a whole `repr`, and of the value of one field.
 MOST_OF_REPR, MOST_OF_FIELD = 300, 80
-#: Names in a sentence, at most.
+#: Most names in a sentence.
 MOST_NAMES = 6
-#: Members of a series or a mapping that are written one by one, at most.
+#: Most members of a series or a mapping that are written one by one.
 FEW = 4
-#: What stands for a number that is not known.
+#: Stands for an unknown number.
 DASH = "-"
-#: Numbers from here on are written with an exponent.
+#: Numbers from this on are written with an exponent.
 MOST_DIGITS = 1e12
 #: Properties that a `repr` shows beside the fields.
 _COMPUTED = ("cost", "length", "risk", "gap")
 
 
 class _MessageRepr(Repr):
-    """Shortens containers and texts as `reprlib` does; of arrays and geometries it writes the kind alone."""
+    """Shortens containers and texts as `reprlib` does; arrays and geometries are written by kind."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -36,7 +36,7 @@ class _MessageRepr(Repr):
         self.maxlevel = 3
 
     def repr1(self, x: object, level: int) -> str:
-        """Write a value: arrays by shape and geometries by type, since their own texts have no end."""
+        """Write a value: arrays by shape and geometries by type, since their own texts may be very long."""
         shape, geometry = getattr(x, "shape", None), getattr(x, "geom_type", None)
         if shape and isinstance(shape, tuple):
             return self.array(shape)
@@ -86,7 +86,7 @@ _MESSAGE, _FIELD = _MessageRepr(), _FieldRepr()
 
 def shown(value: object) -> str:
     """
-    Write a value that is not as it should be, for a message.
+    Format a wrong value for a message of one line.
 
     Examples
     --------
@@ -102,7 +102,7 @@ def shown(value: object) -> str:
 
 def cut(text: object, most: int = MOST) -> str:
     r"""
-    Write a text in one line, without its middle if it is long: messages of other libraries may hold a whole value.
+    Write a text in one line, without its middle if it is long, as messages of other libraries may be.
 
     Examples
     --------
@@ -126,7 +126,7 @@ def place(where: object) -> str:
 
 
 class ShortRepr:
-    """Gives dataclasses a `repr` of at most `MOST_OF_REPR` characters, which only people read."""
+    """Gives dataclasses a `repr` of at most `MOST_OF_REPR` characters, for people to read."""
 
     def __init_subclass__(cls) -> None:
         """Put it in the class itself: `dataclass` keeps a `repr` that it finds there."""
@@ -158,7 +158,7 @@ def short_repr(thing: object) -> str:
 
 def fields_of(thing: object) -> Iterator[tuple[str, str]]:
     """
-    Yield the names of the fields that a `repr` shows, with their values in short.
+    Yield the names of the fields that a `repr` shows, with short texts of their values.
 
     Examples
     --------
@@ -193,7 +193,7 @@ def field_text(value: object) -> str:
 
 
 def _is_default(field: "dataclasses.Field[object]", value: object) -> bool:
-    """Tell whether a field has its default value, or is empty by default and now."""
+    """Return whether a field has its default value, or is empty by default and now."""
     default = field.default
     if default is not dataclasses.MISSING:
         both_nan = default != default and value != value  # noqa: PLR0124 - NaN
@@ -205,7 +205,7 @@ def _is_default(field: "dataclasses.Field[object]", value: object) -> bool:
 
 def counted(number: int, word: str) -> str:
     """
-    Write how many there are.
+    Write a number of things, with the plural of the word.
 
     Examples
     --------
@@ -217,7 +217,7 @@ def counted(number: int, word: str) -> str:
 
 def listed(names: Sequence[str], most: int = MOST_NAMES) -> str:
     """
-    Join names for a sentence; of many, the first.
+    Join names for a sentence; of many, the first ones.
 
     Examples
     --------
@@ -231,7 +231,7 @@ def listed(names: Sequence[str], most: int = MOST_NAMES) -> str:
 
 def figure(value: float, digits: int) -> str:
     """
-    Write a number with some significant digits, all of those before the point; a dash where there is none.
+    Write a number with some significant digits, and at least all before the point; a dash if it is not finite.
 
     Examples
     --------
@@ -274,7 +274,7 @@ def rounded_down(value: float, digits: int) -> str:
 
 def at_most(value: float) -> str:
     """
-    Write a ratio as a percentage that is never below it; a dash where there is none.
+    Write a ratio as a percentage, rounded up; a dash if it is not finite.
 
     Examples
     --------
@@ -286,7 +286,7 @@ def at_most(value: float) -> str:
 
 def json_number(value: float) -> float | None:
     """
-    Return a number that JSON knows; None for NaN and infinity, which it does not.
+    Return a number for JSON; None for NaN and infinity, which JSON does not have.
 
     Examples
     --------
@@ -311,7 +311,7 @@ def duration(seconds: float) -> str:
 
 def at_most_percent(ratio: float) -> str:
     """
-    Write a small ratio as a percentage of two digits that is never below it.
+    Write a small ratio as a percentage of two digits, rounded up.
 
     Examples
     --------
@@ -326,7 +326,7 @@ def at_most_percent(ratio: float) -> str:
 
 def percent(value: float) -> str:
     """
-    Write a ratio as a percentage; a dash where there is none.
+    Write a ratio as a percentage with its sign; a dash if it is not finite.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """
-Checks of what users pass in: each returns a checked value or raises a `ProblemError` that names the fault.
+Checks of users' arguments: each returns a checked value or raises a `ProblemError` that names the fault.
 
-An array that is as it should be is returned itself; nothing writes to it.
+A valid array is returned itself, not copied, and is never written to.
 """
 
 import math
@@ -18,14 +18,14 @@ from cgla_graph.errors import ProblemError
 
 #: Sides of maps and spreads of threats beyond this, or below one over this, would overflow in fourth powers.
 LARGEST = 1e70
-#: Types that Python would turn into a float by mistake.
+#: Types that are not numbers here, though `float` may accept them.
 NO_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating)
 
 
 def finite_number(name: str, value: object) -> float:
     """Return `value` as a float, or raise `ProblemError` unless it is a finite real number."""
     if isinstance(value, float) and math.isfinite(value):
-        # nearly all
+        # the usual case
         return float(value)
     number, text = math.nan, ""
     # numpy scalars, 0-d arrays, fractions and decimals are numbers too; strings and truth values are mistakes
@@ -89,7 +89,7 @@ def number_array(name: str, value: ArrayLike) -> FloatArray:
         given = np.asarray(value)
         if given.dtype.kind in "SUcmM":
             msg = f"elements of type {given.dtype}"
-            raise TypeError(msg)  # noqa: TRY301 - told like what NumPy itself refuses
+            raise TypeError(msg)  # noqa: TRY301 - reported like NumPy's own errors
         return np.asarray(given, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as error:
         msg = f"{name} is not an array of numbers ({cut(error, 180)}); give real numbers"
@@ -120,7 +120,7 @@ def broadcast(starts: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatAr
             "such as (n, 1, 2) and (m, 2) for all pairs"
         )
         raise ProblemError(msg) from None
-    # kernels are compiled once for arrays that may be written to, and once more for others
+    # writeable, as kernels are compiled separately for read-only arrays
     return np.array(first, order="C"), np.array(second, order="C")
 
 

@@ -1,4 +1,4 @@
-"""The errors of the toolkit: one tree, each also the builtin that a newcomer would catch."""
+"""The errors of the toolkit: one tree, each also a builtin exception."""
 
 
 class CglaError(Exception):
@@ -65,7 +65,7 @@ class SolverFaultError(CglaError, RuntimeError):
 
 
 class ProgressError(CglaError, ValueError):
-    """Progress was to be shown neither always nor never."""
+    """The progress line was set to neither True nor False."""
 
 
 class OutputError(CglaError, OSError):
@@ -73,7 +73,7 @@ class OutputError(CglaError, OSError):
 
 
 class WorkerError(CglaError, RuntimeError):
-    """The processes or machines that shall make the runs of a study do not start, or cannot be reached."""
+    """The processes or machines for the runs of a study do not start, or cannot be reached."""
 
 
 class ClaimError(CglaError, KeyError):

@@ -1,5 +1,5 @@
 """
-Corners of areas that ways bend around, beside the nodes of a mesh.
+Corners of areas that paths bend around, in addition to the nodes of a mesh.
 
 Behind a corner, costs-to-go bend like one over the distance to it, and differences are wrong by first order in the
 spacing. The straight lines from nodes to the corner have exact costs.
@@ -15,7 +15,7 @@ from cgla_graph.eikonal.marching_kernels import Bends
 
 
 class Sight(NamedTuple):
-    """Nodes that ways lead to over a corner, the costs of the straight lines, and which of them ways come from."""
+    """Nodes in sight of a corner, the costs of the straight lines to it, and the nodes from which paths come."""
 
     nodes: WholeArray
     costs: FloatArray

@@ -1,5 +1,5 @@
 """
-Sets of cells of a square grid, stored as runs: the part of a grid that still matters.
+Sets of cells of a square grid, stored as runs.
 
 A run is a row of an integer array: ``row, first column, last column + 1``. Merged runs are sorted and do not touch.
 """
@@ -137,7 +137,7 @@ def runs_of(columns: WholeArray, rows: WholeArray) -> WholeArray:
 
 def are_in(runs: WholeArray, some: WholeArray) -> BoolArray:
     """
-    Say which cells of merged runs are in other ones, all of whose cells are in the first; in the order of `cells_of`.
+    Return which cells of merged runs are in a subset of them, in the order of `cells_of`.
 
     Examples
     --------

@@ -18,13 +18,13 @@ from cgla_graph.model.problem import Problem
 
 #: Steps of a descent, at most, and how many of its points are kept where it has to be led around corners.
 MOST_STEPS, MOST_WAYPOINTS = 200_000, 250
-#: Corners that it is led around: of more, those that stand out in squares, which are so wide as a part of the reach
-#: within which corners count, until there are few enough.
+#: Most corners that a descent is led around. Of more, only those that stand out in squares are used; the squares get
+#: wider, as parts of the reach within which corners count, until the corners are few enough.
 MOST_CORNERS, SQUARES = 600, (0.125, 0.25, 0.5, 1.0, 2.0)
 
 
 class Links(NamedTuple):
-    """The neighbours and joints of nodes, and the corners over which ways lead (see `marching_kernels`)."""
+    """The neighbours and joints of nodes, and the corners that paths bend around (see `marching_kernels`)."""
 
     neighbours: WholeArray
     joints: Joints
@@ -57,33 +57,35 @@ def costs_to_go(
     problem
         Its field and area give the costs of straight lines near the source.
     mesh
-        Where to; nodes just outside the bounds mirror those inside.
+        The mesh; nodes just outside the bounds mirror those inside.
     source, piece
-        ``T = 0`` there, and its piece of the mesh; without one (-1), no way leads anywhere.
+        The point where ``T = 0``, and its piece of the mesh; without a piece (-1), no node is reached.
     cost
         Cost of a unit of length at each node, shape ``(n,)``.
     radius
-        Nodes up to here from the source, in its sight, begin with the exact cost of the straight line, map units.
+        Nodes within this distance of the source, in its sight, begin with the exact cost of the straight line, map
+        units.
     second
-        Whether to use differences of second order where they can be had.
+        Whether to use differences of second order where they are possible.
     start_factor
-        What those first costs are multiplied with.
+        Factor of those first costs.
     first
-        The cost from points, shape ``(m, 2)``, that those nodes begin with instead, shape ``(m,)``; those for which it
-        is infinite do not.
+        Function from points, shape ``(m, 2)``, to the costs that those nodes begin with instead, shape ``(m,)``; nodes
+        with infinite cost do not begin.
     links
-        The neighbours of nodes, and the corners that lead from node to node, instead of those of the mesh.
+        The links of nodes, instead of those of the mesh.
 
     Returns
     -------
     times
-        The least cost from each node to the source, shape ``(n + 1,)``: infinite where no way leads, and at the end.
+        The least cost from each node to the source, shape ``(n + 1,)``: infinite where there is no path, and at index
+        n.
     """
     n = mesh.n_nodes
     if piece < 0:
         return np.full(n + 1, np.inf)
     times, state = np.full(n + 1, np.inf), np.zeros(n + 1, dtype=np.int8)
-    # what counts as done, at infinite cost, is left alone
+    # nodes that count as done, at infinite cost, are not updated
     state[:n][mesh.outside] = marching_kernels.DONE
     padded = np.append(cost, 1.0)
     area = problem.model.area.kernel_arrays
@@ -98,9 +100,9 @@ def costs_to_go(
 
 
 def straight_costs(problem: Problem, points: FloatArray, source: Point | FloatArray) -> FloatArray:
-    """Return the costs of straight lines from points, shape ``(n, 2)``, to one, wherever areas are, shape ``(n,)``."""
+    """Return the costs of straight lines from points, shape ``(n, 2)``, to a point, ignoring areas, shape ``(n,)``."""
     risk = problem.field.line_integral(points, source) if problem.k > 0.0 else 0.0
-    # (what costs more than the greatest number costs infinity)
+    # (costs beyond the largest float are infinite)
     with np.errstate(over="ignore"):
         return np.asarray(np.hypot(*(points - source).T) + problem.k * risk)
 
@@ -123,26 +125,26 @@ def descent(problem: Problem, mesh: SplineMesh, times: FloatArray, *, radius: fl
     Parameters
     ----------
     problem
-        Whose bounds and area the mesh covers.
+        The problem whose bounds and area the mesh covers.
     mesh
         Its first end is the start.
     times
         Costs to the goal, up to a constant, shape ``(n + 1,)`` (`costs_to_go`).
     radius
-        Within it, in spacings, the last step leads straight to the goal.
+        Distance from the goal, in spacings, within which the last step leads straight to it.
 
     Returns
     -------
     path
-        Waypoints a spacing apart, shape ``(m, 2)``, map units. Where they cut corners of the area: the best polyline
-        through them and the corners beside. Empty if there is no way down.
+        Waypoints a spacing apart, shape ``(m, 2)``, map units. Where they cut corners of the area, it is the best
+        polyline through them and the corners nearby. Empty if the descent does not reach the goal.
     """
     piece = mesh.ends[0]
     if piece < 0 or not np.isfinite(times[mesh.controls[piece]]).all():
         return np.empty((0, 2))
     piece_of = np.full(mesh.n_nodes, -1, dtype=np.int32)
     piece_of[mesh.controls[:, 4]] = np.arange(len(mesh.controls), dtype=np.int32)
-    # no way down is longer than one through every cell
+    # no descent is longer than one through every cell
     path = np.empty((min(2 * len(mesh.controls), MOST_STEPS), 2))
     origin, spacing = np.array(mesh.origin), np.array(mesh.spacing)
     first, end = ((np.array(point) - origin) / spacing for point in (problem.start, problem.goal))
@@ -164,7 +166,7 @@ def _around_corners(problem: Problem, path: FloatArray, reach: float) -> FloatAr
     """
     Find the best polyline through points of a path and the corners within `reach` of it, or else all corners.
 
-    What it finds need not be the best there is: it is a path, and is judged as one.
+    The polyline need not be the best path of the map.
     """
     area = problem.model.area
     step = max(1, len(path) // MOST_WAYPOINTS)
@@ -190,8 +192,8 @@ def _outstanding(every: FloatArray, path: FloatArray, reach: float, geometry: Ba
     """
     Choose corners near a path: of many, those that stand out, as the weights of all pairs of 10^4 take minutes.
 
-    Of those of a ring in a square, the corners of their convex hull are kept: who passes on one side of them all need
-    not bend at the others. Ways through gaps of a ring that are narrower than a square may be lost.
+    Of the corners of a ring in a square, those of their convex hull are kept: a path that passes all of them on one
+    side does not bend at the others. Paths through gaps of a ring that are narrower than a square may be lost.
     """
     if not len(every):
         return every
@@ -215,5 +217,5 @@ def _outstanding(every: FloatArray, path: FloatArray, reach: float, geometry: Ba
         kept = np.unique(shapely.get_coordinates(hulls), axis=0)
         if len(kept) <= MOST_CORNERS:
             return kept
-    # many small areas: those that are nearest
+    # many small areas: take the nearest corners
     return np.asarray(kept[np.argsort(tree.query(kept)[0], kind="stable")[:MOST_CORNERS]])

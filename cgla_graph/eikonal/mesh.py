@@ -19,14 +19,15 @@ from cgla_graph.model.no_fly import NoFlyArea
 SUB_CELLS = 32_768
 #: Sub-cells in all, unless that would leave fewer than so many along the side of a cell.
 MOST_SUB_CELLS, FEWEST_PARTS = 3_000_000, 4
-#: Walls that are thinner than so many sub-cells may leak: for them there are up to so many times as many, along the
-#: side and in all. For tips, which are to be that thin for half a cell at most, there are up to so many times as many.
+#: Walls thinner than `LEAKS` sub-cells may leak. For thin walls there are up to `FINER_SIDE` times as many sub-cells
+#: along the side and `MORE` times as many in all; for tips, which may be so thin for half a cell at most,
+#: `MORE_AT_TIPS` times.
 LEAKS, FINER_SIDE, MORE, MORE_AT_TIPS = 4.0, 16, 16, 4
-#: Further cells around those that matter, unless told otherwise, so that the rim of the mesh does no harm.
+#: Default number of further cells around those that matter, which keep errors at the rim of the mesh away.
 HALO = 8
-#: Where there is no piece.
+#: Stand for a piece where there is none.
 NO_CELL, IN_AREA = -1, -2
-#: Of a mesh without joints.
+#: The pairs of a mesh without joints.
 NO_PAIRS: WholeArray = np.empty((0, 3), dtype=np.uint32)
 #: A corner turns by more than this, rad, and nodes are near it within so many cells.
 SHARP, NEAR_CORNER = math.radians(15.0), 3.0
@@ -39,9 +40,9 @@ class SplineMesh:
 
     The cell of a node is the rectangle of one spacing around it. Where edges of the area cut a cell, its pieces have
     control values of their own, which they share with the pieces of neighbouring cells that they touch. So a spline
-    is continuous wherever a path may go, and free to jump across walls, however thin. Pieces are separated on a
-    finer raster, in which what an edge meets counts as free: this may join pieces that are apart, never separate what
-    is together.
+    is continuous wherever a path may go, and may jump across walls of any width. Pieces are separated on a finer
+    raster, whose sub-cells count as free where an edge meets them: this may join separate pieces, but never separates
+    a connected piece.
 
     Attributes
     ----------
@@ -50,29 +51,29 @@ class SplineMesh:
     spacing
         Distances of neighbouring nodes along x and y, map units.
     last
-        Column and row of the last node inside the bounds; nodes with -1, or one beyond, are just outside.
+        Column and row of the last node inside the bounds; nodes at -1, or one beyond, are just outside.
     columns, rows
-        Of the cell of each piece, shapes ``(m,)``.
+        Column and row of the cell of each piece, shapes ``(m,)``.
     matters
-        Whether the cell of a piece was asked for, or is part of the halo, shape ``(m,)``.
+        Whether the cell of a piece was asked for (True) or belongs to the halo, shape ``(m,)``.
     controls
         The nodes around each piece, row by row from the south-west, shape ``(m, 9)``.
     node_columns, node_rows
-        Where each node is, shapes ``(n,)``; on both sides of a wall, several may be at one place.
+        Column and row of each node, shapes ``(n,)``; on both sides of a wall, several nodes may be at one place.
     neighbours
-        Of each node, shape ``(n + 1, 4)`` (see `marching_kernels`).
+        Neighbours of each node, shape ``(n + 1, 4)`` (see `marching_kernels`).
     joints
         Nodes that a piece has side by side and that are not neighbours of each other (see `marching_kernels`).
     beside_wall
-        Whether each node lacks a neighbour and is beside a straight wall, shape ``(n + 1,)``: near corners, where a
-        front may not be helped across the wall, none is.
+        Whether each node lacks a neighbour and is beside a straight wall, shape ``(n + 1,)``: no node near a corner is,
+        as a front must not be led across the wall there.
     ends
         The pieces that hold the points asked for; -1 where there is none.
     parts
         Sub-cells along the side of a cell, which separate the pieces of a cell that an edge meets.
     sub_cells
-        Of each piece the number of its cell, of each cell that of its table or -1, the tables of labels, and of each
-        cell its first piece (see `free_parts`).
+        The cell of each piece, the table of each cell or -1, the tables of labels, and the first piece of each cell
+        (see `free_parts`).
     outlines
         The box around each piece, inside the bounds, and strips of those that an edge meets (`mesh_kernels.Outlines`).
     """
@@ -170,7 +171,7 @@ class SplineMesh:
 
     @cached_property
     def node_points(self) -> FloatArray:
-        """Where the nodes are, read-only, shape ``(n, 2)``, map units."""
+        """Coordinates of the nodes, read-only, shape ``(n, 2)``, map units."""
         points = np.empty((self.n_nodes, 2))
         for axis, index in enumerate((self.node_columns, self.node_rows)):
             np.multiply(index, self.spacing[axis], out=points[:, axis])
@@ -182,16 +183,16 @@ class SplineMesh:
         """
         Find the piece at each point, shape ``(k, 2)``, map units: shape ``(k,)``.
 
-        It is `NO_CELL` where the mesh has no cell, or one inside the area, and `IN_AREA` where a point of a cell is in
-        the area.
+        It is `NO_CELL` where the mesh has no cell, or a cell inside the area, and `IN_AREA` where the point of a cut
+        cell is in the area.
         """
         cells, place, labels, first_piece = self.sub_cells
         at = (points - np.array(self.origin)) / np.array(self.spacing)
         nodes = np.rint(at).astype(np.int64)
-        # of a cell on the rim, the half beyond the bounds counts as inside the area
+        # the half of a cell on the rim beyond the bounds counts as inside the area
         low, high = np.where(nodes == 0, self.parts // 2, 0), np.where(nodes == self.last, self.parts // 2, self.parts)
         parts = np.clip(((at - nodes + 0.5) * self.parts).astype(np.int64), low, high - 1)
-        # pieces stand row by row
+        # pieces are in order row by row
         width = self.last[0] + 3
         keys, asked = self.rows.astype(np.int64) * width + self.columns, nodes[:, 1] * width + nodes[:, 0]
         first = np.minimum(np.searchsorted(keys, asked), len(keys) - 1)
@@ -203,7 +204,7 @@ class SplineMesh:
         return np.where(keys[first] == asked, found, NO_CELL)
 
     def free_parts(self, piece: int) -> BoolArray:
-        """Say which sub-cells of its cell a piece consists of, shape ``(parts, parts)``; of all: ``(1, 1)``."""
+        """Return which sub-cells of its cell belong to a piece, shape ``(parts, parts)``; ``(1, 1)`` if all do."""
         pieces, place, labels, first_piece = self.sub_cells
         cell = pieces[piece]
         if place[cell] < 0:
@@ -242,7 +243,7 @@ def _cut_open(
     most_sub_cells: int,
 ) -> tuple[WholeArray, WholeArray, WholeArray]:
     """
-    Tell apart the pieces of the cells that edges of an area meet.
+    Separate the pieces of the cells that edges of an area meet.
 
     `cells` are columns and rows, shapes ``(n,)``, origin and spacing. Returns the table of each cell, or -1; how many
     pieces it has, 0 inside the area; and the tables, shape ``(t, parts, parts)``: the label of each sub-cell, or -1
@@ -322,7 +323,7 @@ def joints_of(pairs: WholeArray, spacing: tuple[float, float], n_nodes: int) -> 
 
 
 def _beside_wall(neighbours: WholeArray, columns: WholeArray, rows: WholeArray, sharp: FloatArray) -> BoolArray:
-    """Say which nodes, at columns and rows, lack a neighbour and are not near a sharp corner, in spacings."""
+    """Return which nodes, at columns and rows, lack a neighbour and are not near a sharp corner, in spacings."""
     lacks = (neighbours == len(columns)).any(axis=1)
     lacks[-1] = False
     (lacking,) = np.nonzero(lacks)
@@ -350,8 +351,8 @@ def width_at_rim(edges: FloatArray, bounds: Bounds) -> float:
     """
     Return the least width of an area where it meets the rim of the map, map units; infinite if it does not.
 
-    A wall that is wide elsewhere may taper off beyond the rim. The width is taken across the wall. `edges` are those of
-    the area (`NoFlyArea.edges`).
+    A wall that is wide elsewhere may taper off beyond the rim. The width is measured across the wall. `edges` are those
+    of the area (`NoFlyArea.edges`).
     """
     least = math.inf
     for side, at in enumerate(bounds):

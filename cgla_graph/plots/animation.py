@@ -1,4 +1,4 @@
-"""Frames of the animation of a flight: the true map, the knowledge of each UAV, and its plan."""
+"""Frames of the film of a flight: the true map, and the knowledge and the plan of each UAV."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -33,8 +33,8 @@ _BANDS = (0.05, 0.2, 0.4, 0.6, 0.8)  # where its colour changes, as parts of the
 _FEW_SAMPLES = 60  # along the longer side, to find the greatest
 _NEGATIVE = "#D3DDE2"  # what an improper field has below 0
 _FLASH, _LEAST_FLASH = 10, 8.0  # frames that a ring around something new lasts; points: its least radius
-_MOST_KNOWERS = 5  # up to so many UAVs each have rings of their own around the threats that they know
-_MOST_ROWS = 12  # up to so many UAVs each have a line of their own that says their state
+_MOST_KNOWERS = 5  # up to so many UAVs each have their own rings around the threats that they know
+_MOST_ROWS = 12  # up to so many UAVs each have their own line with their state
 _PLAN_DASHES = (0, (2, 1.5))
 _TURN = 5.0  # line widths of a dash of an outline that several UAVs share
 _RING_GAP = 2.6  # points between the rings of UAVs that know the same threat
@@ -68,7 +68,7 @@ class Film:
         self._part = base.part
         self.figure, self.axes = base.figure, base.axes
         self.figure.set_dpi(dpi)
-        # the risk changes, and needs no bar; `_draw_truth` draws it
+        # the risk changes and has no bar; `_draw_truth` draws it
         for image in self.axes.images:
             image.remove()
         if base.bar is not None:
@@ -104,7 +104,7 @@ class Film:
     def _lay_out(self, base: BaseMap) -> Text:
         """Make the page: the map, and beside it a clock, the state of each UAV, and a legend; return the clock."""
         names = list(self.flight.uavs)
-        # the longest words that may stand there, so that the page keeps its size
+        # the longest text that may be needed, so that the page keeps its size
         longest = max(
             (f"{plain(name, 20)}: {status.label} at tick 00000" for name in names for status in MissionStatus), key=len
         )
@@ -123,7 +123,7 @@ class Film:
         return clock
 
     def _legend_rows(self) -> Iterator[Key]:
-        """Yield handles and labels of what the marks mean."""
+        """Yield handles and labels that explain the marks."""
         mission = self.view.mission
         yield scene.line_key(color="0.3", linewidth=1.5), "flown"
         yield scene.line_key(color="0.3", linewidth=1.1, linestyle=_PLAN_DASHES), "its plan"
@@ -142,12 +142,12 @@ class Film:
 
     def _make_bands(self) -> tuple[Colormap, BoundaryNorm]:
         """
-        Choose a few even colours for the risk of all ticks, since a GIF would turn shades into rings.
+        Choose a few colours for the risk of all ticks, since a GIF would turn shades into rings.
 
         They stay the same when a threat comes or goes.
         """
         scenes = [self.view.scene(tick) for tick in sorted({0, *self.view.mission.world.changes})]
-        # as the picture chooses them; a few samples say how great risk gets
+        # as in a picture; a few samples give the greatest risk
         samples = [risk_samples(shown.problem, _FEW_SAMPLES) for shown in scenes]
         top, power = max(one.top for one in samples) or 1.0, min(one.power for one in samples)
         shares = np.array([*_BANDS, 1.0])
@@ -204,7 +204,7 @@ class Film:
         for number, uav in enumerate(flights):
             yield from self._trace(uav, number, tick)
             place = uav.position_at(tick)
-            # UAVs that arrived are gone; others are drawn where their flight ends
+            # UAVs that have arrived are not drawn; others are drawn where their flight ends
             if place is None or (tick == uav.ended and uav.status is MissionStatus.ARRIVED):
                 continue
             if len(flights) <= _MOST_KNOWERS:
@@ -222,12 +222,8 @@ class Film:
                 continue
             look: Look = {"edgecolor": scene.TIMED_COLOUR, "linewidth": 2.6, "zorder": 3.6}
             if isinstance(item, TimedArea):
-                x_min, y_min, x_max, y_max = item.polygon.bounds
-                place, radius = (
-                    np.array([0.5 * (x_min + x_max), 0.5 * (y_min + y_max)]),
-                    math.hypot(x_max - x_min, y_max - y_min),
-                )
-                radius *= 0.5
+                low, high = np.reshape(item.polygon.bounds, (2, 2))
+                place, radius = 0.5 * (low + high), 0.5 * math.dist(low, high)
             else:
                 place, radius = np.array([item.threat.x, item.threat.y]), scene.OUTLINE_SPREADS * item.threat.spread
             least = _LEAST_FLASH / (self._points * self.scale)
@@ -241,7 +237,7 @@ class Film:
                 flown,
                 color=scene.own_colour(uav.uav, number),
                 linestyle=dashes_of(number),
-                # where traces run one over the other, each shows beside the next
+                # traces that overlap have different widths, so that all are visible
                 linewidth=1.6 + 1.1 * (n_uavs - 1 - number) if n_uavs <= _MOST_KNOWERS else 1.2,
                 alpha=0.55 if gone else 1.0,
                 solid_joinstyle="round",
@@ -256,7 +252,7 @@ class Film:
         yield self._ring(place, radius, edgecolor="none", facecolor=colour, alpha=0.05 if many else 0.1, zorder=1.4)
         if not many:
             yield self._ring(place, radius, edgecolor=colour, alpha=0.6, linewidth=0.7, zorder=1.5)
-        # at the end of its flight it plans no more: these would be of the tick before
+        # at the end of its flight a UAV has no plan: these obstacles would be those of the tick before
         for obstacle in uav.obstacles_at(tick) if tick < uav.ended else ():
             spot = np.array([obstacle.x, obstacle.y])
             yield self._ring(
@@ -268,14 +264,8 @@ class Film:
             return
         ahead = plan_ahead(uav, tick)
         if len(ahead) > 1:
-            yield self._line(
-                ahead,
-                color=scene.own_colour(uav.uav, number),
-                linestyle=_PLAN_DASHES,
-                linewidth=1.1,
-                alpha=0.9,
-                zorder=3.1,
-            )
+            look: Look = {"linestyle": _PLAN_DASHES, "linewidth": 1.1, "alpha": 0.9, "zorder": 3.1}
+            yield self._line(ahead, color=scene.own_colour(uav.uav, number), **look)
 
     def _body(self, uav: UavFlight, number: int, tick: int) -> Artist:
         at = tick - uav.departed
@@ -327,13 +317,8 @@ class Film:
         for i, (one, here) in enumerate(up):
             for other, there in up[i + 1 :]:
                 if math.dist(here, there) < max(one.uav.safe_distance, other.uav.safe_distance):
-                    yield self._line(
-                        np.array([here, there]),
-                        color=scene.NEAR_COLOUR,
-                        linewidth=2.0,
-                        solid_capstyle="round",
-                        zorder=3.9,
-                    )
+                    look: Look = {"linewidth": 2.0, "solid_capstyle": "round", "zorder": 3.9}
+                    yield self._line(np.array([here, there]), color=scene.NEAR_COLOUR, **look)
 
     def _line(self, places: FloatArray, **look: Any) -> Artist:  # noqa: ANN401 - matplotlib's settings
         return self._on_map(Line2D(*(places.T * self.scale), **look))
@@ -345,7 +330,7 @@ class Film:
         return self._on_map(PathPatch(scene.outline(area, self.scale), facecolor="none", **look))
 
     def _on_map(self, artist: Artist) -> Artist:
-        """Tie an artist to the map without adding it: it is drawn once, and leaves the limits of the axes alone."""
+        """Place an artist on the map without adding it: it is drawn once, and does not change the axes' limits."""
         artist.set_figure(self.figure)
         artist.axes = self.axes
         artist.set_transform(self.axes.transData)

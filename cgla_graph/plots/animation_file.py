@@ -27,7 +27,7 @@ _USUAL, _SMALL = (DPI, MOST_FRAMES, 255), (82, 46, 80)
 _WHITE = 253  # of 255: from here on in red, green and blue, a dot is white
 _SAMPLES = 6  # frames that the palette is made of
 _MOST_OWN = 40  # UAVs whose colours are exact
-_SHADE = 5  # colours that differ by no more in red, green and blue are one
+_SHADE = 5  # colours that differ by at most this in red, green and blue count as one
 
 
 def suffixes() -> list[str]:
@@ -46,8 +46,8 @@ def animate(view: LabelledFlight, paths: Sequence[Path], *, small: bool = False)
     """
     Write the animation of a flight to files: the same flight gives the same bytes.
 
-    Each is ``.gif``, or ``.mp4`` where ffmpeg is installed, and appears whole or not at all. A small one, for notebooks
-    that are kept, is three quarters as wide, with fewer frames and colours.
+    Each file is ``.gif``, or ``.mp4`` where ffmpeg is installed, and is written whole or not at all. A small one, for
+    notebooks, is three quarters as wide, with fewer frames and colours.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def animate(view: LabelledFlight, paths: Sequence[Path], *, small: bool = False)
 
 
 def _encoded(view: LabelledFlight, kinds: Sequence[str], dpi: int, most: int, n_colours: int) -> list[bytes]:
-    """Draw each frame once, for all formats; one frame at a time is held as it was drawn."""
+    """Draw each frame once, for all formats; only one frame is held uncompressed at a time."""
     with style(), ExitStack() as stack:
         film = Film(view, dpi)
         ticks = frame_ticks(view.flight.ticks, most)
@@ -88,7 +88,7 @@ def _encoded(view: LabelledFlight, kinds: Sequence[str], dpi: int, most: int, n_
 
 def frame_milliseconds(n_frames: int) -> int:
     """
-    Return how long a frame stays, a multiple of 10 milliseconds, which is all that GIF knows.
+    Return the time of a frame in milliseconds, a multiple of 10, as GIF requires.
 
     Examples
     --------
@@ -99,10 +99,10 @@ def frame_milliseconds(n_frames: int) -> int:
 
 
 class _Gif:
-    """Encodes frames as a GIF that repeats; all share one palette, so that still parts cost nothing."""
+    """Encodes frames as a GIF that repeats; all share one palette, so that unchanged parts take no space."""
 
     def __init__(self, some: Sequence[Image.Image], milliseconds: int, own: Sequence[str], n_colours: int) -> None:
-        # one more colour marks dots that have not changed
+        # one more colour marks unchanged dots
         self.palette, self.milliseconds = _palette(some, own, n_colours), milliseconds
         self.images: list[Image.Image] = []
 
@@ -124,7 +124,7 @@ class _Gif:
         durations = [self.milliseconds] * (len(self.images) - 1) + [int(1000 * LAST_SECONDS)]
         file = io.BytesIO()
         first, *others = self.images
-        # optimised, dots that stay as they were become transparent
+        # optimised, unchanged dots become transparent
         first.save(file, "GIF", save_all=True, append_images=others, duration=durations, loop=0, optimize=True)
         return file.getvalue()
 
@@ -151,7 +151,7 @@ def _palette(some: Sequence[Image.Image], own: Sequence[str], n_colours: int) ->
 
 
 class _Mp4:
-    """Encodes frames as a film that every browser plays; ffmpeg gets them through a pipe."""
+    """Encodes frames as a film that every browser plays; a pipe passes them to ffmpeg."""
 
     def __init__(self, some: Sequence[Image.Image], milliseconds: int, own: Sequence[str], n_colours: int) -> None:
         del own, n_colours  # a film has room for all
@@ -166,7 +166,7 @@ class _Mp4:
         width, height = self.last.size
         raw = ["-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", f"{width}x{height}"]
         rate = ["-framerate", f"1000/{milliseconds}"]
-        # even sides, as the format asks for; one thread and no names of encoders: the same bytes each time
+        # even sides, as the format requires; one thread and no encoder names give the same bytes each time
         even = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p"]
         same = ["-threads", "1", "-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
         words = ["-loglevel", "error", *raw, *rate, "-i", "-", "-an", *even, *same, "-movflags", "+faststart"]
@@ -179,7 +179,7 @@ class _Mp4:
         return self
 
     def __exit__(self, *error: object) -> None:
-        # on errors, too, no process and no file stays
+        # no process and no file is left, on errors too
         if self.process.stdin is not None:
             with suppress(OSError):
                 self.process.stdin.close()

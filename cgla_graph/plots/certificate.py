@@ -40,9 +40,9 @@ def certificate_figure(
     shown
         The map.
     proof
-        The certificate; without a bound, what there is.
+        The certificate, with or without a bound.
     paths
-        The path that the bound is held against, if there is one.
+        The path that the bound is compared with, if there is one.
     figure
         An empty one to draw on; None makes one.
 
@@ -99,10 +99,10 @@ def draw_certificate(
 
 
 def _draw_tubes(axes: Axes, problem: Problem, grids: Sequence[Grid], scale: float) -> Iterator[Key]:
-    """Shade the cells that each grid but the first looked at; yield the legend's rows."""
+    """Shade the cells of each grid but the first; yield the legend's rows."""
     shades = LinearSegmentedColormap.from_list("tubes", [_LIGHT, _DARK])
     tubes = [_tube(problem, grid) for grid in grids[1:]]
-    # each shows where the next does not, so that risk is seen below the finest as well
+    # each without the next one, so that risk is visible below the finest as well
     inner = [*tubes, shapely.Polygon()][1:]
     for number, (grid, tube, finer) in enumerate(zip(grids[1:], tubes, inner, strict=True)):
         colour = to_hex(shades(number / max(len(tubes) - 1, 1)))
@@ -122,7 +122,7 @@ def _corners(problem: Problem, grids: Sequence[Grid]) -> list[FloatArray]:
 
 
 def _tube(problem: Problem, grid: Grid) -> BaseGeometry:
-    """Return the cells that a grid looked at, inside the bounds, map units."""
+    """Return the cells of a grid inside the bounds, map units."""
     low, high = np.reshape(problem.bounds, (2, 2))
     steps = (high - low) / np.array(grid.last)
     rows, first, end = grid.runs.T
@@ -136,7 +136,7 @@ def _tube(problem: Problem, grid: Grid) -> BaseGeometry:
 
 
 def _draw_bracket(axes: Axes, proof: Certificate, problem: Problem, *, with_path: bool) -> None:
-    """Draw lower and upper bound against the grid step, coarse to fine, and say what gap is left."""
+    """Draw lower and upper bound against the grid step, coarse to fine, and write the gap."""
     grids, scale = proof.grids, unit_scale(problem)
     cells = np.array([max(grid.last) for grid in grids], dtype=np.float64)
     lower, upper = (
@@ -149,7 +149,7 @@ def _draw_bracket(axes: Axes, proof: Certificate, problem: Problem, *, with_path
     axes.set_xscale("log")
     axes.set_xlim(cells[0] / 1.35, cells[-1] * 1.35)
     axes.xaxis.set_minor_locator(NullLocator())
-    # the last one always, and as many before it as there is room for
+    # the last one, and as many before it as there is room for
     shown = cells[:: -math.ceil(len(cells) / _MOST_TICKS)]
     axes.set_xticks(shown, [f"1/{count:.0f}" for count in shown])
     axes.set_xlabel("grid step, of the map's longer side")

@@ -1,4 +1,4 @@
-"""The picture of a checked plan: its legs over areas and risk, and the pieces of legs that are inside of areas."""
+"""The picture of a checked plan: its legs over areas and risk, and the pieces of legs inside areas."""
 
 from collections.abc import Iterator
 
@@ -20,12 +20,12 @@ _PLAN, _INSIDE = "#0072B2", "#C00000"
 
 def check_figure(checked: PlanCheck, *, figure: Figure | None = None) -> Figure:
     """
-    Draw a plan that was checked.
+    Draw a checked plan.
 
     Parameters
     ----------
     checked
-        The plan may begin in an area, and leave the map: all of it is shown.
+        The checked plan. All of it is shown, even if it begins in an area or leaves the map.
     figure
         An empty one to draw on; None makes one.
 
@@ -54,7 +54,7 @@ def draw_check(axes: Axes, checked: PlanCheck) -> None:
 
 
 def _map_of(checked: PlanCheck) -> TitledProblem:
-    """Return a map that reaches over all of the plan."""
+    """Return a map that covers the whole plan."""
     on, old, route = checked.on, checked.on.problem, checked.on.route
     low, high = np.minimum(route.min(axis=0), old.bounds[:2]), np.maximum(route.max(axis=0), old.bounds[2:])
     bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
@@ -65,7 +65,7 @@ def _map_of(checked: PlanCheck) -> TitledProblem:
 
 
 def _draw(base: BaseMap, checked: PlanCheck) -> Iterator[Key]:
-    """Draw legs, the pieces inside of areas, marks and areas; yield the rows of the legend."""
+    """Draw legs, the pieces inside areas, marks and areas; yield the rows of the legend."""
     axes, problem, scale = base.axes, base.shown.problem, unit_scale(base.shown.problem)
     route = checked.on.route * scale
     axes.plot(*route.T, color="white", linewidth=3.0, alpha=0.85, zorder=3.4)

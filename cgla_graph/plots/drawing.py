@@ -1,4 +1,4 @@
-"""`cgla_graph.plot` and `cgla_graph.animate`: a picture of each thing that the library knows."""
+"""`cgla_graph.plot` and `cgla_graph.animate`: pictures of the library's objects."""
 
 import base64
 import tempfile
@@ -34,7 +34,7 @@ from cgla_graph.plots.map import draw_map, map_figure
 from cgla_graph.plots.page import style
 from cgla_graph.plots.scene import TitledProblem, draw_mark
 
-#: Edges of a graph that are drawn, at most: more of them would be one surface.
+#: Most edges of a graph that are drawn; more would cover the whole map.
 MOST_EDGES = 2000
 
 
@@ -46,23 +46,23 @@ def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution]
     Parameters
     ----------
     thing
-        One of these.
+        An object of one of these kinds.
     ax
         Matplotlib axes to draw on, with a legend inside; None makes a figure, as ``pyplot`` does, with a legend beside
-        the map. Of a certificate, two axes may be given: for the map, and for how its bounds closed.
+        the map. For a certificate, two axes may be given: for the map, and for the bounds of its grids.
     solutions
-        Of a problem alone: solutions whose paths are drawn on its map.
+        For a problem: solutions whose paths are drawn on its map.
 
     Returns
     -------
     axes
-        Those that it is drawn on (of a certificate on a new figure: both). Coordinates are map units, or kilometres on
-        a map in longitude and latitude.
+        The axes of the picture (both for a certificate on a new figure). Coordinates are map units, or kilometres on a
+        map in longitude and latitude.
 
     Raises
     ------
     ProblemError
-        If there is no picture of it, it does not know its problem, or its graph has no positions.
+        If there is no picture of such an object, it does not know its problem, or its graph has no positions.
 
     Examples
     --------
@@ -163,7 +163,7 @@ def _plot_graph_problem(problem: GraphProblem, ax: Axes | None = None, solution:
 
 @plot.register
 def _(matrix: CostMatrix, ax: Axes | None = None) -> Axes:
-    """Draw nodes in the colours of their costs-to-go, and the ways to the target."""
+    """Draw nodes in the colours of their costs-to-go, and the paths to the target."""
     graph, is_own = matrix.graph, ax is None
     with style():
         axes = _draw_graph(graph, ax, edges=False)
@@ -183,7 +183,7 @@ def _(matrix: CostMatrix, ax: Axes | None = None) -> Axes:
 
 
 def _draw_graph(graph: GeometricGraph, ax: Axes | None, *, edges: bool = True) -> Axes:
-    """Draw nodes, and edges where they are few."""
+    """Draw nodes, and edges if they are few."""
     if graph.positions is None:
         msg = "the nodes of this graph have no positions, so that there is nothing to draw; build it with pos="
         raise ProblemError(msg)
@@ -225,7 +225,7 @@ def _axes(ax: object) -> Axes:
 
 
 def _figure() -> Figure:
-    """Make a figure as `pyplot` does, so that notebooks show it and ``plt.show()`` opens it."""
+    """Make a figure as `pyplot` does, which notebooks show and ``plt.show()`` opens."""
     from matplotlib import pyplot as plt  # noqa: PLC0415 - where axes are given, its state stays as it is
 
     return plt.figure()
@@ -241,7 +241,7 @@ def _known(thing: Solution | Certificate) -> Problem | GraphProblem:
 
 
 class FlightAnimation(FuncAnimation):
-    """The film of a flight on a figure of matplotlib's: shown by notebooks, written by `save`."""
+    """The film of a flight on a matplotlib figure: notebooks show it, and `save` writes it."""
 
     def __init__(self, view: LabelledFlight, ax: Axes | None) -> None:
         self._view = view
@@ -296,12 +296,12 @@ class FlightAnimation(FuncAnimation):
 
 def animate(flight: Flight, ax: Axes | None = None) -> FlightAnimation:
     """
-    Draw a flight as a film: the true risk, what each UAV knows of it, and what each is going to do.
+    Draw a flight as a film: the true risk, and the knowledge and the plan of each UAV.
 
     Parameters
     ----------
     flight
-        What a mission came to.
+        The flight of a mission.
     ax
         Matplotlib axes that show the film; None makes a figure of its size.
 
@@ -316,7 +316,7 @@ def animate(flight: Flight, ax: Axes | None = None) -> FlightAnimation:
     OutputError
         If no UAV flies.
     ProblemError
-        If it is no flight.
+        If `flight` is no `Flight`.
     """
     if not isinstance(flight, Flight):
         msg = f"a {type(flight).__name__} cannot be animated; give a flight, as mission.fly() returns it"

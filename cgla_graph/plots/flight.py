@@ -26,23 +26,23 @@ MOST_PANELS = 4
 _LONG = 3.4  # inches: longer side of a map that is not alone
 #: Marks on the longest trace, about.
 _MOST_MARKS = 30
-_MOST_LINES = 16  # so many UAVs of all panels together have a line in the table
-_MOST_NAMES = 9  # so many UAVs have their names on the map
+_MOST_LINES = 16  # up to so many UAVs of all panels together have a line in the table
+_MOST_NAMES = 9  # up to so many UAVs have their names on the map
 
 
 @dataclass(frozen=True, eq=False)
 class LabelledFlight:
     """
-    A flight with the words that stand in its picture.
+    A flight with the texts of its picture.
 
     Attributes
     ----------
     flight
         The flight.
     name, variant, title
-        Of its mission; may be empty.
+        Texts of its mission; may be empty.
     projection
-        How longitude and latitude became metres; None for a map in the plane.
+        The projection from longitude and latitude to metres; None for a map in the plane.
     """
 
     flight: Flight
@@ -67,7 +67,7 @@ class LabelledFlight:
         return self.flight.mission
 
     def scene(self, tick: int) -> TitledProblem:
-        """Return the true risk map at a tick; without no-fly areas, as those of missions come and go."""
+        """Return the true risk map at a tick, without no-fly areas, which may come and go in missions."""
         first, world = self.mission.uavs[0], self.mission.world
         field = world.field_at(tick)
         problem = Problem(first.start, first.goal, field, first.k, world.bounds, projection=self.projection)
@@ -88,8 +88,8 @@ def flight_figure(views: Sequence[LabelledFlight], *, figure: Figure | None = No
     Returns
     -------
     figure
-        Axes are map units, or kilometres where the map has longitudes and latitudes. The risk is that of the moment
-        when two UAVs were closest, and so are circles and virtual obstacles.
+        Axes are map units, or kilometres where the map has longitudes and latitudes. Risk, circles and virtual
+        obstacles are those of the moment when two UAVs were closest.
 
     Examples
     --------
@@ -163,14 +163,14 @@ def _level(panels: Sequence[Axes]) -> None:
     images = [panel.images[0] for panel in panels]
     top = max((image.get_clim()[1] for image in images), default=1.0)
     for image in images:
-        # of rasters with few very risky cells, steps of colour are not equal: then they are not on any panel
+        # rasters with few very risky cells have unequal steps of colour: then all panels do
         if type(image.norm) is not type(images[0].norm):
             image.set_norm(copy(images[0].norm))
         image.set_clim(0.0, top)
 
 
 def _draw_flight(axes: Axes, view: LabelledFlight, moment: float, scale: float) -> None:
-    """Draw areas, traces and the telling moment."""
+    """Draw areas, traces and the shown moment."""
     mission = view.mission
     if mission.world.no_fly is not None:
         scene.clip_to_bounds(axes, mission.world.bounds, scene.draw_area(axes, mission.world.no_fly, scale), scale)
@@ -178,7 +178,7 @@ def _draw_flight(axes: Axes, view: LabelledFlight, moment: float, scale: float) 
     spacing = mark_spacing(view)
     n_uavs = len(view.flight.uavs)
     for number, uav in enumerate(view.flight.uavs.values()):
-        # where traces overlap, each shows beside the next
+        # traces that overlap have different widths, so that all are visible
         width = 1.6 + (min(n_uavs, 4) - 1 - number) * 1.3 if n_uavs <= 4 else 1.3  # noqa: PLR2004 - more would be stripes
         _draw_trace(axes, uav, number, spacing, width, scale)
     scene.draw_ends(axes, mission.uavs, scale, size=6.5, zorder=4.0)
@@ -188,7 +188,7 @@ def _draw_flight(axes: Axes, view: LabelledFlight, moment: float, scale: float) 
 
 
 def _draw_timed(axes: Axes, view: LabelledFlight, scale: float) -> None:
-    """Draw threats and areas that are not always there, and when they are."""
+    """Draw threats and areas that come and go, with the ticks at which they are there."""
     for (x, y), top, words, item in scene.timed_places(view.mission.world):
         if isinstance(item, TimedArea):
             area = scene.draw_area(axes, item.polygon, scale, timed=True)
@@ -212,10 +212,10 @@ def _draw_timed(axes: Axes, view: LabelledFlight, scale: float) -> None:
 
 
 def _draw_trace(axes: Axes, uav: UavFlight, number: int, spacing: int, width: float, scale: float) -> None:
-    """Draw the flown path, with an arrowhead every so many ticks."""
+    """Draw the flown path, with an arrowhead every `spacing` ticks."""
     colour = scene.own_colour(uav.uav, number)
     look: Look = {"solid_joinstyle": "round", "solid_capstyle": "round", "clip_on": False}
-    # all halos lie below all traces, which would hide each other otherwise
+    # all halos are below all traces: they would hide other traces otherwise
     axes.plot(*(uav.path.T * scale), color="white", linewidth=width + 1.6, alpha=0.85, zorder=2.9, **look)
     axes.plot(
         *(uav.path.T * scale),
@@ -237,7 +237,7 @@ def _draw_trace(axes: Axes, uav: UavFlight, number: int, spacing: int, width: fl
 
 
 def _draw_names(axes: Axes, view: LabelledFlight, scale: float) -> None:
-    """Write each UAV's name beside its start, on the side of the map's middle, and away from where it goes."""
+    """Write each UAV's name beside its start, towards the map's middle, and away from its path."""
     x_min, _, x_max, _ = view.mission.world.bounds
     for number, uav in enumerate(view.flight.uavs.values()):
         ahead = uav.path[min(len(uav.path) - 1, 3)] - uav.path[0]
@@ -255,7 +255,7 @@ def _draw_names(axes: Axes, view: LabelledFlight, scale: float) -> None:
 
 
 def _draw_moment(axes: Axes, view: LabelledFlight, moment: float, scale: float) -> None:
-    """Draw circles, positions and virtual obstacles at the telling moment, and the distance of the closest pair."""
+    """Draw circles, positions and virtual obstacles at a moment, and the distance of the closest pair."""
     shown = shown_at(view, moment)
     for number, uav, place in shown:
         spot, colour = (place[0] * scale, place[1] * scale), scene.own_colour(uav.uav, number)
@@ -271,7 +271,7 @@ def _draw_moment(axes: Axes, view: LabelledFlight, moment: float, scale: float) 
     if pair is not None and len(shown) > 1:
         ends = np.array([place for _, _, place in shown]) * scale
         x_min, y_min, x_max, y_max = np.multiply(view.mission.world.bounds, scale).tolist()
-        # the number stands on the side where there is more room
+        # the number is on the side with more room
         left, low = 2.0 * pair.where[0] * scale > x_min + x_max, 2.0 * pair.where[1] * scale < y_min + y_max
         axes.plot(*ends.T, color=scene.NEAR_COLOUR, linewidth=2.2, solid_capstyle="round", zorder=4.5)
         scene.write_beside(
@@ -308,7 +308,7 @@ def _closest_text(view: LabelledFlight, scale: float) -> str:
 
 
 def _legend_rows(views: Sequence[LabelledFlight], moments: Sequence[float], scale: float) -> Iterator[Key]:
-    """Yield handles and labels: UAVs first, then what the marks mean."""
+    """Yield handles and labels: UAVs first, then an explanation of the marks."""
     first, alone = views[0], len(views) == 1
     unit = "" if first.projection is None else " km"
     for number, uav in enumerate(first.flight.uavs.values()):
@@ -343,7 +343,7 @@ def _legend_rows(views: Sequence[LabelledFlight], moments: Sequence[float], scal
 
 
 def _numbers_table(views: Sequence[LabelledFlight], scale: float) -> list[list[str]]:
-    """Write the numbers of each UAV, a line each; of several variants, those of all."""
+    """Return a table with a line of numbers for each UAV of each variant."""
     unit = "" if views[0].projection is None else " (km)"
     several = len(views) > 1
     n_uavs = len(views[0].flight.uavs)
@@ -363,9 +363,9 @@ def _numbers_table(views: Sequence[LabelledFlight], scale: float) -> list[list[s
 
 def telling_tick(view: LabelledFlight) -> float:
     """
-    Return the moment that a picture shows: of the closest approach.
+    Return the moment that a picture shows: that of the closest approach.
 
-    Where no two UAVs meet, the last tick at which one made a new plan on the way.
+    Without a closest pair, it is the last tick at which a UAV made a new plan on the way.
     """
     pair = view.flight.closest
     if pair is not None:
@@ -383,13 +383,13 @@ def place_at(uav: UavFlight, time: float) -> Point | None:
 
 
 def mark_spacing(view: LabelledFlight) -> int:
-    """Return every how many ticks a trace is marked: 10, or where that were too many a rounder number."""
+    """Return the number of ticks between marks of a trace: 10, or a greater round number on long traces."""
     longest = max((uav.ended - uav.departed for uav in view.flight.uavs.values()), default=0)
     return next((step for step in (10, 20, 50, 100, 200, 500, 1000) if longest <= _MOST_MARKS * step), 10_000)
 
 
 def shown_at(view: LabelledFlight, moment: float) -> list[tuple[int, UavFlight, Point]]:
-    """List the UAVs that have circles: the closest pair, or where there is none, the one that made a new plan."""
+    """List the UAVs that have circles: the closest pair, or without one, those that made a new plan then."""
     pair = view.flight.closest
     shown = []
     for number, uav in enumerate(view.flight.uavs.values()):
@@ -401,5 +401,5 @@ def shown_at(view: LabelledFlight, moment: float) -> list[tuple[int, UavFlight, 
 
 
 def obstacles_at(uav: UavFlight, moment: float) -> Sequence[FloatArray]:
-    """Return the virtual obstacles a UAV planned around, ``(x, y, spread)`` each."""
+    """Return the virtual obstacles that a UAV planned around, ``(x, y, spread)`` each."""
     return [np.array([o.x, o.y, o.spread]) for o in uav.obstacles_at(int(moment))]

@@ -1,4 +1,4 @@
-"""How paths look in pictures: the colours and dashes of each, which ones stand out, and their rows in a legend."""
+"""The look of paths in pictures: colours and dashes, which ones stand out, and their rows in a legend."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.plots.page import plain
 
-#: Where matplotlib begins in a pattern of dashes, and the lengths of dashes and gaps in line widths (None: no gaps).
+#: Offset into a pattern of dashes, and the lengths of dashes and gaps in line widths (None: no gaps).
 Dashes: TypeAlias = tuple[float, tuple[float, ...] | None]
 
 # Okabe and Ito's palette with brown and olive instead of yellow (faint on white) and vermilion (kept for infeasible
@@ -29,15 +29,15 @@ DASHES: tuple[Dashes, ...] = (
 #: The colour of paths that do not stand out.
 GREY = "0.62"
 _INFEASIBLE_COLOUR = "#D55E00"
-#: Infeasible paths have dashes of these lengths, and then the next number of dots between them.
+#: Infeasible paths have dashes of these lengths; further ones have more and more dots between the dashes.
 _INFEASIBLE_DASHES = (6.0, 3.0, 9.0)
-#: Up to so many paths are all in colour; of more, so many of the best, and those that the user names.
+#: Up to `MOST_COLOURED` paths are all in colour; of more, the `BEST` best ones and those that the user names.
 MOST_COLOURED, BEST = len(COLOURS), 5
 
 
 def dashes_of(number: int) -> Dashes:
     """
-    Return the dashes that go with a colour: no two numbers share both.
+    Return the dashes of a number; no two numbers share both dashes and colour.
 
     Examples
     --------
@@ -45,7 +45,7 @@ def dashes_of(number: int) -> Dashes:
     ((0, None), (0, (3.5, 1.5)))
     """
     turn = number // len(COLOURS)
-    # only where as many paths are named are there more: a dash, and more and more dots
+    # for more paths than that: a dash, and more and more dots
     return DASHES[turn] if turn < len(DASHES) else (0, (5.0, 1.5, *(1.0, 1.5) * (turn - len(DASHES) + 2)))
 
 
@@ -61,9 +61,9 @@ class LabelledPath:
     solution
         The path and its cost, or why there is none.
     look
-        The number of its colour, dashes and marker, no other's in this picture; None for one that stays grey.
+        The number of its colour, dashes and marker, unique in the picture; None for a grey path.
     note
-        What follows the cost in the legend; may be empty.
+        Text after the cost in the legend; may be empty.
     """
 
     label: str
@@ -79,7 +79,7 @@ class LabelledPath:
 
     @property
     def infeasible(self) -> bool:
-        """Whether the path may not be flown."""
+        """Whether the path is infeasible."""
         return self.solution.status is Status.INFEASIBLE
 
     @property
@@ -104,7 +104,7 @@ class LabelledPath:
         return dashes_of(look)
 
     def row(self, scale: float) -> str:
-        """Write its row of the legend: label, cost (times `scale`) or why there is none, and the note."""
+        """Return its row of the legend: label, cost (times `scale`) or status, and the note."""
         known = self.solution.status.has_path
         found = figure(self.solution.cost * scale, 5) if known else self.solution.status.label
         return f"{plain(self.label, 36)}: {found}{self.note}"
@@ -128,9 +128,9 @@ def labelled_paths(
     ranked
         The labels, the best first; None: by cost.
     named
-        Labels of those that are in colour in any case.
+        Labels of those that are always in colour.
     notes
-        What follows the cost of some in the legend, by label.
+        Texts after the costs in the legend, by label.
 
     Returns
     -------
@@ -139,8 +139,8 @@ def labelled_paths(
 
     Examples
     --------
-    >>> dear, cheap = (Solution(Status.FOUND, cost=cost) for cost in (2.0, 1.0))
-    >>> [(path.label, path.colour) for path in labelled_paths({"a": dear, "b": cheap})]
+    >>> costly, cheap = (Solution(Status.FOUND, cost=cost) for cost in (2.0, 1.0))
+    >>> [(path.label, path.colour) for path in labelled_paths({"a": costly, "b": cheap})]
     [('b', '#E69F00'), ('a', '#0072B2')]
     """
     if ranked is None:
@@ -153,7 +153,7 @@ def labelled_paths(
 
 
 def _looks(places: Iterable[int]) -> list[int]:
-    """Give each the colour of its place among all, as the report does, or the first that is left."""
+    """Give each path the colour of its place among all, as the report does, or the first free one."""
     looks: list[int] = []
     for place in places:
         wanted = place % len(COLOURS)
@@ -164,7 +164,7 @@ def _looks(places: Iterable[int]) -> list[int]:
 
 def others_label(number: int, what: str = "") -> str:
     """
-    Count paths that share a line of the legend, and say what they have in common.
+    Return the label of a line of the legend for several paths, with their common property.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The picture of a map: its risk, its no-fly area, and the path of every solver, alike ones as one."""
+"""The picture of a map: its risk, its no-fly area, and the path of every solver, coinciding paths as one line."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -46,17 +46,17 @@ from cgla_graph.plots.scene import (
 from cgla_graph.plots.view import label_degrees, name_areas, view_of
 
 _LONG, _WIDE_LONG, _SHORT = 4.8, 6.5, 0.9  # inches: longer side of the map, of a wide one, least shorter side
-_WIDE = 2.5  # maps wider than this times their height have everything else below them
+_WIDE = 2.5  # maps wider than this times their height have all other parts below them
 _BAR = 0.13  # inches: thickness of the colour bar
 _TABLE_GAP, _LEAST_COLUMN = 0.25, 4.2  # inches: above a table, and how high the column beside the map may be at least
 _ROW = 0.2  # inches that a row of the legend takes
 _PEN, _DASHED, _THIN = 1.6, 1.2, 0.8  # points: width of the lines in colour, of infeasible ones, and of all others
-_STEP = 0.9  # points: how much wider a line is for each better one that runs over it
-#: Between its corners, a segment is looked at every so many parts of its length.
+_STEP = 0.9  # points: how much wider a line is for each better one that covers it
+#: Distances between lines are sampled at these parts of the length of each segment.
 _PARTS = 0.25
-#: Corners that stand out less than this part of the pen's width are left out.
+#: Corners that stand out less than this part of the pen's width are removed.
 _FINE = 0.125
-#: A line runs over another one where this part of the other one's length lies within its width.
+#: A line covers another one if this part of the other one's length is within its width.
 _SHARED = 0.3
 
 
@@ -71,8 +71,8 @@ def map_figure(
     shown
         The map.
     paths
-        The best first. Those that stand out are drawn in colour, the others in grey; those within the width of a pen
-        of a better one are in its line.
+        The best first. Those that stand out are drawn in colour, the others in grey; those within a pen's width of a
+        better one are drawn as its line.
     bound
         A proven lower bound of the cost of every path, map units, for the table of the paths in colour; NaN: none.
     figure
@@ -102,7 +102,7 @@ def map_figure(
 
 
 def numbers_table(problem: Problem, paths: Sequence[LabelledPath], bound: float) -> list[list[str]]:
-    """Write the gap to a proven bound, the length and the risk of the paths in colour."""
+    """Return a table of the gap to a proven bound, the length and the risk of the paths in colour."""
     scale = unit_scale(problem)
     rows = [one for one in paths if one.stands_out and len(one.path) and not one.infeasible]
     if not rows:
@@ -132,7 +132,7 @@ def draw_map(axes: Axes, shown: TitledProblem, paths: Sequence[LabelledPath]) ->
 @dataclass(frozen=True, eq=False)
 class BaseMap:
     """
-    A map with its risk and nothing else, for pictures to add to.
+    A map with its risk, which pictures add other parts to.
 
     Attributes
     ----------
@@ -163,7 +163,7 @@ class BaseMap:
         places: Sequence[FloatArray] = (),
         figure: Figure | None = None,
     ) -> "BaseMap":
-        """Draw the risk where solvers' paths and other places (map units) are, and where infeasible paths leave it."""
+        """Draw the risk around paths and places (map units), with room for infeasible paths that leave the map."""
         figure = figure or Figure()
         axes = figure.add_subplot()
         size, inches, part = _frame_map(axes, shown, paths, places)
@@ -174,7 +174,7 @@ class BaseMap:
     def on(
         cls, axes: Axes, shown: TitledProblem, paths: Sequence[LabelledPath] = (), *, places: Sequence[FloatArray] = ()
     ) -> "BaseMap":
-        """Draw the same on axes that are there, which keep their place; without a bar of colours."""
+        """Draw the same on existing axes, which keep their place, without a colour bar."""
         figure = axes.figure
         while not isinstance(figure, Figure):
             figure = figure.figure  # of a figure inside another one
@@ -188,7 +188,7 @@ class BaseMap:
 
     @property
     def wide(self) -> bool:
-        """Whether everything else stands below the map."""
+        """Whether all other parts are below the map."""
         return self.size[0] > _WIDE * self.size[1]
 
     @property
@@ -201,13 +201,13 @@ class BaseMap:
         return parts
 
     def add_legend(self, keys: Sequence[Key], title: str = "", width: float = 2.1) -> Part:
-        """Make a legend as high as the map, or below a wide one with rows of so many inches; return it measured."""
+        """Make a legend as high as the map, or below a wide map with columns of `width` inches; return it measured."""
         rows = max(8, int(self.size[1] / _ROW) - 1)
         columns = max(1, int(self.size[0] / width)) if self.wide else math.ceil(len(keys) / rows)
         return Part.of(self.figure, add_legend(self.figure, keys, title=title, columns=columns))
 
     def with_table(self, legend: Part, table: Sequence[Sequence[str]]) -> list[Part]:
-        """Put a table below a legend where there is room for it beside the map; beside or below a wide map, anyway."""
+        """Put a table below a legend if there is room beside the map; for a wide map, always."""
         if not table:
             return [legend]
         text = add_table(self.figure, table)
@@ -218,15 +218,15 @@ class BaseMap:
         return [legend.over(part, _TABLE_GAP)]
 
     def arrange(self, heading: tuple[str, str], parts: Sequence[Part]) -> None:
-        """Put parts beside each other; below each other where the map is wide."""
+        """Put parts beside each other, or below each other if the map is wide."""
         arrange(self.figure, heading, [[part] for part in parts] if self.wide else [parts])
 
     def draw_paths(self, paths: Sequence[LabelledPath]) -> Iterator[Key]:
-        """Draw the paths of solvers, those within the width of a pen as one; yield the rows of the legend."""
+        """Draw the paths of solvers, those within a pen's width as one line; yield the rows of the legend."""
         yield from _draw_paths(self.axes, paths, unit_scale(self.shown.problem), _PEN / 72.0 / self.inches)
 
     def name_areas(self, paths: Sequence[FloatArray]) -> None:
-        """Write the names of areas where they hide neither each other nor paths (map units); the size is final then."""
+        """Write the names of areas where they hide neither each other nor paths (map units), at the final size."""
         self.figure.set_size_inches(12.0, 12.0)
         self.axes.set_position((0.1, 0.1, self.size[0] / 12.0, self.size[1] / 12.0))
         ends = [np.array([end]) for end in (self.shown.problem.start, self.shown.problem.goal)]
@@ -254,7 +254,7 @@ class BaseMap:
 def _frame_map(
     axes: Axes, shown: TitledProblem, paths: Sequence[LabelledPath], places: Sequence[FloatArray]
 ) -> tuple[tuple[float, float], float, Bounds]:
-    """Set limits and labels; return the size of the map and of one unit, inches, and what part of it is shown."""
+    """Set limits and labels; return the size of the map and of one unit, inches, and the part that is shown."""
     problem, scale = shown.problem, unit_scale(shown.problem)
     view = view_of(
         problem.bounds,
@@ -266,7 +266,7 @@ def _frame_map(
     low, high = np.reshape(view.frame, (2, 2)) * scale
     width, height = high - low
     inches = float((_WIDE_LONG if width > _WIDE * height else _LONG) / max(width, height))
-    # a thin map gets room on both sides
+    # a thin map is shown with room on both sides
     lacking = np.maximum(_SHORT / inches - (high - low), 0.0)
     (x_min, y_min), (x_max, y_max) = low - 0.5 * lacking, high + 0.5 * lacking
     axes.set_xlim(x_min, x_max)
@@ -285,7 +285,7 @@ def _frame_map(
 
 
 def _draw_paths(axes: Axes, paths: Sequence[LabelledPath], scale: float, pen: float) -> Iterator[Key]:
-    """Draw the paths, the best on top, those within the width of a pen as one; yield handles and labels."""
+    """Draw the paths, the best on top, those within a pen's width as one line; yield handles and labels."""
     with_path = [one for one in paths if len(one.path)]
     lines = lines_of([one for one in with_path if one.stands_out], pen / scale)
     drawn = _draw_lines(axes, [line[0] for line in lines], scale, pen)
@@ -306,8 +306,8 @@ def _draw_paths(axes: Axes, paths: Sequence[LabelledPath], scale: float, pen: fl
 
 
 def _draw_lines(axes: Axes, paths: Sequence[LabelledPath], scale: float, pen: float) -> list[Artist]:
-    """Draw those in colour, each as wide as shows it beside the better ones that run over it; return the lines."""
-    # infeasible ones lie on top, with gaps through which those below are seen
+    """Draw the paths in colour, each wide enough to be visible below better ones that cover it; return the lines."""
+    # infeasible ones are on top, with gaps through which those below are visible
     below = [one.path for one in paths if not one.infeasible]
     widths = [_PEN + _STEP * count for count in n_above(below, pen / scale)]
     widths += [_DASHED] * (len(paths) - len(below))
@@ -333,7 +333,7 @@ def _draw_path(axes: Axes, one: LabelledPath, scale: float, width: float, zorder
         color=one.colour,
         linestyle=one.dashes,
         linewidth=width,
-        # a path of one point, or of equal points, has no line to see
+        # a path of one point, or of equal points, has no visible line
         marker="o" if (path == path[0]).all() else "none",
         markersize=15.0 + 3.0 * width,
         clip_on=one.infeasible,
@@ -346,34 +346,30 @@ def _draw_path(axes: Axes, one: LabelledPath, scale: float, width: float, zorder
 
 def lines_of(paths: Sequence[LabelledPath], pen: float) -> list[list[LabelledPath]]:
     """
-    Put solvers together whose paths are one line, in order: the first of each is the one to draw.
+    Group paths that are drawn as one line, in order: the first of each group is drawn.
 
-    A path that may be flown is in none with one that may not.
+    Feasible and infeasible paths are never in one group.
     """
     kinds = ([one for one in paths if one.infeasible is infeasible] for infeasible in (False, True))
-    return [
-        [kind[number] for number in together]
-        for kind in kinds
-        for together in one_line([one.path for one in kind], pen)
-    ]
+    return [[kind[number] for number in group] for kind in kinds for group in one_line([one.path for one in kind], pen)]
 
 
 def one_line(paths: Sequence[FloatArray], pen: float) -> list[list[int]]:
     """
-    Group paths that no pen can draw apart.
+    Group paths that coincide at a pen's width.
 
     Parameters
     ----------
     paths
-        Shape ``(n, 2)`` each, at least one point; the ones to be drawn before others come first.
+        Shape ``(n, 2)`` each, at least one point; paths that lead groups come first.
     pen
         The width of a line, in units of the paths.
 
     Returns
     -------
     groups
-        The numbers of the paths, in order. The first of each group leads it: all others have no point further than
-        `pen` from it, nor it from them.
+        The numbers of the paths, in order. The first of each group leads it: its Hausdorff distance to all others is
+        at most `pen`.
 
     Examples
     --------
@@ -395,7 +391,7 @@ def one_line(paths: Sequence[FloatArray], pen: float) -> list[list[int]]:
 
 def n_above(paths: Sequence[FloatArray], pen: float) -> list[int]:
     """
-    Count for each path the ones before it that run over it for a while, so that a wider line shows it beside them.
+    Count for each path the paths before it that cover a part of it, so that it is drawn wider.
 
     Parameters
     ----------
@@ -420,5 +416,5 @@ def n_above(paths: Sequence[FloatArray], pen: float) -> list[int]:
 
 
 def _line(path: FloatArray, pen: float) -> BaseGeometry:
-    """Return a path as a line, without corners too fine to be seen; a path of one point, too."""
+    """Return a path, also one of one point, as a line without invisible corners."""
     return LineString(np.vstack([path, path[-1:]])).simplify(_FINE * pen)

@@ -1,4 +1,4 @@
-"""HTML for notebooks: the fields that `repr` shows as a table, beside a small picture."""
+"""HTML for notebooks: a table of the fields that `repr` shows, beside a small picture."""
 
 import base64
 import io
@@ -21,7 +21,7 @@ SIDE, DPI, COLOURS = 3.6, 92, 48
 
 def html(thing: object, drawn: object = None) -> str:
     """
-    Return a table of the fields of a thing, and its picture (or that of `drawn`) beside it if there is one.
+    Return a table of the fields of an object, beside its picture (or that of `drawn`) if there is one.
 
     Examples
     --------
@@ -42,7 +42,7 @@ def html(thing: object, drawn: object = None) -> str:
 
 
 def _picture(thing: object) -> str:
-    """Return the picture as an image of few colours: small, however much there is to draw; or nothing."""
+    """Return the picture as a small image of few colours; empty if there is no picture."""
     drawn, file = io.BytesIO(), io.BytesIO()
     try:
         with style():

@@ -1,4 +1,4 @@
-"""The page of a picture: its style, its words, its legend, and where its parts go."""
+"""The page of a picture: its style, texts, legend, and the places of its parts."""
 
 import textwrap
 import unicodedata
@@ -36,7 +36,7 @@ _STYLE: dict[str, Any] = {
 @contextmanager
 def style() -> Iterator[None]:
     """
-    Draw with this style and ignore the user's matplotlibrc.
+    Draw in the toolkit's style and ignore the user's matplotlibrc.
 
     Examples
     --------
@@ -55,7 +55,7 @@ def add_legend(
     figure: Figure | Axes, rows: Iterable[Key], *, title: str = "", columns: int = 1, small: bool = False
 ) -> Legend:
     """
-    Make a legend of the figure, for which `arrange` finds a place; or inside axes, where there is most room.
+    Make a legend of the figure, which `arrange` places, or inside axes, where there is most room.
 
     Parameters
     ----------
@@ -64,11 +64,11 @@ def add_legend(
     rows
         Artists and their labels, which are shown as they are.
     title
-        What stands above; may be empty.
+        Text above the rows; may be empty.
     columns
-        How many columns the rows are spread over.
+        Number of columns.
     small
-        Whether letters and gaps are small, as suits small axes.
+        Whether letters and gaps are small, for small axes.
     """
     handles, labels = map(list, zip(*rows, strict=True))
     inside = isinstance(figure, Axes)
@@ -87,27 +87,26 @@ def add_legend(
         **pad,
     )
     legend.set_zorder(7.0)
-    # not given at once, as matplotlib leaves out labels that begin with an underscore
+    # set afterwards, as matplotlib leaves out labels that begin with an underscore
     for text, label in zip(legend.get_texts(), labels, strict=True):
         text.set_text(label)
     for handle in legend.legend_handles:
         if isinstance(handle, Line2D):
-            handle.set_markersize(
-                min(handle.get_markersize(), 6.0 if small else 10.0)
-            )  # no marker reaches into the next row
+            # no marker reaches into the next row
+            handle.set_markersize(min(handle.get_markersize(), 6.0 if small else 10.0))
     return legend
 
 
 def add_table(figure: Figure, rows: Sequence[Sequence[str]]) -> Text:
     """
-    Write a small table, the first column on the left and numbers on the right; `arrange` finds a place for it.
+    Write a small table, the first column on the left and numbers on the right; `arrange` places it.
 
     Parameters
     ----------
     figure
         The figure.
     rows
-        Cells; a row of one cell is a remark below, and says what it says.
+        Cells; a row of one cell is a remark below the table.
 
     Examples
     --------
@@ -129,9 +128,9 @@ def add_table(figure: Figure, rows: Sequence[Sequence[str]]) -> Text:
 
 def add_inner_legend(axes: Axes, rows: Sequence[Key], *, least: int, title: str = "") -> Legend | None:
     """
-    Make a legend inside axes of the user's, as long as it leaves the map to be seen.
+    Make a legend inside the user's axes, if it does not cover too much of the map.
 
-    Where the axes are small it gets smaller letters, then no more than its first rows, and then it is left out.
+    On small axes it gets smaller letters, then only its first rows, and then it is left out.
 
     Parameters
     ----------
@@ -140,9 +139,9 @@ def add_inner_legend(axes: Axes, rows: Sequence[Key], *, least: int, title: str 
     rows
         Artists and their labels.
     least
-        How many of them matter most.
+        Number of the first rows, which are the most important.
     title
-        What stands above; may be empty.
+        Text above the rows; may be empty.
     """
     canvas: Any = FigureCanvasAgg(axes.figure)  # type: ignore[arg-type]
     axes.apply_aspect()
@@ -170,9 +169,9 @@ class Part:
     size
         Width and height: of axes without their labels.
     left, right, top, bottom
-        How far labels stand out, and how far the parts below reach.
+        How far labels stick out, and how far the parts below reach.
     below
-        Another part, and how far below the upper left corner of this one it begins.
+        Another part, and its distance below the upper left corner of this one.
     """
 
     artist: Axes | Legend | Text
@@ -185,7 +184,7 @@ class Part:
 
     @classmethod
     def of(cls, figure: Figure, artist: Axes | Legend | Text, size: tuple[float, float] = (1.0, 1.0)) -> "Part":
-        """Measure a legend or text, or axes that shall have a size without labels; then the figure changes its own."""
+        """Measure a legend or text, or axes of a given size without labels; for axes, the figure's size changes."""
         canvas: Any = FigureCanvasAgg(figure)  # matplotlib does not say all of its types
         renderer = canvas.get_renderer()
         if not isinstance(artist, Axes):
@@ -198,7 +197,7 @@ class Part:
         return cls(artist, size, *(max(side / figure.dpi, 0.0) for side in sides))
 
     def over(self, other: "Part", gap: float) -> "Part":
-        """Return it with a part without labels that stands so far below it, where its labels begin on the left."""
+        """Return this part with another part, without labels, below it and aligned with its labels on the left."""
         down = self.size[1] + self.bottom + gap
         right = max(self.right, other.size[0] + other.right - self.left - self.size[0])
         return replace(
@@ -223,10 +222,10 @@ class Part:
 
 def arrange(figure: Figure, heading: tuple[str, str], rows: Sequence[Sequence[Part]]) -> None:
     """
-    Put rows of parts one below the other under the heading; the figure becomes as large as that.
+    Put rows of parts one below the other under the heading, and set the figure's size to fit.
 
-    No layout engine of matplotlib keeps the scale of a map, legends outside and thin maps all together: its constrained
-    layout fits axes into a page, and a legend beside them only where that is high enough.
+    No layout engine of matplotlib supports maps of a fixed scale, outside legends and thin maps together: constrained
+    layout fits axes into a page, and a legend beside them only if the page is high enough.
 
     Parameters
     ----------
@@ -235,7 +234,7 @@ def arrange(figure: Figure, heading: tuple[str, str], rows: Sequence[Sequence[Pa
     heading
         Name and title; an empty title takes no room.
     rows
-        Parts that stand side by side, the first of each below each other.
+        Rows of parts side by side, whose first parts are aligned.
     """
     left = right = _PAD + max(row[0].left for row in rows)
     places = []
@@ -283,9 +282,9 @@ def heading(name: str, title: str, k: float) -> tuple[str, str]:
 
 def plain(text: str, most: int) -> str:
     r"""
-    Make one line, at most so long, of any text, without line breaks or control characters.
+    Return any text as one line of at most `most` characters, without line breaks or control characters.
 
-    What the font lacks becomes a replacement character, and the middle gives way first.
+    Characters that the font lacks become replacement characters; a long text loses its middle.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Files of pictures: PNG, SVG and PDF, the same bytes for the same figure."""
+"""Picture files: PNG, SVG and PDF, with the same bytes for the same figure."""
 
 import io
 from collections.abc import Sequence
@@ -47,7 +47,7 @@ def save_all(figure: Figure, stem: Path, kinds: Sequence[str]) -> list[Path]:
 
 
 def _image(figure: Figure, suffix: str) -> bytes:
-    """Draw a figure into memory, with nothing in it that differs from day to day."""
+    """Draw a figure into memory, without dates and versions, which would change the bytes."""
     metadata: dict[str, dict[str, Any]] = {
         ".png": {"Software": None},
         ".svg": {"Date": None},

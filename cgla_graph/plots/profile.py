@@ -22,7 +22,7 @@ from cgla_graph.plots.page import heading, style
 from cgla_graph.plots.scene import cost_unit, unit_scale
 from cgla_graph.scenarios.scenario import Scenario
 
-#: Rows at most, but for waypoints, which are always there.
+#: Most rows, apart from waypoints, which are always included.
 MOST_ROWS = 20_000
 #: Steps in the finest cell of a raster, and in the narrowest spread of a threat.
 CELL_STEPS, SPREAD_STEPS = 2, 10
@@ -35,18 +35,18 @@ _SIZE = (7.0, 4.6)  # inches
 @dataclass(frozen=True, eq=False)
 class Profile:
     """
-    What a path meets, point by point.
+    Density, risk and cost of a path, point by point.
 
     Attributes
     ----------
     points
         Shape ``(n, 2)``, map units: every waypoint, and points between them.
     distance
-        Flown so far, shape ``(n,)``, map units.
+        Distance so far, shape ``(n,)``, map units.
     density
         Risk per unit length at the point.
     risk, cost
-        Gathered so far; the last ones are those of the path.
+        Sums so far; the last ones are those of the path.
     """
 
     points: FloatArray
@@ -58,15 +58,15 @@ class Profile:
 
 def profile_of(problem: Problem, path: ArrayLike) -> Profile:
     """
-    Follow a path.
+    Compute the profile of a path.
 
-    Steps are at most half the finest cell of a raster or a tenth of the narrowest spread; longer where that were more
+    Steps are at most half the finest cell of a raster or a tenth of the narrowest spread, or longer if that makes more
     than `MOST_ROWS`. Accumulated risk is exact for any steps (`RiskField.line_integral`).
 
     Parameters
     ----------
     problem
-        The risk, and how much it weighs.
+        The problem that gives risk and risk weight.
     path
         Waypoints, shape ``(m, 2)`` with ``m >= 1``, map units.
 
@@ -190,7 +190,7 @@ def write_profile(
     """
     Write the profile of a path, whole or not at all: CSV, or a plot where the name ends in .png, .svg or .pdf.
 
-    A `clock` says when points on the path, shape ``(n, 2)``, are reached: a table has the seconds as well.
+    A `clock` returns the times at points on the path, shape ``(n, 2)``; a table then has the seconds as well.
 
     Raises
     ------

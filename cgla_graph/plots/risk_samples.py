@@ -1,4 +1,4 @@
-"""The risk of a map as a picture of few samples, for plots and the report: no narrow cell is missed."""
+"""Samples of the risk of a map, for plots and the report, which miss no narrow cell."""
 
 from dataclasses import dataclass
 
@@ -9,9 +9,9 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk
 
-#: Where the greatest risk of a raster is so many times the median of its positive cells, equal steps would hide them.
+#: If the greatest risk of a raster is so many times the median of its positive cells, equal steps of colour hide these.
 HEAVY = 15.0
-#: What such a risk is raised to, relative to the greatest, to choose its colour.
+#: Exponent of such a risk, relative to the greatest, that gives its colour.
 POWER = 1.0 / 3.0
 
 
@@ -23,12 +23,12 @@ class RiskSamples:
     Attributes
     ----------
     density
-        Shape ``(rows, columns)``, row 0 at the least y. Of cells finer than a sample, the greatest in it.
+        Shape ``(rows, columns)``, row 0 at the least y. For cells finer than a sample, the greatest in the sample.
     low, top
-        Least (0 unless it is negative) and greatest risk per unit length, centres of threats seen.
+        Least (0 unless it is negative) and greatest risk per unit length, centres of threats included.
     power
-        What a risk relative to `top` is raised to, to choose its colour: 1, or `POWER` where few cells are far riskier
-        than all others.
+        Exponent of a risk relative to `top` that gives its colour: 1, or `POWER` if few cells are far riskier than all
+        others.
     """
 
     density: FloatArray
@@ -38,7 +38,7 @@ class RiskSamples:
 
     @property
     def shades(self) -> FloatArray:
-        """Return how strong each sample's colour is, from 0 to 1; in steps from `low` on where that is negative."""
+        """Strength of each sample's colour, from 0 to 1, measured from `low`."""
         return np.asarray(((self.density - self.low) / (self.top - self.low)).clip(0.0, 1.0) ** self.power)
 
 
@@ -49,7 +49,7 @@ def risk_samples(problem: Problem, most: int) -> RiskSamples:
     Parameters
     ----------
     problem
-        Its bounds are sampled.
+        The problem whose bounds are sampled.
     most
         Samples along the longer side.
 
@@ -104,13 +104,13 @@ def greatest_cells(raster: RasterRisk, cells: FloatArray, xs: FloatArray, ys: Fl
     """
     Return the greatest cell in each sample, 0 where there is none.
 
-    A cell is in the sample that its centre is in. Where cells are wider than samples, no sample has one: there the
-    density in the middle of a sample says all.
+    A cell belongs to the sample that contains its centre. Where cells are wider than samples, a sample may have none:
+    there the density in its middle is enough.
 
     Parameters
     ----------
     raster
-        Where the cells are.
+        The raster that gives the places of the cells.
     cells
         Numbers of at least 0, shape ``(rows, columns)``, row 0 at the least y.
     xs, ys
@@ -127,7 +127,7 @@ def greatest_cells(raster: RasterRisk, cells: FloatArray, xs: FloatArray, ys: Fl
     width, height = raster.cell_size
     rows = _first_cells(ys, y_min, height, cells.shape[0])
     columns = _first_cells(xs, x_min, width, cells.shape[1])
-    # one row and one column of nothing more, as an end must be a place in the array
+    # one more row and column of zeros, as `reduceat` needs every end inside the array
     padded = np.pad(cells, ((0, 1), (0, 1)))
     found = np.maximum.reduceat(padded, _pairs(rows), axis=0)[::2]
     found = np.maximum.reduceat(found, _pairs(columns), axis=1)[:, ::2]
@@ -137,7 +137,7 @@ def greatest_cells(raster: RasterRisk, cells: FloatArray, xs: FloatArray, ys: Fl
 
 def missing_cells(raster: RasterRisk) -> BoolArray:
     """
-    Tell which cells have no data, row 0 at the least y.
+    Return which cells have no data, row 0 at the least y.
 
     Examples
     --------
@@ -148,7 +148,7 @@ def missing_cells(raster: RasterRisk) -> BoolArray:
 
 
 def _first_cells(edges: FloatArray, low: float, size: float, count: int) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-    """Return the first cell whose centre is at or behind each edge."""
+    """Return the first cell whose centre is at or after each edge."""
     return np.clip(np.ceil((edges - low) / size - 0.5), 0, count).astype(np.intp)
 
 

@@ -31,20 +31,20 @@ from cgla_graph.plots.risk_samples import greatest_cells, missing_cells, risk_sa
 from cgla_graph.scenarios.scenario import Scenario
 
 _HALO = [patheffects.withStroke(linewidth=2.2, foreground="white", alpha=0.9)]
-#: Settings of something that is drawn, as matplotlib names them.
+#: Settings of an artist, as matplotlib names them.
 Look: TypeAlias = dict[str, Any]
 _GRID = 300  # samples of the risk field along the longer side
 _FINE_GRID = 720  # the same where there are rasters: about a pixel each
-_FEW_CELLS = 40  # a raster of so many cells a side, at most, has lines between them
-#: How places without data look, and how they are explained.
+_FEW_CELLS = 40  # rasters of at most so many cells a side have lines between their cells
+#: Look of places without data, on maps and in legends.
 NO_DATA_LOOK: Look = {"facecolor": "none", "edgecolor": "0.6", "hatch": "....", "linewidth": 0.0}
-#: The colours of close pairs, and of threats and areas that come and go: no UAV has either.
+#: Colours of close pairs, and of threats and areas that come and go; no UAV has them.
 NEAR_COLOUR, TIMED_COLOUR = "#D55E00", "#8A3A00"
 #: A threat is outlined at this many spreads from its centre.
 OUTLINE_SPREADS = 1.5
-#: How the inside of areas looks.
+#: Look of the inside of areas.
 AREA_LOOK: Look = {"facecolor": "0.85", "edgecolor": "0.6", "hatch": "////", "linewidth": 0.0}
-#: How the outline of threats and areas looks that come and go, and how it is explained.
+#: Look of the outline of threats and areas that come and go, on maps and in legends.
 TIMED_LOOK: Look = {"edgecolor": TIMED_COLOUR, "linewidth": 0.9, "linestyle": (0, (4, 2))}
 #: The lines and hatches of circles: how far a UAV sees, its safe distance, a virtual obstacle.
 SIGHT_DASHES, SAFE_DASHES, OBSTACLE_HATCH = (0, (5, 3)), (0, (1, 1.5)), "xxxxx"
@@ -55,7 +55,7 @@ _ARROW = Outline([(-0.5, -0.42), (0.5, 0.0), (-0.5, 0.42), (-0.25, 0.0), (-0.5, 
 @dataclass(frozen=True, eq=False)
 class TitledProblem:
     """
-    A problem with the words that stand in its picture.
+    A problem with the texts of its picture.
 
     Attributes
     ----------
@@ -77,13 +77,13 @@ class TitledProblem:
 
     @classmethod
     def of(cls, scenario: Scenario) -> "TitledProblem":
-        """Take the words of a scenario."""
+        """Take the texts of a scenario."""
         return cls(scenario.problem, scenario.name, scenario.title, scenario.areas, scenario.y_down)
 
 
 def unit_scale(problem: Problem) -> float:
     """
-    Return what coordinates, lengths and costs are multiplied with: 0.001, where metres become kilometres, else 1.
+    Return the factor of coordinates, lengths and costs: 0.001 where metres become kilometres, else 1.
 
     Examples
     --------
@@ -96,7 +96,7 @@ def unit_scale(problem: Problem) -> float:
 
 def cost_unit(problem: Problem) -> str:
     """
-    Write the unit of costs, to follow a word; empty where the map's unit has no name.
+    Return the unit of costs, as a suffix; empty where the map's unit has no name.
 
     Examples
     --------
@@ -117,9 +117,9 @@ def draw_risk(
     part: Bounds | None = None,
 ) -> Colorbar | None:
     """
-    Draw the risk field over the bounds, or a part of the map; return its colour bar: None where there is no risk.
+    Draw the risk field over the bounds, or a part of the map; return its colour bar, or None where there is no risk.
 
-    The bar is not in its place yet.
+    The bar still has to be placed.
     """
     x_min, y_min, x_max, y_max = problem.bounds
     scale = unit_scale(problem)
@@ -165,7 +165,7 @@ def draw_risk(
 
 def _heavy_ticks(top: float) -> list[float]:
     """
-    Choose round numbers that are about evenly spread over the cube roots up to a number.
+    Choose round numbers whose cube roots are about evenly spread up to a number.
 
     Examples
     --------
@@ -178,8 +178,8 @@ def _heavy_ticks(top: float) -> list[float]:
 
 
 def _draw_cells(axes: Axes, problem: Problem, scale: float) -> None:
-    """Hatch where a raster has no data, and draw lines between its cells where they are few."""
-    # patches both, which an animation takes away again
+    """Hatch where a raster has no data, and draw lines between its cells if they are few."""
+    # both are patches, which an animation removes again
     frame = shapely.box(*problem.bounds)
     for raster in problem.field.rasters:
         rows, columns = raster.values.shape
@@ -204,7 +204,7 @@ def _lines(raster: RasterRisk) -> tuple[FloatArray, FloatArray]:
 
 
 def _no_data(raster: RasterRisk, problem: Problem) -> BaseGeometry:
-    """Return where a raster has no data: its cells, or of very many, the samples that hold one without data."""
+    """Return the area without data of a raster: its cells, or if they are very many, the samples that have one."""
     gone, (x, y) = missing_cells(raster), _lines(raster)
     if max(gone.shape) > _GRID:
         x, y = sample_edges(problem, _GRID)
@@ -213,7 +213,7 @@ def _no_data(raster: RasterRisk, problem: Problem) -> BaseGeometry:
 
 
 def data_keys(problem: Problem) -> Iterator[tuple[Artist, str]]:
-    """Yield the row of a legend that says where rasters have no data, if there is such a place."""
+    """Yield the row of a legend for places without data, if there are any."""
     for raster in [raster for raster in problem.field.rasters if raster.missing.any()][:1]:
         taken = "" if raster.nodata is None else f", taken for {raster.nodata * raster.scale:g}"
         yield patch_key(**NO_DATA_LOOK), f"no data{taken}"
@@ -224,8 +224,8 @@ def risk_colours() -> Colormap:
     """
     Return colours from white to violet in equal steps of CIELAB.
 
-    So equal differences of risk look equal, also in grey and to the colour-blind, and the violet leaves the hues of
-    the paths alone. Negative risk (of improper fields) is grey-blue.
+    So equal differences of risk look equal, also in grey and to the colour-blind, and no path has a similar hue.
+    Negative risk (of improper fields) is grey-blue.
 
     Examples
     --------
@@ -257,7 +257,7 @@ def colour_of(number: int) -> str:
 
 def own_colour(uav: Uav, number: int) -> str:
     """
-    Return the colour of a UAV: what its mission says, else the one of its number.
+    Return the colour of a UAV: that of its mission file, else that of its number.
 
     Examples
     --------
@@ -268,8 +268,8 @@ def own_colour(uav: Uav, number: int) -> str:
 
 
 def arrowhead(east: float, north: float) -> Outline:
-    """Return a marker that points into a direction; east if both are 0."""
-    # scaled first: the squares of the least numbers that there are vanish, and their quotients have no digits
+    """Return a marker that points in a direction; east if both components are 0."""
+    # scaled first: the squares of the smallest floats underflow
     largest = max(abs(east), abs(north))
     cos, sin = (east / largest, north / largest) if largest > 0.0 else (1.0, 0.0)
     length = float(np.hypot(cos, sin))
@@ -282,7 +282,7 @@ def outline(area: BaseGeometry, scale: float) -> Outline:
     """
     Return the rings of all polygons in a geometry, times `scale`.
 
-    Holes run the other way round than shells, so that they stay empty.
+    Holes have the opposite orientation of shells, so that they stay empty.
 
     Examples
     --------
@@ -318,12 +318,12 @@ def draw_mark(axes: Axes, place: ArrayLike, marker: object, size: float, face: o
 
 
 def write_beside(axes: Axes, words: str, place: Point, shift: Point, **look: Any) -> None:  # noqa: ANN401 - the same
-    """Write a few words near a place, in units of the axes, so many points right of and above it."""
+    """Write a few words near a place, in units of the axes, shifted by points to the right and upwards."""
     axes.annotate(words, place, xytext=shift, textcoords="offset points", zorder=6.0, path_effects=_HALO, **look)
 
 
 def draw_ends(axes: Axes, uavs: Sequence[Uav], scale: float, *, size: float, zorder: float) -> list[Artist]:
-    """Draw starts (circles) and goals (stars) of UAVs; where several share one, that of the first is on top."""
+    """Draw starts (circles) and goals (stars) of UAVs; at a shared place, that of the first UAV is on top."""
     marks: list[Artist] = []
     for number, uav in enumerate(uavs):
         for end, marker, width in ((uav.start, "o", size), (uav.goal, "*", 1.8 * size)):
@@ -334,7 +334,7 @@ def draw_ends(axes: Axes, uavs: Sequence[Uav], scale: float, *, size: float, zor
 
 
 def clip_to_bounds(axes: Axes, bounds: Bounds, artists: Iterable[Artist], scale: float) -> Artist:
-    """Cut artists off at the bounds; return the invisible frame that does it."""
+    """Clip artists to the bounds; return the invisible frame that clips them."""
     x_min, y_min, x_max, y_max = np.multiply(bounds, scale).tolist()
     (frame,) = axes.fill([x_min, x_max, x_max, x_min], [y_min, y_min, y_max, y_max], facecolor="none", linewidth=0.0)
     for artist in artists:
@@ -348,7 +348,7 @@ def line_key(**look: Any) -> Artist:  # noqa: ANN401 - matplotlib's settings
 
 
 def patch_key(**look: Any) -> Artist:  # noqa: ANN401 - matplotlib's settings
-    """Return an area for a legend; empty unless its look says otherwise."""
+    """Return an area for a legend; empty unless `look` fills it."""
     usual: Look = {"facecolor": "none", "edgecolor": "0.3", "linewidth": 0.9}
     return Patch(**usual | look)
 
@@ -360,7 +360,7 @@ def area_key() -> Artist:
 
 def life(item: TimedThreat | TimedArea) -> str:
     """
-    Say in a few words when something is there.
+    Return in a few words when a threat or area is there.
 
     Examples
     --------
@@ -374,7 +374,7 @@ def life(item: TimedThreat | TimedArea) -> str:
 
 
 def timed_places(world: World) -> Iterator[tuple[Point, float, str, TimedThreat | TimedArea]]:
-    """Yield the middle and the top of each timed threat or area, map units, when it is there, and the thing."""
+    """Yield the middle and the top of each timed threat or area, map units, its times as text, and the item."""
     for item in world.timed:
         if isinstance(item, TimedArea):
             x_min, _, x_max, y_max = item.polygon.bounds

@@ -1,4 +1,4 @@
-"""The part of a map that a picture shows, and the labels of its frame: map units, or degrees with a scale in km."""
+"""The visible part of a map, and the labels of its frame: map units, or degrees with a scale in km."""
 
 import math
 from collections.abc import Sequence
@@ -15,31 +15,32 @@ from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.plots.page import plain
 
-#: Around a flight that takes little of its map, so much of its longer side is shown.
+#: Margin around a flight that covers little of its map, in parts of the flight's longer side.
 _AROUND = 0.2
-#: A flight that takes at least so much of its map is shown with all of it.
+#: A flight that covers at least this part of its map is shown with the whole map.
 _MOST_OF_MAP = 0.75
-#: A shown part is at least so wide or high, of its other side.
+#: Least ratio of the sides of a shown part.
 _LEAST_SHAPE = 0.5
-#: Paths so near to the edge, as a part of the longer side, would lie on the frame: then the other part is left free.
+#: Paths nearer to the edge than the first, in parts of the longer side, would be on the frame: the second is added
+#: then.
 _ON_EDGE, _EDGE_ROOM = 0.004, 0.02
-_SCALE_SHARE = 0.25  # the scale is at most so long, of the width that is shown
+_SCALE_SHARE = 0.25  # longest scale, as a part of the shown width
 _MOST_NAMES = 12  # areas that are named, the largest first
-_DIGITS = 4  # at most, of degrees
+_DIGITS = 4  # most digits of degrees
 _HALO = [patheffects.withStroke(linewidth=2.0, foreground="white", alpha=0.9)]
 
 
 @dataclass(frozen=True)
 class View:
     """
-    The part of a map that is shown.
+    The visible part of a map.
 
     Attributes
     ----------
     frame
-        The limits of the axes, map units: may reach over the edge of the map.
+        The limits of the axes, map units, which may be outside the map.
     part
-        The part of the map inside of them, map units.
+        The part of the map inside them, map units.
     """
 
     frame: Bounds
@@ -50,18 +51,18 @@ def view_of(
     bounds: Bounds, ends: FloatArray, paths: Sequence[FloatArray], leaving: Sequence[FloatArray], *, crop: bool
 ) -> View:
     """
-    Choose what the picture shows: the map, or of a large one, the part around the flight.
+    Choose the visible part: the whole map, or the part around the flight on a large map.
 
     Parameters
     ----------
     bounds
-        Of the map, map units.
+        Bounds of the map, map units.
     ends
         Starts and goals, shape ``(n, 2)``.
     paths
         Paths that are shown in full, shape ``(m, 2)`` each.
     leaving
-        Infeasible paths, which may leave the bounds; they are seen to do so, up to a tenth of the longer side.
+        Infeasible paths, which may leave the bounds and are shown up to a tenth of the longer side outside.
     crop
         Whether the view may be a part of the map.
 
@@ -96,7 +97,7 @@ def view_of(
 
 
 def _part(low: FloatArray, high: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the part of a map around places, or all of it."""
+    """Return the part of a map around places, or the whole map."""
     inner_low, inner_high = places.min(axis=0).clip(low, high), places.max(axis=0).clip(low, high)
     size = float((inner_high - inner_low).max())
     if size <= 0.0 or size >= _MOST_OF_MAP * float((high - low).max()):
@@ -118,11 +119,11 @@ def label_degrees(axes: Axes, projection: LocalProjection, counts: tuple[int, in
     Parameters
     ----------
     axes
-        Their limits are set.
+        The axes, with their limits set.
     projection
-        That of the map.
+        The projection of the map.
     counts
-        About how many labels there is room for, along x and along y.
+        About how many labels fit along x and along y.
     """
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     edge = np.linspace(0.0, 1.0, 33)
@@ -187,7 +188,7 @@ def degree_text(value: float, letters: str, step: float) -> str:
 
 
 def _draw_scale(axes: Axes) -> None:
-    """Draw a bar of a round number of kilometres into the lower left corner, where the fewest things are."""
+    """Draw a scale bar of a round number of kilometres in the lower left corner, which is usually empty."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     most = _SCALE_SHARE * (right - left)
     unit = 10.0 ** math.floor(math.log10(most))
@@ -214,18 +215,18 @@ def name_areas(
     axes: Axes, named: Sequence[tuple[str, BaseGeometry]], scale: float, taken: Sequence[FloatArray]
 ) -> None:
     """
-    Write the names of areas into them: the largest first, and none over another one or over a path.
+    Write the names of areas into them, the largest first, and none over another name or over a path.
 
     Parameters
     ----------
     axes
-        Their place in the figure is final in size, as words take room.
+        The axes at their final size.
     named
         Names and areas, map units.
     scale
-        What map units are multiplied with.
+        Factor of map units.
     taken
-        Paths and ends that stay free, map units, shape ``(n, 2)`` each.
+        Paths and ends that names do not cover, map units, shape ``(n, 2)`` each.
     """
     (left, right), (low, high) = axes.get_xlim(), sorted(axes.get_ylim())
     frame = shapely.box(left, low, right, high)

@@ -1,4 +1,4 @@
-"""Refinement: the best polyline near a path, to which a lattice's path is only a first guess."""
+"""Refinement of a path to the best polyline near it, for example of a lattice's path."""
 
 import math
 import time
@@ -28,11 +28,11 @@ MOST_ROUNDS = 12
 MOST_STAGES = 30
 #: Iterations of one minimisation, at most.
 MOST_ITERATIONS = 50
-#: Times that the stages are gone through, at most: again where a shortcut was found in what they left.
+#: Passes through the stages, at most; another pass is made if a shortcut is found in the result.
 MOST_PASSES = 4
-#: Waypoints that shortcuts lead from and to, about, at most; no more than the path may have.
+#: About the most waypoints that shortcuts join; no more than the path may have.
 SHORTCUT_POINTS = 120
-#: Corners that they lead from and to, at most: the nearest ones.
+#: Most corners that shortcuts join: the nearest ones.
 MOST_CORNERS = 400
 #: Waypoints closer than this, relative to the spacing, collapse into one.
 COLLAPSED = 0.05
@@ -50,9 +50,9 @@ class Refinement:
     Attributes
     ----------
     path
-        Waypoints, shape ``(m, 2)``, map units: never more expensive than the path given, and feasible if that was.
+        Waypoints, shape ``(m, 2)``, map units: never more expensive than the given path, and feasible if that was.
     cost
-        Of the path, as `Problem.evaluate` says; map units.
+        Cost of the path by `Problem.evaluate`, map units.
     evaluations
         Segments weighed by Eq. 5 on the way, with or without derivative.
     trace
@@ -70,22 +70,22 @@ class Refinement:
 
 def refine_path(problem: Problem, path: ArrayLike, *, tolerance: float = 1e-6, max_points: int = 512) -> Refinement:
     """
-    Lower the cost of a feasible path until finer waypoints no longer do.
+    Lower the cost of a feasible path until finer waypoints lower it no further.
 
     Stage by stage, waypoints are laid twice as densely where the path bends, and each is shifted along its transversal
-    by a projected Newton method with the exact derivative of the cost. How far each may go is such that no segment can
-    leave the bounds or cross the no-fly area (see `corridor_kernels`). A polyline of spacing ``h`` costs
-    more than the best curve by a term of order ``h^2``, so that each stage leaves about a quarter of the error.
-    Waypoints that gain nothing are dropped, first and last, by dynamic programming over the path's own waypoints and
-    the corners near it.
+    by a projected Newton method with the exact derivative of the cost. The shifts are limited so that no segment can
+    leave the bounds or cross the no-fly area (see `corridor_kernels`). A polyline of spacing ``h`` costs more than the
+    best curve by a term of order ``h^2``, so that each stage leaves about a quarter of the error. Before and after the
+    stages, waypoints that gain nothing are dropped by dynamic programming over the path's own waypoints and the corners
+    near it.
 
-    The answer is a local optimum: the best path that the given one can be bent into without going uphill. Only a
-    shortcut may lead it around an obstacle on another side.
+    The answer is a local optimum: the best path that the given one can be bent into without raising the cost. Only a
+    shortcut may move the path to another side of an obstacle.
 
     Parameters
     ----------
     problem
-        What the path is judged by. The path need not join its start and goal; its own ends stay.
+        The problem that gives the cost. The path need not join its start and goal; the path's own ends stay.
     path
         Waypoints, shape ``(m, 2)`` with ``m >= 1``, map units.
     tolerance
@@ -96,8 +96,8 @@ def refine_path(problem: Problem, path: ArrayLike, *, tolerance: float = 1e-6, m
     Returns
     -------
     refinement
-        Never worse than the path given. A path that is not feasible, or a field with peaks above 1 (whose weights may
-        be negative), comes back unchanged, with a message that says so.
+        Never worse than the given path. A path that is not feasible, or on a field with peaks above 1 (whose weights
+        may be negative), is returned unchanged, with a message that says so.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def refine_path(problem: Problem, path: ArrayLike, *, tolerance: float = 1e-6, m
 
 
 class _Refiner:
-    """The state of one refinement: the best path so far, and the one that is being worked on."""
+    """The state of one refinement: the best path so far, and the numbers of the work done."""
 
     def __init__(self, problem: Problem, path: FloatArray, cost: float, max_points: int) -> None:
         self.began = time.perf_counter()
@@ -142,7 +142,7 @@ class _Refiner:
         for _ in range(MOST_PASSES):
             length = float(_lengths(points).sum())
             spacing = length / max(FIRST_SEGMENTS, min(len(points), self.max_points // 2) // 2)
-            # (a few of the least numbers there are make no spacing)
+            # (the spacing of a tiny path underflows to 0)
             if spacing == 0.0:
                 break
             spacing, message = self._refined(points, spacing, tolerance)
@@ -174,7 +174,7 @@ class _Refiner:
         return spacing, f"ended after {MOST_STAGES} stages"
 
     def _offer(self, points: FloatArray) -> float:
-        """Keep a path if it is the best so far, by the oracle's word, note the stage, and return the path's cost."""
+        """Keep a path if the oracle finds it the best so far, note the stage, and return the path's cost."""
         found = self.problem.evaluate(points)
         self.evaluations += len(points) - 1
         if found.feasible and found.cost <= self.cost:
@@ -183,7 +183,7 @@ class _Refiner:
         return found.cost
 
     def _without_detours(self, points: FloatArray, corners: FloatArray) -> FloatArray:
-        """Take every shortcut that pays between the path's own waypoints, and corners that are near it."""
+        """Take every shortcut that pays between the path's own waypoints and the corners near it."""
         segment, fraction, foot = _nearest_on_path(points, corners)
         nearest = np.argsort(np.hypot(*(corners - foot).T), kind="stable")[:MOST_CORNERS]
         order = nearest[np.lexsort((fraction[nearest], segment[nearest]))]
@@ -204,7 +204,7 @@ class _Refiner:
             self.best, self.cost = self.best[kept], found.cost
 
     def _is_free(self, points: FloatArray) -> BoolArray:
-        """Tell which segments of a polyline do not cross the area."""
+        """Return which segments of a polyline do not cross the area."""
         if self.area.is_empty:
             return np.ones(len(points) - 1, dtype=np.bool_)
         return np.asarray(~segments_cross(points[:-1], points[1:], self.area.kernel_arrays))
@@ -217,11 +217,11 @@ class _Refiner:
         start, step = points[:-1][segment], np.diff(points, axis=0)[segment]
         laid = np.vstack([start + (part / shares[segment])[:, None] * step, points[-1:]])
         for aside in (1e-9 * spacing, -1e-9 * spacing):
-            # where rounding put the parts of a segment into the area, a hair beside it they are out
+            # rounding may put the parts of a segment into the area; a tiny shift aside takes them out
             crossing = np.isin(segment, segment[~self._is_free(laid)])
             if not crossing.any():
                 break
-            # (of a segment without length there are no parts)
+            # (a segment without length has no parts)
             moved = np.nonzero(crossing & (part > 0))[0]
             along = step[moved]
             across = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
@@ -251,7 +251,7 @@ class _Refiner:
         reach = 2.0 * spacing
         cost = math.inf
         for number in range(MOST_ROUNDS):
-            # two waypoints in one place make a kink that no shift of either can straighten
+            # two waypoints at one place make a kink that no shift of either can straighten
             points = self._thinned(points, COLLAPSED * spacing)
             near = self._near_corners(points, spacing)
             points = self._with_feet(points, near, spacing)
@@ -262,7 +262,7 @@ class _Refiner:
                 corridor_kernels.free_reach(points, directions, area, room)
                 in_reach = self._near_corners(points, float(room.max()) + 1e-9 * spacing)
                 corridor_kernels.free_hulls(points, directions, area, in_reach, room)
-            # a straight line through the middle of a threat is a saddle: a nudge gets it off
+            # a straight line through the middle of a threat is a saddle point: a nudge moves it off
             nudge = 1e-3 * spacing * np.sin(np.linspace(0.0, math.pi, len(points))) if first and number == 0 else None
             points = self._snapped(self._minimised(points, directions, room, spacing, nudge), 1e-7 * spacing)
             last, cost = cost, self.problem.evaluate(points).cost
@@ -290,7 +290,7 @@ class _Refiner:
         self.evaluations += refine_kernels.minimise(
             points, directions, room, unit, self.problem.k, self.risk, MOST_ITERATIONS, shifts
         )
-        # the transversals leave no way across the area but by rounding
+        # the limits of the shifts keep the path out of the area, up to rounding
         for share in (1.0, 1.0 - 1e-9, 0.5, 0.0):
             answer = self._inside(points + share * unit * shifts[:, None] * directions)
             if self._is_free(answer).all():
@@ -310,7 +310,7 @@ class _Refiner:
         """
         Add a waypoint abreast of every corner close by, so that the path can touch it.
 
-        At most one on each side of a segment, for the nearest corner.
+        Add at most one on each side of a segment, for the nearest corner.
         """
         if not len(corners):
             return points
@@ -335,7 +335,7 @@ class _Refiner:
         return result
 
     def _snapped(self, points: FloatArray, reach: float) -> FloatArray:
-        """Put waypoints that all but touch a corner, within `reach`, onto it."""
+        """Move waypoints within `reach` of a corner onto it."""
         corners = self._near_corners(points, reach)
         away = np.hypot(*(points[1:-1, None] - corners).transpose(2, 0, 1))
         for i, c in np.argwhere((away > 0.0) & (away < reach)):

@@ -1,15 +1,15 @@
 """
-The cost matrix, restricted to what can be part of the optimum: exact on complete lattice graphs of any size.
+The cost matrix restricted to nodes that may be on the optimum: exact on complete lattice graphs of any size.
 
-A complete graph of ``N x N`` lattice points has about ``N^4 / 2`` edges, each an integral. Nearly all of them are
-proven, by bounds from both ends, to be no part of the optimum; only the rest is weighed.
+A complete graph of ``N x N`` lattice points has about ``N^4 / 2`` edges, each an integral. Bounds from both ends prove
+that nearly all of them are not on the optimum; only the rest is weighed.
 
 **Exactness.** The cost of the path found is the least over all paths of the graph, by the weights of Eq. 5 as the
 full matrix has them. The argument:
 
-1. ``U`` is the cost of a path of the graph, weighed exactly, and a little more for rounding. Any path would do; a bad
-   one only costs time. It is found on a band of lattice points beside the steepest descent of the bounds (or beside
-   the best path of the 8-connected lattice, where that leads nowhere), by sums of a raster, and weighed afterwards.
+1. ``U`` is the exact cost of a path of the graph, and a little more for rounding. Any path is correct; a bad one only
+   costs time. It is found on a band of lattice points beside the steepest descent of the bounds (or beside the best
+   path of the 8-connected lattice, if the descent fails), by sums of a raster, and weighed afterwards.
 2. ``S(x)`` and ``T(x)`` bound the cost between ``x`` and the two ends from below (`subsolution`), for every path that
    stays in the tube, the cells that a path of cost ``U`` or less may pass. A path that leaves the tube costs more than
    ``U``. So a node with ``S + T > U`` is on no path of cost ``U`` or less, and is left out. The optimum's nodes are
@@ -26,15 +26,15 @@ full matrix has them. The argument:
    - through the middle ``m`` of the segment: ``T(m)`` and half the length; and ``S(m) + T(m)`` against ``U``;
    - ``G(r)`` and a sum of a raster of costs less a margin (below).
 
-   What passes all of them is a candidate. Candidates of a node are integrated, the least bound first, when the node is
-   about to be settled, until none can undercut its label. The order is Dijkstra's; bounds only leave edges out, and
-   need not be consistent.
+   An edge that passes all of them is a candidate. Candidates of a node are integrated, the least bound first, when the
+   node is about to be settled, until none can undercut its label. The order is Dijkstra's; bounds only leave edges out,
+   and need not be consistent.
 4. The raster holds ``c = 1 + k F`` at the points of the lattice of half the spacing. Along a segment, ``c`` where it
    crosses a column of the raster is within ``H h^2 / 8`` of the linear interpolation of the nodes beside, and between
    columns within ``H d^2 / 8`` of that of the crossings, ``h`` and ``d`` being the spacings and ``H`` a bound of the
    Hessian of ``c`` nearby: with ``q_i`` for ``1 / spread_i^2``, ``|Hess F| <= sum f_i q_i max(1, r_i^2 q_i - 1) + (sum
    |grad f_i|)^2 - sum |grad f_i|^2``. So trapezoid sums of ``c`` minus and plus the margin bound the weight. Nodes far
-   from the tube hold infinity: a segment that needs one is no part of the optimum.
+   from the tube hold infinity: a segment that needs one is not on the optimum.
 
 The method needs bounds, and so a field without peaks above 1 and a weight `k` that leaves the arithmetic digits.
 """
@@ -66,13 +66,13 @@ from cgla_graph.restricted.tube import MOST_CELLS, Tube
 
 #: Relative slack of the upper bound, so that rounding never hides the optimum.
 SLACK = 1e-12
-#: How well the bounds of the first grid are solved for; of later ones, a tenth of the gap before, between these.
+#: Accuracy of the bounds of the first grid; that of later ones is a tenth of the gap before, within these limits.
 FIRST_AIM, LEAST_AIM, MOST_AIM = 1e-3, 1e-6, 2e-4
-#: What a kept pair and a cell are likely to cost, in seconds: another grid is laid where it pays.
+#: Estimated seconds for a kept pair and for a cell: another grid is laid where it pays.
 PAIR, CELL = 1.2e-8, 4e-6
-#: From so many points along a side on, the raster is fine enough to look for a first path with.
+#: Points along a side from which the raster is fine enough to search for a first path.
 FINE = 64
-#: Grids from which a path in the plane is looked for: the first, and once more the second.
+#: Grids on which a path in the plane is sought: the first and the second.
 LOOKS = 2
 #: Half steps around a band of lattice points that the raster covers.
 BESIDE = 6
@@ -83,7 +83,7 @@ MANY = 500
 @dataclass(frozen=True, eq=False)
 class Restricted:
     """
-    The optimum of a complete lattice graph, and what it took.
+    The optimum of a complete lattice graph, and the work that found it.
 
     Attributes
     ----------
@@ -99,12 +99,12 @@ class Restricted:
     order
         The nodes settled, in the order of settling: indices of the graph.
     upper
-        Cost of the path that everything was held against.
+        Cost of the path that bounds were compared with.
     bound
-        Proven to be no more than the cost of the optimum; `cost` itself unless a time limit ended the search.
+        Proven lower bound of the cost of the optimum; `cost` itself unless a time limit ended the search.
     counts
-        Pairs of kept nodes by what became of them: ``pairs`` looked at; ``near`` enough by length and by the difference
-        of bounds; ``primitive`` steps among them; left after the bounds through the middle (``middle``) and the raster
+        Numbers of pairs of kept nodes: ``pairs`` examined; ``near`` enough by length and by the difference of bounds;
+        ``primitive`` steps among these; left after the bounds through the middle (``middle``) and the raster
         (``raster``); and ``integrated``.
     cells
         Cells of each grid.
@@ -133,7 +133,7 @@ class Restricted:
         Parameters
         ----------
         on
-            The problem that it was found for.
+            The problem that this is the optimum of.
 
         Examples
         --------
@@ -150,7 +150,7 @@ class Restricted:
         values, successors = np.full(n, np.inf), np.full(n, -1)
         values[self.kept], successors[self.kept] = self.values, self.successors
         values[target] = 0.0
-        # of the path that everything was held against, where nothing cheaper was found
+        # the values along the path of cost `upper`, where nothing cheaper was found
         for node, following in reversed(list(pairwise(self.nodes.tolist()))):
             cost = values[following] + on.graph.weight(node, following)
             if cost < values[node]:
@@ -160,7 +160,7 @@ class Restricted:
 
 
 def can_restrict(graph: GeometricGraph) -> bool:
-    """Say whether a graph is a complete lattice graph, not weighed yet, under a cost that can be bounded."""
+    """Return whether a graph is a complete lattice graph, implicit, under a cost that can be bounded."""
     model = graph.model
     return bool(graph.is_implicit and graph.lattice and model is not None and model.field.is_proper)
 
@@ -180,8 +180,8 @@ def restricted_optimum(on: GraphProblem, *, seconds: float | None = None) -> Res
     Returns
     -------
     found
-        None where `k` is too great for the arithmetic of bounds, or no path of the graph was found to hold them
-        against: then only weighing all edges tells.
+        None where `k` is too great for the arithmetic of bounds, or no path of the graph was found to compare them
+        with: then all edges have to be weighed.
 
     Raises
     ------
@@ -208,14 +208,14 @@ def restricted_optimum(on: GraphProblem, *, seconds: float | None = None) -> Res
 
 @cache
 def load_kernels(kind: MapKind) -> None:
-    """Have the kernels compiled, or loaded, once in a process."""
+    """Compile or load the kernels, once in a process."""
     problem = small_problem(kind)
     for side in (8, FINE):
         restricted_optimum(problem.on_lattice(side))
 
 
 class _Search:
-    """One run."""
+    """One search for the optimum."""
 
     def __init__(self, on: GraphProblem) -> None:
         graph = on.graph
@@ -226,6 +226,7 @@ class _Search:
         self.shape = graph.lattice_shape
         self.step = self.lattice.spacing
         self.origin = _point(self.lattice.points[0])
+        self.bounds = (*_point(self.positions.min(axis=0)), *_point(self.positions.max(axis=0)))
         width, height = self.shape
         self.primitive = restricted_kernels.coprime_steps(width, height)
         self.upper, self.best = math.inf, np.empty(0, dtype=np.int64)
@@ -253,10 +254,8 @@ class _Search:
             return Restricted(np.array(list(dict.fromkeys((self.source, self.target)))), 0.0)
         if self.model.area.contains(np.array(ends)).any():
             return Restricted(np.empty(0, dtype=np.int64), math.inf)
-        low, high = self.positions.min(axis=0), self.positions.max(axis=0)
-        bounds = (*_point(low), *_point(high))
         model = self.model
-        problem = Problem(_point(ends[0]), _point(ends[1]), model.field, model.k, bounds, model.no_fly)
+        problem = Problem(_point(ends[0]), _point(ends[1]), model.field, model.k, self.bounds, model.no_fly)
         tube = Tube.first(problem, FIRST_AIM)
         if tube is None:
             return Restricted(np.empty(0, dtype=np.int64), math.inf)
@@ -287,7 +286,7 @@ class _Search:
         return self._restricted(tube, keep, far, (to_goal, most_to_goal))
 
     def _look_for_a_path(self, tube: Tube, known: float, usable: BoolArray) -> float:
-        """Take a path of the graph beside the best way down, if that is better than the one known in the plane."""
+        """Take a path of the graph beside the steepest descent, if that is better than the path known in the plane."""
         problem = tube.problem
         path = tube.path()
         if len(path) and problem.evaluate(path).feasible:
@@ -313,7 +312,7 @@ class _Search:
         near[2 * (index % width), 2 * (index // width)] = True
         rasters = self._cost_rasters(_widened(near, BESIDE) if rough else np.ones_like(near))
         keep[[self.source, self.target]] = True
-        # paths are looked for, and nothing is left out: no bound counts
+        # this search is for a path: no bound leaves anything out
         nothing = np.zeros(len(self.positions))
         middles = [np.zeros((1, 1) if rough else (2 * width, 2 * height)) for _ in range(2)]
         found = self._searched(
@@ -352,7 +351,7 @@ class _Search:
 
     def _beside(self, path: FloatArray) -> BoolArray:
         """Mark the corners of the lattice's cells that a path passes."""
-        width, _height = self.shape
+        width = self.shape[0]
         keep = np.zeros(len(self.positions), dtype=np.bool_)
         sums = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
         places = np.linspace(0.0, sums[-1], max(2, int(4.0 * sums[-1] / min(self.step))))
@@ -364,17 +363,15 @@ class _Search:
 
     def _cost_rasters(self, where: BoolArray) -> list[FloatArray]:
         """Return the rasters of costs, at some nodes of the half lattice; infinity elsewhere."""
-        # (one column and row more than the half lattice has: what lies beside its rim)
+        # (one column and row more than the half lattice has, beside its rim)
         where[-1], where[:, -1] = False, False
         plain, low, high = (np.full(where.shape, np.inf) for _ in range(3))
         half = 0.5 * self.step[0], 0.5 * self.step[1]
         model = self.model
         columns, rows = np.nonzero(where)
         table = np.array(model.field.table)
-        corners = self.positions.min(axis=0), self.positions.max(axis=0)
-        bounds = (*_point(corners[0]), *_point(corners[1]))
         restricted_kernels.cost_rasters(
-            columns, rows, self.origin, half, bounds, model.k, table, model.field.raster_array, plain, low, high
+            columns, rows, self.origin, half, self.bounds, model.k, table, model.field.raster_array, plain, low, high
         )
         return [plain, low, high]
 
@@ -409,12 +406,12 @@ class _Search:
         if not len(found.nodes):
             if self._is_late():
                 return self._stopped(tube, found)
-            # nothing is cheaper than the path that is known
+            # no path is cheaper than the known one
             found = replace(found, nodes=self.best, cost=self.upper / (1.0 + SLACK))
         return replace(found, bound=found.cost)
 
     def _is_late(self, needed: float = 0.0) -> bool:
-        """Say whether the time is up, or will be in so many seconds; kernels end when it is."""
+        """Return whether the time is up, or will be in `needed` seconds; kernels stop when it is up."""
         if time.monotonic() > self.ends_at:
             self.stop[:] = True
         return bool(self.stop[0]) or time.monotonic() + needed > self.ends_at
@@ -425,7 +422,7 @@ class _Search:
         return replace(found, nodes=self.best, cost=self.upper / (1.0 + SLACK), bound=tube.bound)
 
     def _offset(self, tube: Tube, axis: int) -> float:
-        """Return where the lattice begins on the tube's grid, in its cells: beyond the lattice there may be an end."""
+        """Return where the lattice begins on the tube's grid, in cells; an end may be outside the lattice."""
         mesh = tube.level.mesh
         return (self.origin[axis] - mesh.origin[axis]) / mesh.spacing[axis]
 
@@ -492,7 +489,7 @@ class _Search:
 
 
 def _widened(mask: BoolArray, reach: int) -> BoolArray:
-    """Widen a mask by so many steps in all eight directions."""
+    """Widen a mask by `reach` steps in all eight directions."""
     for _ in range(reach):
         rows = mask.copy()
         rows[1:] |= mask[:-1]

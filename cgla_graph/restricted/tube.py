@@ -1,4 +1,4 @@
-"""The tube of a graph's optimum: grids with proven bounds from both ends, refined where a path may be cheap enough."""
+"""The tube of a graph's optimum: grids with proven bounds from both ends, refined where a cheap path may pass."""
 
 import math
 from dataclasses import dataclass
@@ -21,12 +21,12 @@ MOST_CELLS = 3_000_000
 @dataclass(frozen=True, eq=False)
 class Tube:
     """
-    One grid, and what it proves.
+    One grid, and its proven bounds.
 
     Attributes
     ----------
     problem
-        Between the nodes that the graph's path joins.
+        The problem in the plane between the ends of the graph's path.
     level
         The grid.
     from_start, to_goal
@@ -40,7 +40,7 @@ class Tube:
 
     @classmethod
     def lay(cls, problem: Problem, last: tuple[int, int], runs: WholeArray, aim: float) -> "Tube | None":
-        """Solve the equation from both ends on some cells; None if they join the ends by no way."""
+        """Solve the equation from both ends on some cells; None if no path joins the ends over them."""
         level = Level.lay(problem, last, runs)
         both = level.both(aim)
         return None if both is None else cls(problem, level, from_start=both[1], to_goal=both[0])
@@ -53,7 +53,7 @@ class Tube:
 
     @property
     def shrink(self) -> float:
-        """What bounds are multiplied with, as their inequality is checked in floats."""
+        """Factor of bounds, as their inequality is checked in floats."""
         return 1.0 - rounding(self.problem)
 
     @property
@@ -63,7 +63,7 @@ class Tube:
 
     @property
     def rim(self) -> float:
-        """How far the blocks around the ends reach, map units: inside, differences of bounds say nothing."""
+        """Radius of the blocks around the ends, map units, inside which differences of bounds are no bounds."""
         return (self.level.reach + 1) * math.hypot(*self.level.mesh.spacing)
 
     def kept(self, upper: float) -> WholeArray:
@@ -71,13 +71,13 @@ class Tube:
         return self.level.kept(self.to_goal, self.from_start, upper / self.shrink)
 
     def finer(self, upper: float) -> tuple[tuple[int, int], WholeArray]:
-        """Return what the next grid is laid over: its last node and its cells."""
+        """Return the last node and the cells of the next grid."""
         last = self.level.mesh.last
         finer = next_grid(self.problem, last)
         return finer, cell_runs.refined(self.kept(upper), last, finer)
 
     def path(self) -> FloatArray:
-        """Follow the bound down from the start to the goal; empty if that leads nowhere."""
+        """Follow the bound down from the start to the goal; empty if the descent fails."""
         return descent(self.problem, self.level.mesh, self.to_goal.values, radius=self.level.reach + 1.0)
 
     def bounds_at(self, points: FloatArray, *, to_goal: bool) -> tuple[FloatArray, FloatArray]:
@@ -87,8 +87,8 @@ class Tube:
         Returns
         -------
         least, most
-            Shape ``(n,)`` each: a bound, and what may be subtracted from the bound at another point (see `restricted`).
-            Infinite outside of the tube.
+            Shape ``(n,)`` each: a bound, and the value to subtract from the bound at another point (see `restricted`).
+            Infinite outside the tube.
         """
         mesh = self.level.mesh
         block = self.level.goal_block if to_goal else self.level.start_block
@@ -110,7 +110,7 @@ class Tube:
         return least * self.shrink, most
 
     def cells(self, upper: float) -> BoolArray:
-        """Say of each cell of the grid whether a path of at most this cost may pass, shape ``(columns, rows)``."""
+        """Return for each cell of the grid whether a path of at most this cost may pass, ``(columns, rows)``."""
         last = self.level.mesh.last
         found = np.zeros((last[0] + 1, last[1] + 1), dtype=np.bool_)
         columns, rows = cell_runs.cells_of(cell_runs.clipped(self.kept(upper), last))

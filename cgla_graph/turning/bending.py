@@ -1,4 +1,4 @@
-"""Where curves begin from, and how they are bent until they cost least."""
+"""First curves of lines and arcs, and their bending until they cost least."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -15,35 +15,36 @@ from cgla_graph.turning.dubins_kernels import N_WORDS, word_pieces
 
 #: Cells along the longer side of the map that is searched, at least and at most, and poses that are kept, at most.
 LEAST_CELLS, MOST_CELLS, MOST_POSES = 96, 192, 600_000
-#: Grids that are tried one after the other: what one closes too early, another may leave open.
+#: Relative sizes of the grids that are tried in turn: a gap that one grid closes may be open on another.
 GRIDS = (1.0, 1.37, 0.73)
-#: The search turns a little wider than it has to: so there is room to bend.
+#: The search turns by so much wider than it has to, which leaves room to bend.
 ROOM = 1.02
-#: Arcs are divided into parts of at most so much when they become waypoints, radians: of several, the first that does.
+#: Arcs are divided into parts of at most so much when they become waypoints, radians: the first value that works.
 PARTS = (1.4, 0.7, 0.35, 0.12)
 #: Weights of the barrier, relative to the cost: of the first stage, and of those after it.
 FIRST_WEIGHTS, WEIGHTS = (1e-3, 1e-4, 1e-5, 1e-7), (1e-5, 1e-7)
-#: How far the barriers of areas and bounds reach, in parts of the map's shorter side.
+#: Reach of the barriers of areas and bounds, in parts of the map's shorter side.
 REACH = 0.02
-#: Steps of one descent, at most; waypoints of a curve that is bent, at most; and segments it is divided into, about.
+#: Steps of one descent, at most; waypoints of a curve that is bent, at most; about how many segments it is divided
+#: into.
 ITERATIONS, MOST_WAYPOINTS, SEGMENTS = 300, 160, 24
-#: It ends when twice as many waypoints gain less than this, relative to the cost.
+#: Bending ends when twice as many waypoints gain less than this, relative to the cost.
 TOLERANCE = 1e-5
-#: Waypoints of a polyline that is rounded move out by so much of what its arcs depart from corners, up to so much; and
-#: so many times something is mended.
+#: Waypoints of a rounded polyline move out by `OUTWARDS` times the distance of its arcs from the corners, and by up to
+#: `FARTHEST` times; at most `MENDINGS` repairs are made.
 OUTWARDS, FARTHEST, MENDINGS = 1.05, 30.0, 100
-#: Gaps are looked for where a path is so near to the area, in parts of the map's shorter side; so many are tried; lines
-#: through them are at most so many radii longer, at each end.
+#: Gaps are sought where a path is closer than `GAP` to the area, in parts of the map's shorter side; at most
+#: `MOST_GAPS` are tried; lines through them are at most `LONGEST` radii longer at each end.
 GAP, MOST_GAPS, LONGEST = 1e-4, 4, 3.0
-#: They stay away from the bounds by this part of the map's shorter side.
+#: Waypoints of a rounded polyline stay away from the bounds by this part of the map's shorter side.
 INSIDE = 1e-6
-#: A line at an end whose heading is given is so long, at least, in parts of the radius.
+#: Least length of a line at an end whose heading is given, in parts of the radius.
 LEAD = 1e-4
 #: Waypoints of a straight line.
 LINE = 2
-#: A waypoint that saves less than this, relative to the cost, is left out at the end.
+#: A waypoint that saves less than this, relative to the cost, is removed at the end.
 IDLE = 5e-6
-#: Dividing ends after so many stages.
+#: Most stages of dividing.
 STAGES = 4
 
 
@@ -51,9 +52,9 @@ def candidates(
     problem: Problem, path: FloatArray, radius: float, first: Point | None, last: Point | None
 ) -> Iterator[tuple[FloatArray | None, str]]:
     """
-    Yield waypoints, shape ``(n, 2)``, of rounded polylines to begin with, or None and why there are none.
+    Yield waypoints, shape ``(n, 2)``, of rounded polylines to begin with, or None and the reason.
 
-    The first is the path that is given, if no heading is; the other one what a search finds.
+    The first is the given path, if no heading is given; the other one is found by a search.
     """
     if len(path) >= LINE and first is None and last is None:
         yield _rounded(problem, path, radius)
@@ -65,7 +66,7 @@ def _angle(direction: Point) -> float:
 
 
 def dubins(problem: Problem, radius: float, first: Point, last: Point) -> tuple[Curve | None, bool]:
-    """Return the cheapest of Dubins' six curves that may be flown, and whether no other curve is cheaper."""
+    """Return the cheapest feasible one of Dubins' six curves, and whether no other curve is cheaper."""
     start, goal = (*problem.start, _angle(first)), (*problem.goal, _angle(last))
     best, cost, shortest = None, math.inf, math.inf
     for word in range(N_WORDS):
@@ -82,10 +83,10 @@ def dubins(problem: Problem, radius: float, first: Point, last: Point) -> tuple[
 
 def _rounded(problem: Problem, path: FloatArray, radius: float) -> tuple[FloatArray | None, str]:
     """
-    Round a polyline: waypoints are moved outwards, so that the arcs come as far as the corners were.
+    Round a polyline: waypoints are moved outwards, so that the arcs reach as far as the corners did.
 
-    Where an arc still crosses the area, its waypoint is moved farther; where a line does, which touched a corner
-    before, the corner becomes a waypoint. Waypoints whose arcs have no room are left out.
+    Where an arc still crosses the area, its waypoint is moved farther out; where a line that touched a corner crosses
+    it, the corner becomes a waypoint. Waypoints whose arcs have no room are removed.
     """
     points = path[np.append(True, (np.diff(path, axis=0) != 0.0).any(axis=1))]
     shares = np.full(len(points), OUTWARDS)
@@ -102,7 +103,7 @@ def _rounded(problem: Problem, path: FloatArray, radius: float) -> tuple[FloatAr
         left = np.hypot(*np.diff(shifted, axis=0).T) - taken[:-1] - taken[1:]
         worst = int(np.argmin(left))
         if left[worst] <= 0.0:
-            # of the two ends of a stretch that is too short, the one that stands out less
+            # of the two ends of a stretch that is too short, remove the one that stands out less
             ends = [i for i in (worst, worst + 1) if 0 < i < len(points) - 1]
             gone = min(ends, key=lambda i: _height(points, i))
             points, shares = np.delete(points, gone, axis=0), np.delete(shares, gone)
@@ -124,7 +125,7 @@ def _rounded(problem: Problem, path: FloatArray, radius: float) -> tuple[FloatAr
         if not is_corner.any():
             points, shares = np.insert(points, at + 1, corner, axis=0), np.insert(shares, at + 1, OUTWARDS)
             continue
-        # the other end is so near to the corner that it is in the way of what goes around it
+        # the other end is so near to the corner that the arc around the corner has no room
         gone = at + 1 if is_corner[0] else at
         if not 0 < gone < len(points) - 1:
             break
@@ -133,7 +134,7 @@ def _rounded(problem: Problem, path: FloatArray, radius: float) -> tuple[FloatAr
 
 
 def _distances(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return how far points, shape ``(n, 2)``, are from a segment."""
+    """Return the distances of points, shape ``(n, 2)``, from a segment."""
     step = end - start
     squared = float(step @ step)
     shares = np.clip((points - start) @ step / squared, 0.0, 1.0) if squared > 0.0 else np.zeros(len(points))
@@ -142,7 +143,7 @@ def _distances(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatA
 
 
 def _height(points: FloatArray, i: int) -> float:
-    """Return how far a waypoint is from the line between its neighbours."""
+    """Return the distance of a waypoint from the line between its neighbours."""
     a, b, c = points[i - 1], points[i], points[i + 1]
     long = math.dist(a, c)
     if long == 0.0:
@@ -151,7 +152,7 @@ def _height(points: FloatArray, i: int) -> float:
 
 
 def _turns(points: FloatArray) -> FloatArray:
-    """Return by how much a polyline turns at its inner waypoints, shape ``(n - 2,)``, radians."""
+    """Return the turns of a polyline at its inner waypoints, shape ``(n - 2,)``, radians."""
     steps = np.diff(points, axis=0)
     a, b = steps[:-1], steps[1:]
     turns: FloatArray = np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1))
@@ -159,7 +160,7 @@ def _turns(points: FloatArray) -> FloatArray:
 
 
 def _shifted(points: FloatArray, radius: float, shares: FloatArray) -> FloatArray:
-    """Move inner waypoints outwards by `shares` of what an arc departs from a corner."""
+    """Move inner waypoints outwards by `shares` of the distance of an arc from its corner."""
     steps = np.diff(points, axis=0)
     units = steps / np.hypot(*steps.T)[:, None]
     inwards = units[1:] - units[:-1]
@@ -172,10 +173,10 @@ def _shifted(points: FloatArray, radius: float, shares: FloatArray) -> FloatArra
 
 
 def _thinned(points: FloatArray) -> FloatArray:
-    """Leave out waypoints until no more than `MOST_WAYPOINTS` are left: those that stand out least."""
+    """Remove the waypoints that stand out least until `MOST_WAYPOINTS` are left."""
     while len(points) > MOST_WAYPOINTS:
         heights = np.array([_height(points, i) for i in range(1, len(points) - 1)])
-        # every other one of the flattest
+        # of the flattest, no two neighbours
         order = np.argsort(heights, kind="stable")[: max(1, (len(points) - MOST_WAYPOINTS + 1) // 2)]
         gone: set[int] = set()
         for i in sorted(order.tolist()):
@@ -186,7 +187,7 @@ def _thinned(points: FloatArray) -> FloatArray:
 
 
 def _cost(problem: Problem, points: FloatArray, radius: float) -> float:
-    """Return the cost of a rounded polyline, as it is bent; infinite where it may not be flown."""
+    """Return the cost of a rounded polyline, as bending computes it; infinite if it is infeasible."""
     gradient, anywhere = np.empty_like(points), np.zeros((2, 2))
     reaches = (1.0, 1.0, 2.0 * problem.field.finest, 0.0)
     model = problem.model.kernel_model()
@@ -194,7 +195,7 @@ def _cost(problem: Problem, points: FloatArray, radius: float) -> float:
 
 
 def _is_free(problem: Problem, points: FloatArray, radius: float) -> bool:
-    """Tell whether a rounded polyline may be flown."""
+    """Return whether a rounded polyline is feasible."""
     if len(points) <= LINE:
         return not problem.model.area.crosses(points[0], points[-1])
     return _cost(problem, points, radius) < math.inf
@@ -203,7 +204,7 @@ def _is_free(problem: Problem, points: FloatArray, radius: float) -> bool:
 def _searched(
     problem: Problem, path: FloatArray, radius: float, first: Point | None, last: Point | None
 ) -> tuple[FloatArray | None, str]:
-    """Search for a curve on grids of several sizes, then through the gaps of the path; make waypoints of its arcs."""
+    """Search for a curve on grids of several sizes, then through gaps of the path; turn its arcs into waypoints."""
     ends = (problem.start, first), (problem.goal, last)
     kept = 0
     why = ""
@@ -229,9 +230,9 @@ def _searched(
 
 def _gaps(problem: Problem, path: FloatArray, radius: float) -> Iterator[tuple[Point, Point, Point]]:
     """
-    Yield lines through places that are too narrow for a grid: where they begin, where they end, and their direction.
+    Yield lines through places that are too narrow for a grid: their ends and their direction.
 
-    They are the segments of a path both of whose ends touch the area, made as long as there is room, up to a few radii.
+    They are the segments of a path whose ends both touch the area, extended as far as there is room, up to a few radii.
     """
     area = problem.model.area
     touching = np.zeros(len(path), dtype=np.bool_)
@@ -246,7 +247,7 @@ def _gaps(problem: Problem, path: FloatArray, radius: float) -> Iterator[tuple[P
         for end, sign in ((path[i], -1.0), (path[i + 1], 1.0)):
             for share in (1.0, 0.7, 0.5, 0.35, 0.25, 0.1, 0.0):
                 far = end + sign * share * LONGEST * radius * along
-                # (a line that touches corners leaves no room: it is lifted off them by the bending)
+                # (the line may touch corners: bending moves it off them)
                 if problem.in_bounds(far) and not area.crosses(end, far):
                     ends.append((float(far[0]), float(far[1])))
                     break
@@ -255,7 +256,7 @@ def _gaps(problem: Problem, path: FloatArray, radius: float) -> Iterator[tuple[P
 
 
 def _waypoints_that_fit(problem: Problem, pieces: FloatArray, radius: float) -> FloatArray | None:
-    """Return the waypoints of a curve that may be flown as a rounded polyline, None if there are none."""
+    """Return the waypoints of a curve whose rounded polyline is feasible, None if there are none."""
     for most in PARTS if len(pieces) else ():
         points = waypoints_of(pieces, most)
         if len(points) > LINE and _is_free(problem, points, radius):
@@ -270,11 +271,11 @@ def _searched_on(
     goal: tuple[Point, Point | None],
     finer: float,
 ) -> tuple[FloatArray, str, int]:
-    """Search for a curve between two places, each with a direction or any, on one grid."""
+    """Search for a curve between two places, each with a direction or free, on one grid."""
     x_min, y_min, x_max, y_max = problem.bounds
     wide, high = x_max - x_min, y_max - y_min
     cells = int(finer * min(max(LEAST_CELLS, 2.0 * max(wide, high) / radius), MOST_CELLS))
-    # (curves that turn wider than they have to are curves, too: far below a cell, nothing finer is searched for)
+    # (the radius of the search is at least a cell: curves that turn wider than they have to are feasible too)
     size = max(wide, high) / cells
     columns, rows = max(8, round(wide / size)), max(8, round(high / size))
     across, up = (np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows
@@ -293,7 +294,7 @@ def _searched_on(
 
 def _hindrance(problem: Problem, radius: float, pose: tuple[float, float, float]) -> str:
     """Name the obstacles to a quarter turn to the left and to the right, if both are blocked."""
-    told = []
+    blocked = []
     for side, name in ((1.0, "left"), (-1.0, "right")):
         x, y, heading = pose
         cx, cy = x - side * radius * math.sin(heading), y + side * radius * math.cos(heading)
@@ -302,8 +303,10 @@ def _hindrance(problem: Problem, radius: float, pose: tuple[float, float, float]
         arc = np.array([[x, y, x1, y1, cx, cy, radius, side * 0.5 * math.pi]])
         number, why = curve_kernels.first_fault(arc, problem.model.area.kernel_arrays, problem.bounds, 0.0)
         if number >= 0:
-            told.append(f"a turn to the {name} {'leaves the bounds' if why == LEAVES else 'crosses the no-fly area'}")
-    return f"; from there, {' and '.join(told)}" if len(told) == LINE else ""
+            blocked.append(
+                f"a turn to the {name} {'leaves the bounds' if why == LEAVES else 'crosses the no-fly area'}"
+            )
+    return f"; from there, {' and '.join(blocked)}" if len(blocked) > 1 else ""
 
 
 def waypoints_of(pieces: FloatArray, most: float) -> FloatArray:
@@ -316,7 +319,7 @@ def waypoints_of(pieces: FloatArray, most: float) -> FloatArray:
     >>> waypoints_of(quarter, 2.0).round(9).tolist()
     [[2.0, 0.0], [3.0, 0.0], [3.0, 1.0]]
     """
-    # steps of a search that bend alike are one arc
+    # adjacent steps of a search with the same radius and side are one arc
     merged: list[FloatArray] = []
     for piece in pieces:
         if merged and merged[-1][RADIUS] == piece[RADIUS] and merged[-1][TURN] * piece[TURN] >= 0.0:
@@ -341,7 +344,7 @@ def waypoints_of(pieces: FloatArray, most: float) -> FloatArray:
 
 
 def all_pieces(points: FloatArray, radius: float) -> FloatArray:
-    """Return the pieces of a rounded polyline, those without length too: line, arc, line, …, line."""
+    """Return the pieces of a rounded polyline, also those without length: line, arc, line, …, line."""
     pieces = np.zeros((2 * len(points) - 3, N_COLUMNS))
     fillet_kernels.rounded(np.ascontiguousarray(points), radius, np.zeros((len(points), 7)), pieces)
     return pieces
@@ -359,7 +362,7 @@ def bent(
     """
     Bend a curve until it costs least: the barrier is lowered step by step, and waypoints are added in between.
 
-    Returns the waypoints after so many stages, the best curve on the way, and its cost.
+    Returns the waypoints after the last stage, the best curve found, and its cost.
     """
     best = curve_of(start, radius)
     cost = best.evaluate(problem).cost
@@ -390,7 +393,7 @@ def bent(
 
 
 def simpler(problem: Problem, points: FloatArray, radius: float, first: Point | None, last: Point | None) -> FloatArray:
-    """Leave out waypoints that save next to nothing, those first that stand out least: fewer arcs do as well."""
+    """Remove waypoints that save almost nothing, first those that stand out least."""
     most = (1.0 + IDLE) * _cost(problem, points, radius)
     low, high = 1 + (first is not None), 1 + (last is not None)
     tried: set[bytes] = set()
@@ -410,7 +413,7 @@ def simpler(problem: Problem, points: FloatArray, radius: float, first: Point | 
 def _sparse(
     problem: Problem, points: FloatArray, radius: float, first: Point | None, last: Point | None, spacing: float
 ) -> FloatArray:
-    """Leave out waypoints that are nearer to the one before than `spacing`, as long as the curve may be flown."""
+    """Remove waypoints that are nearer to the one before than `spacing`, as long as the curve stays feasible."""
     i = 1 if first is None else 2
     while i < len(points) - (1 if last is None else 2):
         if math.dist(points[i - 1], points[i]) < spacing:
@@ -431,23 +434,12 @@ def _descended(
     weights: Sequence[float],
 ) -> FloatArray:
     reach = REACH * problem.shorter_side
-    model = problem.model.kernel_model()
-    zero = (0.0, 0.0)
-    held = np.array([first or zero, last or zero])
-    panel = 2.0 * problem.field.finest
+    reaches = reach, radius, 2.0 * problem.field.finest, LEAD * radius
+    model, bounds = problem.model.kernel_model(), problem.bounds
+    held = np.array([first or (0.0, 0.0), last or (0.0, 0.0)])
     points = points.copy()
     for weight in weights:
-        descent_kernels.descend(
-            points,
-            radius,
-            model,
-            problem.bounds,
-            (reach, radius, panel, LEAD * radius),
-            weight,
-            held,
-            ITERATIONS,
-            1e-7,
-        )
+        descent_kernels.descend(points, radius, model, bounds, reaches, weight, held, ITERATIONS, 1e-7)
     for end, at, heading in ((0, 1, first), (-1, -2, last)):
         if heading is not None:
             along = np.array(heading)

@@ -1,4 +1,4 @@
-"""A curve of lines and arcs: its points, its headings, what it costs and what it comes near to."""
+"""A curve of lines and arcs: its points, headings, cost and clearance."""
 
 import math
 from dataclasses import dataclass, field
@@ -18,10 +18,6 @@ from cgla_graph.turning.curve_kernels import CROSSES, CX, CY, LEAVES, N_COLUMNS,
 MOST_POINTS = 200_000
 
 
-def _no_pieces() -> FloatArray:
-    return np.empty((0, N_COLUMNS))
-
-
 @dataclass(frozen=True, eq=False)
 class Curve(ShortRepr):
     """
@@ -30,8 +26,8 @@ class Curve(ShortRepr):
     Attributes
     ----------
     pieces
-        Shape ``(n, 8)``, map units: the ends ``x0, y0, x1, y1`` of each piece; of an arc its centre, its radius and by
-        how much it turns, radians, positive to the left. A line has radius 0.
+        Shape ``(n, 8)``, map units: the ends ``x0, y0, x1, y1`` of each piece; for an arc also its centre, its radius
+        and its turn, radians, positive to the left. A line has radius 0.
 
     Examples
     --------
@@ -42,7 +38,7 @@ class Curve(ShortRepr):
     (True, 1.0)
     """
 
-    pieces: FloatArray = field(default_factory=_no_pieces)
+    pieces: FloatArray = field(default_factory=lambda: np.empty((0, N_COLUMNS)))
 
     @cached_property
     def lengths(self) -> FloatArray:
@@ -53,12 +49,12 @@ class Curve(ShortRepr):
 
     @property
     def length(self) -> float:
-        """The length of all of it, map units."""
+        """The length of the curve, map units."""
         return float(self.lengths.sum())
 
     @property
     def arcs(self) -> IntArray:
-        """Which pieces are arcs."""
+        """Indices of the pieces that are arcs."""
         return np.nonzero(self.pieces[:, RADIUS] > 0.0)[0]
 
     @property
@@ -68,7 +64,7 @@ class Curve(ShortRepr):
 
     def headings(self, which: IntArray, shares: FloatArray) -> FloatArray:
         """
-        Return where it leads at shares (0 to 1) of some pieces, shape ``(n,)``, radians counter-clockwise from x.
+        Return the headings at shares (0 to 1) of some pieces, shape ``(n,)``, radians counter-clockwise from x.
 
         Examples
         --------
@@ -84,7 +80,7 @@ class Curve(ShortRepr):
 
     def at(self, distances: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
         """
-        Find points by how far they are along the curve.
+        Find points by their distances along the curve.
 
         Parameters
         ----------
@@ -94,7 +90,7 @@ class Curve(ShortRepr):
         Returns
         -------
         which, shares, points
-            The piece of each, the share of it that is behind, and the point, shape ``(n, 2)``.
+            The piece of each point, the share of the piece before it, and the point, shape ``(n, 2)``.
         """
         ends = np.cumsum(self.lengths)
         which = np.minimum(np.searchsorted(ends, distances, side="left"), len(ends) - 1)
@@ -109,7 +105,7 @@ class Curve(ShortRepr):
         """
         Return waypoints whose straight segments are within `tolerance` of the curve, shape ``(m, 2)``, map units.
 
-        All of them are on the curve, and the ends of all pieces are among them.
+        All waypoints are on the curve, and the ends of all pieces are among them.
 
         Raises
         ------
@@ -142,8 +138,8 @@ class Curve(ShortRepr):
         """
         Return waypoints whose segments are within `tolerance` of the curve, on the outer side of its arcs.
 
-        Segments of `points` cut arcs short; these ones touch them in their middles, so that an area inside of a turn
-        stays as far away. Arguments and errors as `points`.
+        Segments of `points` cut arcs short; segments of these waypoints touch arcs in their middles, so that they keep
+        the distance to an area inside a turn. Arguments and errors are those of `points`.
 
         Examples
         --------
@@ -173,7 +169,7 @@ class Curve(ShortRepr):
 
     def evaluate(self, problem: Problem) -> Evaluation:
         """
-        Judge the curve itself, as `Problem.evaluate` judges polylines: nothing is sampled but the risk by quadrature.
+        Evaluate the curve as `Problem.evaluate` does polylines; it is not sampled, apart from quadrature of the risk.
 
         Examples
         --------

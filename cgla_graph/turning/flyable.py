@@ -1,4 +1,4 @@
-"""Paths that an aircraft can fly: no turn is tighter than a radius, and how far that is from the best is proven."""
+"""Paths with a least turn radius, which an aircraft can fly, and their proven gap to the optimum."""
 
 import math
 import time
@@ -11,16 +11,16 @@ from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import finite_number, positive_number
 from cgla_graph.certificate.certificate import prove
 from cgla_graph.errors import ProblemError
-from cgla_graph.model.problem import Evaluation, Problem
+from cgla_graph.model.problem import Problem
 from cgla_graph.model.small_problem import MapKind, small_problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.turning.bending import IDLE, STAGES, bent, candidates, dubins
 from cgla_graph.turning.curve import Curve
 from cgla_graph.turning.timing import Timing, timed
 
-#: Curves that are bent to the end cost at most so many times as much as the best one after the first stage.
+#: A curve is bent to the end if it costs at most so many times as much as the best one after the first stage.
 CLOSE = 1.01
-#: Polylines that are exported are no closer to the curve than this part of the turn radius.
+#: Least tolerance of exported polylines, in parts of the turn radius.
 FINEST = 1e-6
 #: Waypoints of `Flyable.path` are within this part of the turn radius of the curve.
 CHORD = 1e-4
@@ -29,19 +29,19 @@ CHORD = 1e-4
 @dataclass(frozen=True, eq=False, repr=False)
 class Flyable(Solution):
     """
-    A path of lines and arcs that are tangent everywhere; all numbers are those of the curve itself.
+    A path of lines and arcs that join tangentially; all numbers are those of the curve itself.
 
     Attributes
     ----------
     turn_radius
         No arc has a smaller radius, map units.
     curve
-        Its lines and arcs; without any if none was found.
+        Its lines and arcs; empty if no curve was found.
     start_heading, goal_heading
-        As given, degrees clockwise from north (the y axis); None where it was left open.
+        The given headings, degrees clockwise from north (the y axis); None for a free one.
     path
         The curve as waypoints whose segments are within 1e-4 of the turn radius of it, shape ``(m, 2)``, map units;
-        `waypoints` has other tolerances.
+        `waypoints` takes other tolerances.
     """
 
     turn_radius: float = field(default=math.nan, kw_only=True)
@@ -51,11 +51,11 @@ class Flyable(Solution):
 
     def waypoints(self, tolerance: float | None = None) -> tuple[FloatArray, float]:
         """
-        Return waypoints that an autopilot flies straight between, and how far from the curve that may be at most.
+        Return waypoints with straight legs for an autopilot, and the greatest distance of the legs from the curve.
 
-        The polyline itself stays inside the bounds and outside of the area, and keeps the clearance: chords of arcs are
-        taken if they do, else tangents, which leave more room inside of turns; and where neither do, they are made
-        finer.
+        The polyline itself stays inside the bounds and outside the area, and keeps the clearance: it has chords of the
+        arcs if these are feasible, else tangents, which leave more room inside turns; if neither are, the tolerance is
+        halved.
 
         Parameters
         ----------
@@ -65,13 +65,13 @@ class Flyable(Solution):
         Returns
         -------
         waypoints, tolerance
-            Shape ``(m, 2)``, map units, and the tolerance that it took.
+            Shape ``(m, 2)``, map units, and the tolerance that was needed.
 
         Raises
         ------
         ProblemError
-            If there is no path, the tolerance is not above 0, or no polyline within a millionth of the turn radius may
-            be flown.
+            If there is no path, the tolerance is not above 0, or no polyline within a millionth of the turn radius is
+            feasible.
 
         Examples
         --------
@@ -102,7 +102,7 @@ class Flyable(Solution):
 
     def timed(self, airspeed: float, *, wind: Point = (0.0, 0.0), power: float | None = None) -> Timing:
         """
-        Return how long it takes at constant airspeed in a constant wind (`cgla_graph.turning.timing.timed`).
+        Return the flight time at constant airspeed in a constant wind (`cgla_graph.turning.timing.timed`).
 
         Examples
         --------
@@ -117,26 +117,26 @@ def flyable(
     solution: Solution, turn_radius: float, *, start_heading: float | None = None, goal_heading: float | None = None
 ) -> Flyable:
     """
-    Plan a path of lines and arcs that turns no tighter than a radius, beginning from the path of a solution.
+    Plan a path of lines and arcs with a least turn radius, beginning from the path of a solution.
 
-    It is tangent everywhere, inside the bounds, outside of the no-fly area and as far from it as the clearance, and
-    bent until it costs least. As the `lower_bound` of the solution holds for every path, it holds for this one: its
-    gap is proven.
+    The pieces join tangentially, stay inside the bounds and outside the no-fly area, keep the clearance, and are bent
+    until they cost least. The `lower_bound` of the solution holds for every path, so that the gap of this one is
+    proven.
 
     Parameters
     ----------
     solution
-        The answer of a solver to a `Problem`; where it has no path, the search begins without one.
+        The answer of a solver to a `Problem`; if it has no path, the search begins without one.
     turn_radius
         Map units (metres on a map in longitude and latitude), above 0.
     start_heading, goal_heading
-        Where it leads at its ends, degrees clockwise from north (the y axis); None: anywhere.
+        Headings at the ends, degrees clockwise from north (the y axis); None: free.
 
     Returns
     -------
     flyable
-        A solution whose numbers are those of its lines and arcs. If none was found, its status is ``NOT_FOUND``, and
-        its message says how far the search came: that is no proof that there is none.
+        A solution whose numbers are those of its lines and arcs. If no curve was found, its status is ``NOT_FOUND``,
+        and its message says how far the search came; that does not prove that there is none.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def plan_flyable(
     certify: bool = True,
 ) -> Flyable:
     """
-    Plan a path that turns no tighter than a radius.
+    Plan a path with a least turn radius.
 
     Parameters
     ----------
@@ -191,17 +191,17 @@ def plan_flyable(
     turn_radius
         Map units, above 0.
     start_heading, goal_heading
-        Where the path leads at its ends, degrees clockwise from north (the y axis); None: anywhere.
+        Headings at the ends, degrees clockwise from north (the y axis); None: free.
     bound
         A proven lower bound of the cost of every path.
     certify
-        Whether one is proven where `bound` is NaN.
+        Whether to prove a bound if `bound` is NaN.
 
     Returns
     -------
     flyable
-        Of all curves that were found, the one of least cost. If none was, the status is ``NOT_FOUND``, and the message
-        says how far they came: that is no proof that there is none.
+        The cheapest curve found. If none was, the status is ``NOT_FOUND``, and the message says how far the search
+        came; that does not prove that there is none.
 
     Raises
     ------
@@ -236,7 +236,8 @@ def plan_flyable(
     seconds = time.perf_counter() - began
     if found is None:
         return replace(blank, seconds=seconds, message=why)
-    judged = _judged(problem, found)
+    # a curve without pieces is the start, which is the goal
+    judged = found.evaluate(problem) if len(found.pieces) else problem.evaluate([problem.start])
     began = time.perf_counter()
     answer = replace(blank, status=Status.FOUND, curve=found, path=np.array([problem.start]))
     waypoints = answer.waypoints(CHORD * radius)[0]
@@ -258,13 +259,13 @@ def plan_flyable(
 @cache
 def load_kernels(kind: MapKind) -> None:
     """
-    Have the kernels compiled, or loaded, once in a process: the time of a path is that of finding it.
+    Compile or load the kernels, once in a process, so that no path is charged for it.
 
     Examples
     --------
     >>> load_kernels(MapKind())
     """
-    # (walls have kernels of their own, but hardly any)
+    # (always with walls, which need few further kernels)
     problem = small_problem(kind._replace(walls=True))
     for headings in ((None, None), ((1.0, 0.0), (1.0, 0.0))):
         _found(problem, np.array([problem.start, (0.5, 0.9), problem.goal]), 0.05, *headings)
@@ -273,7 +274,7 @@ def load_kernels(kind: MapKind) -> None:
 def _found(
     problem: Problem, path: FloatArray, radius: float, first: Point | None, last: Point | None
 ) -> tuple[Curve | None, str]:
-    """Return the best curve that was found, or None and why there is none."""
+    """Return the best curve found, or None and why there is none."""
     if problem.start == problem.goal and (first is None or last is None or first == last):
         return Curve(), ""
     found: Curve | None = None
@@ -293,17 +294,12 @@ def _found(
     least = min((value for _, _, value in roughly), default=math.inf)
     for points, curve, value in roughly:
         finer = [bent(problem, points, radius, first, last, stages=STAGES)[1]] if value <= CLOSE * least else []
-        # (of curves that cost as good as the same, the last one has fewer arcs)
+        # (of curves that cost almost the same, the last one has fewer arcs)
         for bend in (curve, *finer):
             judged = bend.evaluate(problem)
             if judged.feasible and judged.cost < (1.0 + 2.0 * IDLE) * cost:
                 found, cost = bend, judged.cost
     return found, why
-
-
-def _judged(problem: Problem, curve: Curve) -> Evaluation:
-    """Judge a curve; one without pieces is the start, which is the goal."""
-    return curve.evaluate(problem) if len(curve.pieces) else problem.evaluate([problem.start])
 
 
 def _direction(name: str, heading: float | None) -> Point | None:

@@ -1,4 +1,4 @@
-"""How long a curve takes at constant airspeed in a constant wind."""
+"""The flight time of a curve at constant airspeed in a constant wind."""
 
 import math
 from dataclasses import dataclass
@@ -17,12 +17,12 @@ from cgla_graph.turning.curve_kernels import N_COLUMNS, RADIUS, TURN, X0, X1, Y0
 @dataclass(frozen=True)
 class Timing(ShortRepr):
     """
-    How long a curve takes.
+    Flight time of a curve, with ground speeds and energy.
 
     Attributes
     ----------
     seconds
-        From start to goal.
+        Time from start to goal.
     slowest, fastest
         Least and greatest ground speed on the way, map units a second.
     energy
@@ -37,11 +37,11 @@ class Timing(ShortRepr):
 
 def timed(curve: Curve, airspeed: float, *, wind: Point = (0.0, 0.0), power: float | None = None) -> Timing:
     r"""
-    Return how long a curve takes at constant airspeed, headed into the wind so that it stays on the curve.
+    Return the flight time of a curve at constant airspeed, with a heading that corrects for the wind.
 
-    Where the curve leads along the unit vector ``u``, the ground speed is ``g = w . u + sqrt(v^2 - (w x u)^2)``. As
-    ``1 / g = (sqrt(v^2 - (w x u)^2) - w . u) / (v^2 - |w|^2)``, the time over a line is elementary and that over an
-    arc an elliptic integral of the second kind: nothing is sampled.
+    Where the curve has the direction ``u``, a unit vector, the ground speed is ``g = w . u + sqrt(v^2 - (w x u)^2)``.
+    As ``1 / g = (sqrt(v^2 - (w x u)^2) - w . u) / (v^2 - |w|^2)``, the time over a line is elementary and that over an
+    arc an elliptic integral of the second kind: both are exact.
 
     Parameters
     ----------
@@ -50,9 +50,9 @@ def timed(curve: Curve, airspeed: float, *, wind: Point = (0.0, 0.0), power: flo
     airspeed
         ``v``, map units a second (m/s on a map in longitude and latitude), above 0.
     wind
-        ``w``, where the air moves to, ``(x, y)`` or east and north, map units a second; slower than the airspeed.
+        ``w``, the velocity of the air, ``(x, y)`` or east and north, map units a second; slower than the airspeed.
     power
-        What the aircraft draws at that airspeed, watts; None: no energy.
+        Power of the aircraft at that airspeed, watts; None: no energy.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def timed(curve: Curve, airspeed: float, *, wind: Point = (0.0, 0.0), power: flo
 
     Examples
     --------
-    There and back again takes longer in any wind.
+    A return flight takes longer in any wind.
 
     >>> there = Curve(np.array([[0, 0, 100, 0, 0, 0, 0, 0]]))
     >>> back = Curve(np.array([[100, 0, 0, 0, 0, 0, 0, 0]]))
@@ -83,7 +83,7 @@ def timed(curve: Curve, airspeed: float, *, wind: Point = (0.0, 0.0), power: flo
     rows = curve.pieces
     if not len(rows):
         return Timing(0.0, speed, speed, 0.0 * watts)
-    # towards the wind's own heading the angle is 0
+    # angles are measured from the wind's direction
     along = math.atan2(north, east)
     begin = curve.headings(np.arange(len(rows)), np.zeros(len(rows))) - along
     arc = rows[:, RADIUS] > 0.0
@@ -99,7 +99,7 @@ def timed(curve: Curve, airspeed: float, *, wind: Point = (0.0, 0.0), power: flo
 
 
 def _speeds(begin: FloatArray, end: FloatArray, speed: float, blows: float) -> tuple[float, float]:
-    """Return the least and the greatest ground speed: it falls with the angle to the wind, up to a half turn."""
+    """Return the least and the greatest ground speed; it falls with the angle to the wind, up to a half turn."""
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     angles = np.concatenate([low, high])
     with_wind = bool((np.ceil(low / (2.0 * math.pi)) <= high / (2.0 * math.pi)).any())
@@ -111,7 +111,7 @@ def _speeds(begin: FloatArray, end: FloatArray, speed: float, blows: float) -> t
 
 def times_along(points: FloatArray, airspeed: float, wind: Point = (0.0, 0.0)) -> FloatArray:
     """
-    Return when each waypoint of a polyline is reached, shape ``(m,)``, seconds (see `timed`, also for errors).
+    Return the times at which the waypoints of a polyline are reached, ``(m,)``, seconds (errors as `timed`).
 
     Examples
     --------
