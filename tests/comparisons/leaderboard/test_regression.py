@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import usual
+from studies_small import TEXT
 
 from cgla_graph.comparisons.leaderboard.regression import Regression, RunKey, Verdict, regression, same_task
 from cgla_graph.comparisons.statistics.paired import holm, mcnemar
@@ -17,7 +18,6 @@ from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 
-TEXT = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n"
 THREAT = "[[threats]]\nx = 0.5\ny = 0.5\nspread = 0.1\npeak = {}\n"
 
 
@@ -94,7 +94,7 @@ def test_a_few_pairs_show_nothing() -> None:
     assert verdict([1.0], [math.inf]) is Verdict.SAME
 
 
-def test_what_only_one_has_is_named() -> None:
+def test_runs_without_a_pair_are_named() -> None:
     one, two, three = SCENARIOS[:3]
     old = [run_of(one, 1.0), run_of(two, 1.0), run_of(one, 1.0, "b", 1), run_of(one, 1.0, "b", 2)]
     new = [run_of(one, 1.0), run_of(three, 1.0), run_of(one, 1.0, "b", 2), run_of(one, 1.0, "c")]
@@ -110,7 +110,7 @@ def test_what_only_one_has_is_named() -> None:
         TEXT.replace("5.0", "6.0"),
         TEXT.replace("0.9, 0.9", "0.9, 0.8"),
         TEXT + THREAT.format(0.5),
-        TEXT + "[lattice]\nresolution = 7\n",
+        TEXT.replace("resolution = 3", "resolution = 7"),
     ],
 )
 def test_a_scenario_that_changed_is_named_and_not_paired(text: str) -> None:

@@ -131,7 +131,7 @@ def greatest_runs(found: Ranking, apart: Collection[frozenset[str]]) -> set[tupl
 
 
 @given(seed=st.integers(0, 2**32 - 1), k=st.integers(2, 7), n=st.integers(2, 60))
-def test_groups_and_other_pairs_are_those_not_told_apart(seed: int, k: int, n: int) -> None:
+def test_groups_and_other_pairs_are_those_without_significance(seed: int, k: int, n: int) -> None:
     rng = np.random.default_rng(seed)
     table = {f"s{i}": (1.0 + rng.random(n) + 0.15 * i).tolist() for i in range(k)}
     found, apart = ranking(table), significantly_different(table)
@@ -155,12 +155,9 @@ def test_the_fewest_instances_that_can_tell(k: int) -> None:
         assert min(one.p_holm for one in all_pairs(separated(k, n))) == pytest.approx(least_p(n, k))
 
 
-def test_failures_count_as_last() -> None:
+def test_failures_count_as_last_and_alike() -> None:
     found = ranking({"a": [1.0] * 4, "b": [math.inf] * 4, "c": [math.inf, math.inf, 9.0, 9.0]})
     assert dict(zip(found.solvers, found.average_ranks, strict=True)) == {"a": 1.0, "b": 2.75, "c": 2.25}
-
-
-def test_nobody_finds_a_path() -> None:
     found = ranking({"a": [math.inf] * 9, "b": [math.inf] * 9})
     assert (found.average_ranks, found.p, found.groups) == ((1.5, 1.5), 1.0, (("a", "b"),))
 
