@@ -870,3 +870,14 @@ def test_around_areas_over_a_flat_part_of_a_raster_the_bound_rises() -> None:
     problem = below_density(plain, 5.0, corridor=0.4)
     path = cg.solve(problem, "hybrid", tolerance=None).path
     assert cg.lower_bound(problem, 0.01, path=path, max_cells=60_000).reached
+
+
+def test_the_bound_is_the_same_from_both_ends_and_in_the_mirror() -> None:
+    field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, 0.9)])
+    there, back, mirrored = (
+        lower_bound(cg.Problem(start, goal, field, 10.0), 0.004)
+        for start, goal in [((0.1, 0.5), (0.9, 0.5)), ((0.9, 0.5), (0.1, 0.5)), ((0.5, 0.1), (0.5, 0.9))]
+    )
+    assert there.lower_bound == pytest.approx(back.lower_bound, rel=0.004)
+    assert there.lower_bound == pytest.approx(mirrored.lower_bound, rel=0.004)
+    assert max(there.lower_bound, back.lower_bound, mirrored.lower_bound) <= there.upper_bound * (1.0 + ROUNDING)

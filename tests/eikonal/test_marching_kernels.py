@@ -188,3 +188,18 @@ def test_from_a_point_the_error_is_that_of_h_log_h() -> None:
     share = found / (h * np.log(1.0 / h))
     assert share.max() < 1.25 * share.min()
     assert 0.6 < oracles.rate(found) < 1.0
+
+
+@pytest.mark.parametrize("second", [False, True])
+def test_scikit_fmm_is_no_nearer_to_the_truth(second: bool) -> None:
+    skfmm = pytest.importorskip("skfmm")
+    n, radius = 100, 0.2
+    points = grid(n)
+    away = np.hypot(*np.moveaxis(points - SOURCE, -1, 0)) - radius
+    theirs = skfmm.travel_time(away, np.ones_like(away), dx=1.0 / n, order=2 if second else 1)
+    times = np.where(away <= 0.0, away, math.inf)
+    ours = marched(times, np.ones_like(away), (1.0 / n, 1.0 / n), second=second, done=away < -3.0 / n)
+    outside = away > 0.0
+    error, reference = (np.abs(found - away)[outside].max() for found in (ours, np.asarray(theirs)))
+    assert error < 1.05 * reference
+    assert np.abs(ours - theirs)[outside].max() < 2.0 * reference

@@ -616,3 +616,10 @@ def test_narrow_threats_count_twice_as_they_should() -> None:
     assert two.line_integral(*ends) == pytest.approx(expected, rel=1e-9)
     with pytest.raises(ProblemError, match="threat spread"):
         Threat(0.0, 0.0, spread=1e-71)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e3, 1e6])
+def test_accuracy_is_relative_to_the_size_of_the_map(size: float) -> None:
+    field = RiskField([Threat(0.3 * size, 0.4 * size, spread=s * size) for s in (0.01, 0.05, 0.1, 0.2, 0.4, 0.5)])
+    ends = np.array([0.0, 0.0]), np.array([size, size])
+    assert abs(integral(field, ends) - line_integral(field.threats, *ends)) <= size * TOLERANCE

@@ -481,3 +481,22 @@ def test_what_is_wrong_is_refused(wrong: dict[str, Any], message: str) -> None:
     assert call(**right).status is SpaceTimeStatus.OPTIMAL
     with pytest.raises(ProblemError, match=message):
         call(**right | wrong)
+
+
+@examples(15)
+@given(seeds)
+def test_all_that_plan_one_after_the_other_keep_their_separation(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    field = cg.RiskField([cg.Threat(x, y, spread=0.05) for x, y in rng.random((4, 2))])
+    around = 2.0 * math.pi * (np.arange(7) + 0.3 * rng.random(7)) / 7
+    ring = 0.5 + 0.45 * np.stack([np.cos(around), np.sin(around)], axis=1)
+    flights: list[Trajectory] = []
+    for start, goal in zip(ring, np.roll(ring, 3, axis=0), strict=True):
+        problem = cg.Problem(tuple(start), tuple(goal), field, 5.0)
+        others = [(flight, 0.1) for flight in flights]
+        plan = plan_in_space_time(problem, matrix_of(problem, 10), others, start_time=0.0, step=0.04, latest=200.0)
+        if plan.trajectory is not None:
+            flights.append(plan.trajectory)
+    assert len(flights) >= 5
+    for a, b in itertools.combinations(flights, 2):
+        assert oracles.least_gap((a.times, a.points), (b.times, b.points)) >= 0.1
