@@ -20,7 +20,7 @@ from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.area_tables import Pair, with_files
 from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, read_table
 from cgla_graph.scenarios.shipped import SCENARIOS, is_mission_text, shipped_scenario
-from cgla_graph.scenarios.text_files import read_text, scenario_errors
+from cgla_graph.scenarios.text_files import read_text
 
 #: The command that prints the schema of scenario files.
 SCHEMA = "cgla scenarios --schema"
@@ -216,7 +216,7 @@ def load_scenario(
     (0.9, 0.9)
     """
     path, table = Path(name), open_table(name)
-    with scenario_errors(path):
+    try:
         changes: dict[str, Any] = {
             key: list(check(key, given))
             for key, check, given in (("start", point, start), ("goal", point, goal), ("bounds", four_numbers, bounds))
@@ -224,6 +224,9 @@ def load_scenario(
         }
         if clearance is not None:
             changes["clearance"] = non_negative_number("clearance", clearance)
+    except CglaError as error:
+        msg = f"{path}: {error}"
+        raise ScenarioError(msg) from error
     if no_fly or zones:
         # (files given here start at the current folder, those of the table at its own)
         changes["no_fly"] = with_files(table.no_fly, no_fly, zones or {})
