@@ -26,7 +26,7 @@ from cgla_graph.model.risk_kernels import BLOCK, LOG_CUTOFF, LOG_PEAK, PRECISION
 from cgla_graph.model.risk_raster_kernels import Rasters, raster_floor, raster_range
 
 #: A spline over all cells of a box, row by row: controls of its pieces, last node, origin, spacing, control values; and
-#: what it counts as at most (`tips.Near`).
+#: the cap of its values (`tips.EndGrid`).
 Box: TypeAlias = tuple[WholeArray, tuple[int, int], tuple[float, float], tuple[float, float], FloatArray, float]
 #: Parts of a cell with rasters: lines of theirs may pass its middle.
 QUARTERS = 4
@@ -376,7 +376,7 @@ def cone(dx: float, dy: float, tip: FloatArray) -> tuple[float, float, float]:
     Evaluate ``psi = c r + r (g . d) / 2 - beta r^3 / 3`` at ``d``, where ``r = |d|``, and its gradient.
 
     `tip` holds ``c, g_x, g_y, beta``. Near its tip, psi is the cost to the source to third order, from below
-    (`subsolution.Tip`).
+    (`tips.EndFormula`).
     """
     r = math.hypot(dx, dy)
     along = tip[1] * dx + tip[2] * dy

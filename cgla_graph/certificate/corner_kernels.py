@@ -185,8 +185,8 @@ def charge(
     """
     Bound ``phi(a) - phi(b) - D(a, b)`` for all ``a`` and ``b`` on the rim of a block, no better than to `least`.
 
-    Parts of the rim are halved where their bound is above what is known. An infinite control value says that no way
-    leads there. The answer is infinite as soon as `most` is exceeded.
+    Parts of the rim are halved where their bound is above the greatest value found. Where a control value is infinite,
+    no path leads. The answer is infinite as soon as `most` is exceeded.
     """
     worst = least
     stack = np.empty((3 * DEEPEST + 8, 4))

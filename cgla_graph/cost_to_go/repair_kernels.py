@@ -26,8 +26,8 @@ ROOM = 12
 #: Nodes of a complete graph: positions, width and height of the lattice that the first of them are (0, 0: none), and,
 #: shape ``(width, height)``, whether a step of so many columns and rows passes no third lattice node.
 Nodes: TypeAlias = tuple[FloatArray, int, int, BoolArray]
-#: What is known of the model before: H, ``min(1, k / k_old)``, k_old, the table of the threats that are gone, the error
-#: of the old weights, and the boxes of no-fly polygons that are gone, shape ``(b, 4)``.
+#: The cost matrix and model before the change: H, ``min(1, k / k_old)``, k_old, the table of the threats that are gone,
+#: the error of the old weights, and the boxes of no-fly polygons that are gone, shape ``(b, 4)``.
 Before: TypeAlias = tuple[FloatArray, float, float, FloatArray, float, FloatArray]
 
 
@@ -140,7 +140,7 @@ def _is_sum(nodes: Nodes, model: Model, i: int, r: int) -> bool:
 def _triangle(
     x1: float, y1: float, x2: float, y2: float, i: int, r: int, value: float, before: Before, error: float
 ) -> float:
-    """Bound ``A(i, r) + value`` from below, where ``value`` is G of r, by what is known of the model before."""
+    """Bound ``A(i, r) + value`` from below, where ``value`` is G of r, by the matrix and model before."""
     old, shrink, k_old, gone, old_error, opened = before
     if opened.shape[0] and in_boxes(x1, y1, x2, y2, opened):
         return 0.0
@@ -214,11 +214,11 @@ def settle_lazily(
 
     Notes
     -----
-    A pair waits under a lower bound of the value that it offers. What is least of all values and bounds comes next:
-    a value is final then, a bound is replaced by the truth. So a pair is weighed only if its bound is below the final
+    A pair waits with a lower bound of the value that it offers. The least of all values and bounds comes next: a value
+    is final then, and a bound is replaced by the exact value. So a pair is weighed only if its bound is below the final
     value of its node, or if more than `ROOM` pairs wait for the node.
 
-    Long, because the innermost loop works on some twenty arrays, which parts of it would have to hand each other.
+    It is long because the innermost loop works on some twenty arrays, which its parts would have to pass to each other.
     """
     positions, width, height, coprime = nodes
     old, shrink, _, gone, _, opened = before

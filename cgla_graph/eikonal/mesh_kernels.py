@@ -210,7 +210,7 @@ def label_pieces(kinds: WholeArray, labels: WholeArray) -> WholeArray:
     Label the connected pieces of each cell's free sub-cells, corners included; return how many each cell has.
 
     `labels`, like `kinds` of shape ``(t, parts, parts)``, is -1 inside the area. Beyond `MOST_PIECES`, pieces of a
-    cell count as one, which only ever joins what is apart.
+    cell count as one, which joins separate pieces, but never separates a piece.
     """
     n_cells, parts = kinds.shape[0], kinds.shape[1]
     counts = np.zeros(n_cells, dtype=np.int32)
@@ -269,7 +269,7 @@ def cut_outlines(
     strips: WholeArray,
 ) -> None:
     """
-    Shrink the boxes of the pieces that an edge meets to what is free, and write their strips (`Outlines`).
+    Shrink the boxes of the pieces that an edge meets to their free sub-cells, and write their strips (`Outlines`).
 
     `sub_cells` are as a `SplineMesh` has them.
     """
@@ -400,7 +400,7 @@ def number_nodes(slots: WholeArray, columns: WholeArray, rows: WholeArray) -> Wh
     """
     Give numbers to the nodes that pieces share, square by square of `TILE` cells.
 
-    What is near on the map is so near in memory: a front that crosses many rows of a large grid waits less for it.
+    So nodes that are near on the map are near in memory, and a front across many rows of a large grid waits less.
 
     Parameters
     ----------

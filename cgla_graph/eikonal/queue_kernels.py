@@ -1,15 +1,15 @@
 """
 Compiled kernels of a queue of nodes by their times: a heap of those that are due, and buckets for later ones.
 
-A round divides a span of time into buckets of equal width (Dial 1969); what is further ahead waits for the next round,
-which begins at the soonest of them. Only the nodes of the bucket at hand are put in order, in a heap, so that nodes
-leave the queue in the order of their times, but most entries never see more than a few others. Entries that are out of
-date, of nodes that are done, are left out when their bucket is opened.
+A round divides a span of time into buckets of equal width (Dial 1969); later entries wait for the next round, which
+begins at the earliest of them. Only the nodes of the current bucket are put in order, in a heap, so that nodes leave
+the queue in the order of their times, but most entries are compared with only a few others. Outdated entries, of nodes
+that are done, are dropped when their bucket is opened.
 
 An entry is a row of `entries`: a node, and the next entry of its bucket or of the free ones. `heads` has the first
-entry of each bucket, and last of those that are further ahead. Kernels take arrays one by one, and give back numbers
-alone: so numba need not count references in the loop that calls them, which would take as long as the rest of it. What
-that loop calls again and again takes few of them: to hand over all of the queue costs it a fifth of its time and more.
+entry of each bucket, and last of the later entries. Kernels take arrays one by one and return only numbers: so numba
+need not count references in the loop that calls them, which would take as long as the rest of it. Kernels in that loop
+take few arrays: passing the whole queue costs a fifth of the time or more.
 """
 
 import math

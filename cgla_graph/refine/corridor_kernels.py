@@ -1,9 +1,9 @@
 """
 Compiled kernels of the room that a path has beside a no-fly area.
 
-A path may move along its *transversals*: one line through each waypoint, on which the waypoint may go a certain way to
-either side. Whatever it does there, a segment stays inside the convex hull of the two stretches that its ends may use.
-So if no hull meets the no-fly area, no path of this kind crosses it: a set of bounds on single numbers.
+A path may move along its *transversals*: one line through each waypoint, on which the waypoint may move by a certain
+distance to either side. A segment then stays inside the convex hull of the two stretches on which its ends may be.
+So if no hull meets the no-fly area, no path of this kind crosses it: the constraint is a bound on each single shift.
 """
 
 import math
@@ -120,7 +120,8 @@ def free_reach(points: FloatArray, directions: FloatArray, area: AreaArrays, roo
     area
         The no-fly area.
     room
-        How far each waypoint may go against and along its direction, shape ``(m, 2)``: overwritten by what is left.
+        How far each waypoint may go against and along its direction, shape ``(m, 2)``: overwritten by the remaining
+        room.
     """
     for i in range(points.shape[0]):
         x, y, dx, dy = points[i, 0], points[i, 1], directions[i, 0], directions[i, 1]
@@ -142,7 +143,8 @@ def free_hulls(
     area, corners
         The no-fly area, and its corners that are within the greatest room of the path, sorted by x, shape ``(c, 2)``.
     room
-        How far each waypoint may go against and along its direction, shape ``(m, 2)``: overwritten by what is left.
+        How far each waypoint may go against and along its direction, shape ``(m, 2)``: overwritten by the remaining
+        room.
     """
     n = points.shape[0]
     for i in range(n - 1):

@@ -142,7 +142,7 @@ def raster_sum(raster: FloatArray, width: int, x2: int, y2: int, a: int, b: int,
     Sum a raster along the segment of ``(a, b)`` half steps from the node ``(x2, y2)`` of the half lattice.
 
     The trapezoid rule over the crossings with its columns, or with its rows if the segment is steep. Infinite as soon
-    as it is known to reach `limit`: what is left costs at least its length.
+    as it is known to reach `limit`: the rest of the segment costs at least its length.
     """
     if abs(a) >= abs(b):
         n = abs(a)

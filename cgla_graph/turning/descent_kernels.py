@@ -15,7 +15,7 @@ MEMORY = 16
 
 @kernel
 def _project(gradient: FloatArray, held: FloatArray) -> None:
-    """Leave of what is asked of the first and the last waypoint that which is along a heading that is given."""
+    """Project the gradient at the first and the last waypoint onto a given heading."""
     n = gradient.shape[0]
     for end in range(2):
         i, heading = 1 + end * (n - 3), held[end]

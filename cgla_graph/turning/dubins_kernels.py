@@ -12,7 +12,7 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray
-from cgla_graph.turning.curve_kernels import CX, CY, N_COLUMNS, RADIUS, TURN, X0, X1, Y0, Y1
+from cgla_graph.turning.curve_kernels import CX, CY, RADIUS, TURN, X0, X1, Y0, Y1
 
 #: How each of the three parts of a word turns: 1 left, 0 straight, -1 right.
 WORDS = np.array([[1, 0, 1], [-1, 0, -1], [1, 0, -1], [-1, 0, 1], [1, -1, 1], [-1, 1, -1]], dtype=np.float64)
@@ -132,13 +132,3 @@ def shortest(start: tuple[float, float, float], goal: tuple[float, float, float]
         if length < least:
             best, least = word, length
     return best, radius * least
-
-
-@kernel
-def pieces_of(rows: FloatArray, n: int) -> FloatArray:
-    """Return a copy of the first `n` pieces."""
-    out = np.empty((n, N_COLUMNS))
-    for i in range(n):
-        for j in range(N_COLUMNS):
-            out[i, j] = rows[i, j]
-    return out

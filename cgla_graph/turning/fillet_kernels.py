@@ -2,14 +2,14 @@
 Compiled kernels of rounded polylines: at every waypoint but the ends an arc of one radius, tangent to both segments.
 
 Such a curve is given by its waypoints ``v_0 … v_n`` alone. Where the polyline turns by ``a``, the arc begins and ends
-``t = R tan(|a| / 2)`` from the waypoint, so that the curve exists where every segment is at least as long as what the
-arcs at its two ends take of it. Every curve of lines and arcs of radius ``R``, each below a half turn, is of that kind,
-and curves whose curvature is at most ``1 / R`` are limits of such curves.
+``t = R tan(|a| / 2)`` from the waypoint, so that the curve exists if every segment is at least as long as the parts
+that the arcs at its two ends take. Every curve of lines and arcs of radius ``R``, each below a half turn, has this
+form, and curves whose curvature is at most ``1 / R`` are limits of such curves.
 
-**The barrier.** What is minimised is the cost plus ``mu * sum(phi(d / reach))`` over how far pieces are from the edges
-of areas and from the bounds, and over what is left of the segments between arcs; ``phi(x) = x - 1 - log(x)`` below 1,
-and 0 above. It is infinite where the curve may not be flown, by the exact tests of `curve_kernels`, so that a descent
-from a curve that may be flown never leaves those. With ``mu`` its minimum tends to that of the cost.
+**The barrier.** The objective is the cost plus ``mu * sum(phi(d / reach))`` over the distances of pieces from the edges
+of areas and from the bounds, and over the remaining lengths of segments between arcs; ``phi(x) = x - 1 - log(x)`` below
+1, and 0 above. It is infinite where the curve is infeasible, by the exact tests of `curve_kernels`, so that a descent
+from a feasible curve stays feasible. As ``mu`` tends to 0, the minimum tends to that of the cost.
 
 The gradient is exact but for the jumps of rasters that are not interpolated, by the reverse chain rule: from the points
 of a piece to where it begins, its heading and its turn, and from these to the waypoints.
@@ -45,7 +45,8 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 #: Panels of the quadrature along one arc, at most, while it is bent.
 MOST_PANELS = 12
 
-#: What is kept of each waypoint: heading and unit vectors before and after it, turn, length that the arc takes.
+#: Columns of `turns`, one row a waypoint: heading and unit vectors before and after it, turn, length that the arc
+#: takes.
 HEADING, U0X, U0Y, U1X, U1Y, ANGLE, TAKEN = range(7)
 
 
@@ -66,8 +67,8 @@ def rounded(points: FloatArray, radius: float, turns: FloatArray, pieces: FloatA
     """
     Round a polyline, shape ``(n, 2)`` with ``n >= 2``.
 
-    `turns` gets what is known of each waypoint, shape ``(n, 7)``; `pieces` the curve, shape ``(2 n - 3, 8)``: line,
-    arc, line, …, line. Returns the least that is left of a segment between its arcs: below 0 there is no such curve.
+    `turns` gets a row for each waypoint, shape ``(n, 7)``; `pieces` gets the curve, shape ``(2 n - 3, 8)``: line, arc,
+    line, …, line. Returns the least remaining length of a segment between its arcs: below 0 there is no such curve.
     """
     n = points.shape[0]
     for i in range(1, n - 1):
@@ -292,10 +293,10 @@ def barrier(
     radius
         Of all arcs.
     model, bounds
-        Cost, area and box; what is infeasible is infinite.
+        Cost, area and box; infeasible curves cost infinity.
     reaches
-        How far the barrier of the area and the box reaches, that of what is left of segments, the widest panel of the
-        quadrature, and how long the line at an end is, at least, whose heading is given.
+        Reach of the barrier of the area and the box, reach of that of remaining lengths of segments, widest panel of
+        the quadrature, and least length of the line at an end whose heading is given.
     mu
         Weight of the barrier, map units.
     held

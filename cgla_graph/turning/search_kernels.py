@@ -1,9 +1,9 @@
 """
 Compiled kernels of a search over poses: which way round, and with which turns, before the curve is bent.
 
-A* over poses ``(x, y, heading)`` that are told apart by the cell and the sector that they are in, as Hybrid A* does
+A* over poses ``(x, y, heading)``, one for each cell and sector of headings, as Hybrid A* does
 (Dolgov, Thrun, Montemerlo, Diebel, Int. J. Robot. Res. 29(5), 2010). Steps are arcs, to either side and with the radius
-or twice that, and lines; every step is tested and weighed along itself. What is left to the goal is taken from the
+or twice that, and lines; every step is tested and weighed along itself. The cost to the goal is estimated by the
 costs-to-go of a grid, where turning costs nothing. From poses on the way, Dubins' curves to the goal are tried.
 """
 
@@ -32,14 +32,14 @@ from cgla_graph.turning.curve_kernels import (
 )
 from cgla_graph.turning.dubins_kernels import N_WORDS, word_parts, word_pieces
 
-#: Headings that are told apart, and how steps bend, in parts of the tightest.
+#: Sectors of headings, and curvatures of steps, in parts of the tightest.
 SECTORS = 64
 BENDS = np.array([0.0, 1.0, -1.0, 0.5, -0.5])
 _TURN = 2.0 * math.pi
 #: Of a pose: where it is, where it came from, how it bent, its cost, how long its step was.
 AT_X, AT_Y, AT_HEADING, FROM, BEND, COST, STEP = range(7)
 
-#: What is searched: cells along x and y, bounds, cost per length in the middle of each cell, area.
+#: The map of a search: cells along x and y, bounds, cost per length in the middle of each cell, area.
 Map = tuple[int, int, Bounds, FloatArray, AreaArrays]
 
 
