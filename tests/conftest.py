@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import strategies  # noqa: F401 - registers the profiles of hypothesis before any test is imported
+from command_line import cgla  # noqa: F401 - a fixture of many tests
 
 # A background job of a script ignores Ctrl-C, and a job of nohup ignores the end of its terminal; the programs that
 # tests start and interrupt would inherit this.
