@@ -119,13 +119,28 @@ _SPELLED = {
 }
 
 
+def _without_checks(hints: str) -> str:
+    """Write ``Annotated[int, check]`` as ``int``."""
+    while (start := hints.find("Annotated[")) >= 0:
+        first, depth, at = start + len("Annotated["), 0, start + len("Annotated[")
+        comma = None
+        while depth >= 0:
+            if hints[at] == "," and depth == 0 and comma is None:
+                comma = at
+            depth += (hints[at] in "[(") - (hints[at] in "])")
+            at += 1
+        before = hints[:start].removesuffix("typing.").removesuffix("types.").removesuffix("~")
+        hints = before + hints[first:comma] + hints[at:]
+    return hints
+
+
 def _shorter(_app: Sphinx, _kind: str, _name: str, _thing: object, _options: object, *signature: str | None) -> tuple:
     """Write hints as the code does."""
     arguments, returned = signature
     for spelled, short in _SPELLED.items():
         arguments = arguments and arguments.replace(spelled, short)
         returned = returned and returned.replace(spelled, short)
-    return arguments, returned
+    return arguments and _without_checks(arguments), returned and _without_checks(returned)
 
 
 def setup(app: Sphinx) -> None:

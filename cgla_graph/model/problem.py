@@ -228,10 +228,12 @@ class Problem(Plottable):
             With centres in degrees and spreads in metres.
         rasters
             In metres around the projection's origin (``RasterRisk.from_file(…, projection=projection)``).
-        k, clearance
-            As in `Problem`; the clearance in metres.
+        k
+            Risk weight, as in `Problem`.
         no_fly
             Polygons in degrees, straight edges there.
+        clearance
+            Metres, as in `Problem`.
         projection
             None: around the middle of the geodesic from start to goal, which distorts that least.
 
