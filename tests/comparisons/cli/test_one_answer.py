@@ -50,6 +50,8 @@ def test_a_plan(kind: str, solver: str, cgla: Call) -> None:
     numbers = found.cost, found.length, found.risk, proof.lower_bound, found.path.tolist()
     assert tuple(document[key] for key in ("cost", "length", "risk", "lower_bound", "path")) == numbers
     assert document["gap"] == found.cost / proof.lower_bound - 1.0 == proof.gap
+    # there was no budget
+    assert "within" not in document
     assert lasting(document["certificate"]) == {"scenario": scenario.name, **lasting(proof.document())}
 
 
