@@ -324,7 +324,13 @@ def _spawned(preload: tuple[str, ...], cores: frozenset[int] | None) -> _Process
     process = get_context("spawn").Process(target=worker.work, args=(theirs, sys.path, preload, cores), daemon=True)
     process.start()
     theirs.close()
-    return _Process(process.pid or 0, line, process.sentinel, lambda: process.exitcode or 0)
+
+    def exit_code() -> int:
+        # (it may have closed its files, and not have ended yet)
+        process.join()
+        return -int(signal.SIGKILL) if process.exitcode is None else process.exitcode
+
+    return _Process(process.pid or 0, line, process.sentinel, exit_code)
 
 
 def _end_servers() -> None:

@@ -98,8 +98,10 @@ def test_whatever_a_call_does_is_an_outcome(awkward: ModuleType) -> None:
 @pytest.mark.slow
 def test_workers_without_a_fork(awkward: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(process, "_forks", False)
-    first, crashed, again = ends((awkward.where,), (awkward.leave, 3), (awkward.where,))
+    first, crashed, closed, again = ends((awkward.where,), (awkward.leave, 3), (awkward.close_all,), (awkward.where,))
     assert crashed == Outcome(None, Failure.CRASHED, "its process left with the exit code 3")
+    # its files are closed before it ends
+    assert (closed.failure, "exit code 0" in closed.message) == (Failure.CRASHED, False)
     assert len({os.getpid(), first.value, again.value}) == 3
     assert gone(again.value)
 
