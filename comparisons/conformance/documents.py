@@ -13,7 +13,7 @@ from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import Interpolation, RasterRisk
 from cgla_graph.scenarios.table_faults import faults
 
-#: Of both documents. It changes when a planner that reads the older one would go wrong.
+#: Version of both documents. It changes if a planner that reads the older version would go wrong.
 VERSION: Literal[1] = 1
 
 #: The command that prints both schemas.
@@ -103,7 +103,7 @@ class ProblemDocument(Document):
         Raises
         ------
         ProblemError
-            If it makes no sense, as with a start outside the bounds.
+            If it is invalid, such as a start outside the bounds.
         """
         rasters = [
             RasterRisk(one.values, _box(one.bounds), interpolation=one.interpolation, origin="lower")
@@ -174,7 +174,7 @@ def read_problem(text: str) -> ProblemDocument:
     Raises
     ------
     ScenarioError
-        If it is none; the message names the key and the value.
+        If it is invalid; the message names the key and the value.
 
     Examples
     --------
@@ -201,7 +201,7 @@ def read_answer(text: str) -> AnswerDocument:
     Raises
     ------
     CglaError
-        If it is no answer; the message says what it is instead.
+        If it is no answer; the message says what was read instead.
 
     Examples
     --------

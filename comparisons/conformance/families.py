@@ -1,4 +1,4 @@
-"""The problems of the suite: 40 of eight families, from a free field to a goal behind walls."""
+"""The 40 problems of the suite, in eight families, from a free field to a goal behind walls."""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -29,7 +29,7 @@ METRES = 1
 
 class Draft(NamedTuple):
     """
-    A problem of the suite, before anything is proven of it.
+    A problem of the suite without proven bounds.
 
     Attributes
     ----------
@@ -60,9 +60,9 @@ def drafts() -> Iterator[Draft]:
 
 
 def _draft(family: str, name: str, title: str, walls: Sequence[BaseGeometry] = (), /, **keys: Any) -> Draft:  # noqa: ANN401 - of a document
-    """Put a problem on the unit square together, from the left to the right unless told otherwise."""
+    """Build a problem on the unit square, by default from left to right."""
     square = {"start": [0.05, 0.5], "goal": [0.95, 0.5], "bounds": [0.0, 0.0, 1.0, 1.0], "k": 10.0}
-    # one area: who tests polygons one by one sees no edge inside of it
+    # one area, so that planners which test polygons one by one see no edge inside of it
     area = rings_of(shapely.union_all(list(walls))) if walls else []
     document = ProblemDocument.model_validate({"name": f"{family}-{name}", "no_fly": area, **square, **keys})
     return Draft(family, title, document)

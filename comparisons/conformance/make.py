@@ -38,12 +38,12 @@ DIGITS, BOUND_DIGITS = 9, 9
 
 def instance_of(draft: Draft) -> Instance:
     """
-    Prove what a problem's least cost is.
+    Prove a lower bound of a problem's least cost.
 
     Raises
     ------
     CglaError
-        If it comes out wider than the suite promises.
+        If the bracket is wider than the suite promises.
 
     Examples
     --------
@@ -68,14 +68,14 @@ def instance_of(draft: Draft) -> Instance:
 
 
 def best_path(problem: Problem) -> FloatArray | None:
-    """Return the best path that the planners find, its waypoints short; None if none finds any."""
+    """Return the best path that the planners find, with short waypoints; None without a path."""
     answers = [solve(problem, name, resolution=resolution, refine=True) for name, resolution in PLANNERS]
     found = [answer for answer in answers if answer.status.has_path]
     return shortened(problem, min(found, key=lambda one: one.cost).path) if found else None
 
 
 def shortened(problem: Problem, path: FloatArray) -> FloatArray:
-    """Leave out waypoints that hardly matter, and round the others, unless that would lead into an area."""
+    """Simplify a path and round its waypoints, unless that would lead into an area."""
     x_min, y_min, x_max, y_max = problem.bounds
     side = max(x_max - x_min, y_max - y_min)
     best = path
@@ -102,7 +102,7 @@ def text_of(instances: list[Instance]) -> str:
 
 
 def made(names: set[str]) -> Iterator[Instance]:
-    """Make instances one after the other, those with these names or all, and say how each went."""
+    """Make the instances with these names, or all, and print the result of each."""
     for draft in drafts():
         if names and draft.problem.name not in names:
             continue

@@ -28,7 +28,7 @@ KEYS = (
     "name", "family", "verdict", "message", "seconds", "cost", "length", "risk", "waypoints", "lower_bound",
     "upper_bound", "gap", "excess",
 )  # fmt: skip
-#: Statuses of a solver that found nothing, which is an answer; all others without a path are failures.
+#: Statuses without a path that are answers; other statuses without a path are failures.
 _NONE_FOUND = {Status.NO_PATH, Status.NOT_FOUND, Status.STUCK}
 
 
@@ -36,7 +36,7 @@ def run_suite(
     command: Sequence[str], asked: Sequence[Instance], *, seconds: float, megabytes: float, workers: int
 ) -> list[Result]:
     """
-    Put instances to a planner; the results are in the order of the suite. After Ctrl-C they are those that are there.
+    Run a planner on instances, and return results in the order of the suite; after Ctrl-C, those so far.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def run_suite(
 
 
 def picked(names: str | None) -> list[Instance]:
-    """Choose instances by a list of names and families, with commas between them; all if there is none."""
+    """Choose instances by names and families, separated by commas; all by default."""
     given = [] if names is None else [name.strip() for name in names.split(",")]
     if "" in given:
         msg = f"--instances {shown(names)} has an empty name; give names or families with commas between them"
@@ -63,7 +63,7 @@ def picked(names: str | None) -> list[Instance]:
 
 
 def passes(results: Sequence[Result], tolerance: float) -> bool:
-    """Say whether every answer is right, and no path is known to cost more than the tolerance allows."""
+    """Return whether every answer is right and no path exceeds the best known one by more than the tolerance."""
     return all(one.verdict.is_right and not one.excess > tolerance for one in results)
 
 
@@ -83,7 +83,7 @@ def print_results(results: Sequence[Result], tolerance: float) -> None:
         for one in results
     )
     console.out_table(table)
-    # many may say the same
+    # several may have the same message
     said: dict[str, list[str]] = {}
     for one in results:
         said.setdefault(one.message, []).append(one.instance.name)
@@ -100,7 +100,7 @@ def print_results(results: Sequence[Result], tolerance: float) -> None:
 
 
 def summary(results: Sequence[Result], tolerance: float) -> str:
-    """Say in one line how it went."""
+    """Return a summary in one line."""
     right = sum(one.verdict.is_right for one in results)
     wrong = Counter(one.verdict.label for one in results if not one.verdict.is_right)
     parts = [f"{right} of {counted(len(results), 'answer')} right"]
@@ -188,7 +188,7 @@ def answer(text: str, solver: str, resolution: int, *, refine: bool = False) -> 
     Raises
     ------
     CglaError
-        If the problem or the solver is none, or the solver fails.
+        If the problem or the solver is invalid, or the solver fails.
 
     Examples
     --------

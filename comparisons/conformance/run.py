@@ -23,7 +23,7 @@ from cgla_graph.isolation.outcome import Failure, Outcome
 
 #: Time of a worker beyond the planner's limit.
 _PREPARATION = 60.0
-#: At a time, at most.
+#: Most workers at a time.
 MOST_WORKERS = 1000
 _FAILED = {
     Failure.TIMED_OUT: Verdict.TIMED_OUT,
@@ -42,7 +42,7 @@ def conform(
     workers: int = 1,
 ) -> list[Result]:
     """
-    Hold a planner against proven optima: put instances of the suite to it, and judge what it answers.
+    Check a planner against proven optima: run it on instances of the suite, and judge its answers.
 
     It starts processes: on Windows, a script calls this inside of ``if __name__ == "__main__":``.
 
@@ -51,11 +51,11 @@ def conform(
     command
         Program and arguments, as ``["python3", "planner.py"]``; it reads a problem and writes an answer, as JSON.
     instances
-        Names of instances or families, or instances of one's own; all of the suite if there are none.
+        Names of instances or families, or instances of your own; by default the whole suite.
     timeout, memory
         Seconds that an instance may take, and megabytes that each process of the planner may take; above 0.
     workers
-        How many instances at a time; they share out the cores.
+        Number of instances at a time; they share the cores.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def conform(
 
 
 def _asked(instances: Sequence[str | Instance] | str) -> list[Instance]:
-    """Return instances of the suite by their names, and those that are given as they are."""
+    """Return instances of the suite by name; instances are returned unchanged."""
     given = [instances] if isinstance(instances, str | Instance) else list(instances)
     if not given:
         return chosen()
@@ -98,7 +98,7 @@ def _asked(instances: Sequence[str | Instance] | str) -> list[Instance]:
 
 def checked(command: Sequence[str | Path] | str | Path) -> list[str]:
     """
-    Check that a command is there, before anything is put to it; a text is the name of a program.
+    Check that a command exists before it is run; a text is the name of a program.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def checked(command: Sequence[str | Path] | str | Path) -> list[str]:
         msg = "there is no planner; write cgla conform -- COMMAND, as in cgla conform -- python3 planner.py"
         raise CglaError(msg)
     words = [str(word) for word in command]
-    # and beside the Python that runs this, as a virtual environment need not be activated
+    # also beside the running Python, since its virtual environment may not be activated
     found = shutil.which(words[0]) or shutil.which(words[0], path=str(Path(sys.executable).parent))
     if found is None:
         hint = "; its arguments are texts of their own" if len(words) == 1 and " " in words[0].strip() else ""
@@ -134,7 +134,7 @@ def results_of(
     command: Sequence[str], instances: Sequence[Instance], limits: Limits, *, workers: int = 1
 ) -> Generator[Result]:
     """
-    Put instances to a planner, and yield each result as soon as it is there.
+    Run a planner on instances, and yield each result as it ends.
 
     Parameters
     ----------
@@ -145,12 +145,12 @@ def results_of(
     limits
         Time and memory for each.
     workers
-        How many at a time; they share out the cores.
+        Number at a time; they share the cores.
 
     Yields
     ------
     result
-        As they end, with several workers in no fixed order.
+        In the order in which they end.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def results_of(
 
 
 def _result(instance: Instance, outcome: Outcome, limits: Limits, command: Sequence[str]) -> Result:
-    """Turn what came of a call into a result."""
+    """Turn the outcome of a call into a result."""
     if outcome.failure is not None:
         return Result(instance, _FAILED[outcome.failure], outcome.message)
     spoken: CommandResult = outcome.value
@@ -203,7 +203,7 @@ def _result(instance: Instance, outcome: Outcome, limits: Limits, command: Seque
 
 
 def _exit(code: int) -> str:
-    """Say what an exit code means."""
+    """Describe an exit code."""
     if code > 0:
         return f"it left with the exit code {code}"
     try:

@@ -9,7 +9,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import Point
 from cgla_graph.scenarios.drawing import Stream
 
-#: Decimals of all numbers that are drawn or computed here: no machine rounds these in another way.
+#: Decimals of all drawn or computed numbers, few enough that every machine rounds them alike.
 DECIMALS = 4
 
 
@@ -56,7 +56,7 @@ def upright(x: float, thickness: float, gaps: Sequence[tuple[float, float]] = ()
 def ring_wall(
     x: float, y: float, radius: float, thickness: float, *, corners: int, gap: float = 0.0, turned: float = 0.0
 ) -> BaseGeometry:
-    """Build a wall around a point, closed, or with a gap (an angle) at an angle; it has so many corners outside."""
+    """Build a wall around a point, closed or with a gap of some angle at some angle, with a number of outer corners."""
     outer, inner = radius + 0.5 * thickness, radius - 0.5 * thickness
     if gap == 0.0:
         angles = [turned + 2.0 * math.pi * n / corners for n in range(corners)]
@@ -107,7 +107,7 @@ def maze(seed: int, size: int, thickness: float, *, opened: int = 0) -> list[Bas
     Parameters
     ----------
     seed
-        Draws which walls stand.
+        Seed of the random walls.
     size
         Rooms a side.
     thickness
@@ -181,7 +181,7 @@ def hills(seed: int, size: int, count: int, greatest: float) -> list[list[float]
 
 def island(values: list[list[float]]) -> list[list[float]]:
     """
-    Lower a raster to 0 in its outer cells, so that risk does not jump at its edge.
+    Set the outer cells of a raster to 0, so that risk does not jump at its edge.
 
     Examples
     --------

@@ -12,7 +12,7 @@ from cgla_graph._text import shown
 from cgla_graph.comparisons.conformance.documents import VERSION, Document, Pair, ProblemDocument
 from cgla_graph.errors import ScenarioError
 
-#: The file in this package, and how far its bounds may be apart, relative to the lower one.
+#: The file in this package, and the greatest relative distance of its bounds.
 FILE, WIDEST = "instances.json", 0.005
 
 
@@ -35,7 +35,7 @@ class Instance(Document):
     path: list[Pair] | None = Field(description="that path")
 
     def __repr__(self) -> str:
-        """Write its name: the problem and the path fill pages."""
+        """Return a short form: the problem and the path would fill pages."""
         return f"Instance({self.name!r})"
 
     @property
@@ -72,12 +72,12 @@ def suite() -> Sequence[Instance]:
 
 def chosen(names: Sequence[str] = ()) -> list[Instance]:
     """
-    Choose instances by their names, or by those of their families; all without any.
+    Choose instances by their names or families; all by default.
 
     Raises
     ------
     ScenarioError
-        If there is none of that name; the message offers near ones.
+        If no instance has that name; the message offers similar names.
 
     Examples
     --------

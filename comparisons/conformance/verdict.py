@@ -12,9 +12,9 @@ from cgla_graph.comparisons.conformance.documents import AnswerDocument
 from cgla_graph.comparisons.conformance.suite import Instance
 from cgla_graph.model.problem import BOUND_TOLERANCE, Problem
 
-#: Ends of a path may be off by this, relative to the longer side of the map, as numbers that were printed short.
+#: Allowed distance of a path's ends from start and goal, relative to the map's longer side, for rounded numbers.
 END_TOLERANCE = 1e-6
-#: A planner's own cost may differ from the oracle's by this, relative to it, before that is told.
+#: Relative difference between a planner's own cost and the oracle's from which a message reports it.
 COST_TOLERANCE = 1e-6
 
 
@@ -45,7 +45,7 @@ class Verdict(Enum):
 
     @property
     def is_right(self) -> bool:
-        """Whether it is a right answer."""
+        """Whether the answer is right."""
         return self in {Verdict.FEASIBLE, Verdict.NO_PATH}
 
 
@@ -59,13 +59,13 @@ class Result(ShortRepr):
     instance
         The instance.
     verdict
-        In a word.
+        The verdict.
     message
-        One sentence on the fault, or on a strange value; empty without one.
+        One sentence on the fault or on an implausible value; else empty.
     seconds
-        From the planner's start until it ended, by the wall clock; NaN where that is not known.
+        Wall-clock time of the planner; NaN if unknown.
     cost, length, risk
-        Of its path, by the oracle; NaN without one that is feasible.
+        Of its path, by the oracle; NaN without a feasible path.
     waypoints
         Of its path.
     """
@@ -143,7 +143,7 @@ def _claims(instance: Instance, answer: AnswerDocument, cost: float) -> tuple[Ve
 
 
 def _fault(problem: Problem, path: FloatArray) -> str:
-    """Say in one sentence why a path cannot be flown; nothing if it can. Ends that are almost there are put there."""
+    """Return why a path is infeasible, in one sentence; empty if feasible. Its ends are corrected within tolerance."""
     x_min, y_min, x_max, y_max = problem.bounds
     allowed = END_TOLERANCE * max(x_max - x_min, y_max - y_min)
     for what, index, end in (("starts", 0, problem.start), ("ends", -1, problem.goal)):

@@ -1,4 +1,4 @@
-"""The leaderboard: who wins a comparison, by how much, how confident that is, and where each solver fails."""
+"""The leaderboard: ranks of solvers, effects with their confidence, and where each solver fails."""
 
 import math
 import re
@@ -16,7 +16,7 @@ from cgla_graph.comparisons.study.rows import by_solver, excess_over
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Status
 
-#: A number in a message, with what stands for each in a pattern.
+#: Numbers in a message, which a pattern replaces.
 _NUMBER, _ANY = re.compile(r"\d[\d.e+-]*"), "#"
 
 
@@ -52,7 +52,7 @@ class FailureGroup:
 
 def failed(runs: Iterable[Run]) -> list[Run]:
     """
-    List the runs without a path that may be flown.
+    List the runs without a feasible path.
 
     Examples
     --------
@@ -64,7 +64,7 @@ def failed(runs: Iterable[Run]) -> list[Run]:
 
 def failure_groups(runs: Iterable[Run]) -> list[FailureGroup]:
     """
-    Group the runs without a path by solver, status and message; in the order of the first of each.
+    Group the runs without a path by solver, status and message, in the order of their first runs.
 
     Examples
     --------
@@ -89,7 +89,7 @@ class LeaderboardRow:
     One solver among the others, over all scenarios.
 
     A scenario counts once, by the median of its seeds, and only if every solver has run it (see `instance_costs`);
-    `n_runs`, `n_paths`, `success`, `failures` and `failed_on` are of all runs that there are.
+    `n_runs`, `n_paths`, `success`, `failures` and `failed_on` count all runs.
 
     Attributes
     ----------
@@ -98,25 +98,25 @@ class LeaderboardRow:
     place
         From 1; solvers of equal average rank share a place.
     average_rank
-        Mean over the scenarios of its rank among the solvers; NaN where no scenario has been run by all.
+        Mean over the scenarios of its rank among the solvers; NaN if no scenario has been run by all.
     n_instances, wins
-        Number of scenarios that count, and of those on which its path is the cheapest, alone or with others.
+        Numbers of scenarios that count, and of those on which its path is the cheapest or ties for it.
     gap
-        Median over the scenarios of how far above the lower bound its cost is; infinite without a path, NaN where no
-        scenario has a finite bound.
+        Median over the scenarios of its excess over the lower bound; infinite without a path, NaN if no scenario has a
+        finite bound.
     n_runs, n_paths, success
-        How many runs there were, how many of them found a path, and the 95 % interval of that rate by Clopper and
-        Pearson, which takes runs as independent.
+        Number of runs, number of those with a path, and the 95 % interval of that rate by Clopper and Pearson, which
+        assumes independent runs.
     seconds_to_near
         Median over the scenarios of the time until its cost was within `NEAR_PERCENT` of the lower bound; infinite if
         never, NaN as `gap`.
     versus_best
-        Its costs against those of the solver that stands first, p-values adjusted for that one having been picked by
-        the same costs (see `against`); None for that one itself, or without scenarios.
+        Its costs against those of the solver ranked first, with p-values adjusted because the same costs chose that
+        solver (see `against`); None for that solver, or without scenarios.
     failures
-        How many runs ended how, of those without a path that may be flown; the most frequent first.
+        Number of runs without a feasible path by status, the most frequent first.
     failed_on
-        Names of the scenarios on which runs failed, and how many; in order.
+        Names of the scenarios on which runs failed, and the number of failures, in order.
     """
 
     solver: str
@@ -138,7 +138,7 @@ def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
     """
     Rank the solvers of a comparison, best first.
 
-    Those of equal average rank are ordered by the median gap, then by the time to get near the bound.
+    Solvers of equal average rank are ordered by the median gap, then by the time to get near the bound.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
     Returns
     -------
     leaderboard
-        One a solver; none without runs.
+        One row a solver; empty without runs.
 
     Examples
     --------
@@ -168,7 +168,7 @@ def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
     rank_of = dict(zip(ranks.solvers, ranks.average_ranks, strict=True))
 
     def merit(solver: str) -> tuple[float, float, float]:
-        # a value that is unknown is unknown for all
+        # an unknown value makes the median unknown
         rank, gap, seconds = rank_of[solver], gaps[solver].median, times[solver].median
         return _or_zero(rank), _or_zero(gap), _or_zero(seconds)
 
@@ -196,14 +196,14 @@ def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
 
 
 def _wins(costs: Mapping[str, Sequence[float]]) -> dict[str, int]:
-    """Count the scenarios on which a solver's path is the cheapest; where none has a path, none wins."""
+    """Count the scenarios on which a solver's path is the cheapest; without any path there is no winner."""
     table = {solver: np.asarray(values, dtype=np.float64) for solver, values in costs.items()}
     best = np.min(list(table.values()), axis=0) if table else np.empty(0)
     return {solver: int((same_cost(values, best) & np.isfinite(values)).sum()) for solver, values in table.items()}
 
 
 def _gaps(runs: Sequence[Run]) -> dict[str, Estimate]:
-    """Take the median over the scenarios of the gap of each one's median cost."""
+    """Return the median over the scenarios of the gap of the median cost."""
     bounds = [finite_bound(group) for group in shared_scenarios(runs)]
     return {
         solver: _estimate([excess_over(cost, bound) for cost, bound in zip(costs, bounds, strict=True) if bound >= 0.0])

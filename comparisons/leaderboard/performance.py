@@ -1,4 +1,4 @@
-"""Performance: how often, how soon and how well one solver does on one scenario, over its seeds."""
+"""Performance of one solver on one scenario over its seeds: success rate, times to targets, cost."""
 
 import math
 from collections.abc import Sequence
@@ -44,12 +44,12 @@ class Performance:
     success
         95 % interval of the rate of success.
     lower_bound
-        The scenario's, to which gaps are relative; NaN without one.
+        That of the scenario, to which gaps are relative; NaN without one.
     cost
-        Median cost; a run without a path is infinitely costly.
+        Median cost; a run without a path has infinite cost.
     seconds, evaluations
-        Medians of what it took to reach each of `TARGETS`, the time to build the graph included; infinite if never,
-        NaN where there is no lower bound to measure from.
+        Medians of the effort to reach each of `TARGETS`, the time to build the graph included; infinite if never
+        reached, NaN without a lower bound.
     """
 
     scenario: str

@@ -1,4 +1,4 @@
-"""Profiles: how many runs have a path by when, and on how many instances a solver is how close to the best."""
+"""Profiles: the share of runs with a path over time, and of instances within a factor of the best cost."""
 
 import math
 import statistics
@@ -25,7 +25,7 @@ class StepFunction(NamedTuple):
     Attributes
     ----------
     at
-        Where it rises, shape ``(m,)``, ascending, each once.
+        Places where it rises, shape ``(m,)``, strictly ascending.
     share
         Its value from there on, shape ``(m,)``, from 0 to 1.
     """
@@ -42,9 +42,9 @@ class SuccessCurve:
     Attributes
     ----------
     seconds
-        When runs found their first paths, shape ``(m,)``, ascending, each once; building the graph counts.
+        Times at which runs found their first paths, shape ``(m,)``, strictly ascending; building the graph counts.
     rate
-        Share of all runs that have a path from then on, shape ``(m,)``.
+        Share of all runs that have a path at that time, shape ``(m,)``.
     low, high
         A band that holds the whole curve of the solver's true rates with 95 % confidence, at all times at once, shape
         ``(m,)``; it is constant until the next moment.
@@ -61,7 +61,7 @@ def success_curve(solutions: Sequence[Solution]) -> SuccessCurve:
     Return the rate of runs with a path over time, with a band for the whole curve.
 
     The band is that of Kolmogorov: his statistic's exact 95 % quantile above and below the rate. It holds for any
-    distribution of times, and also where some runs never find a path.
+    distribution of times, also if some runs never find a path.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def success_curve(solutions: Sequence[Solution]) -> SuccessCurve:
     Returns
     -------
     curve
-        Without moments where no run found a path.
+        Without moments if no run found a path.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def success_curve(solutions: Sequence[Solution]) -> SuccessCurve:
 
 @lru_cache
 def _band_width(n: int) -> float:
-    """Return the quantile of Kolmogorov's statistic of `n` values: slow to find, and the same for most solvers."""
+    """Return the quantile of Kolmogorov's statistic of `n` values. It is slow, and the same for most solvers."""
     return float(scipy.stats.kstwo.ppf(CONFIDENCE, n))
 
 
@@ -110,15 +110,15 @@ def performance_profile(costs: Mapping[str, Sequence[float]]) -> dict[str, StepF
     """
     Return the share of instances that each solver answers within a factor of the best solver's cost, by the factor.
 
-    At 1 it says how often a solver is best, alone or with others; far to the right, how often it finds a path at all
-    (Dolan, More, Mathematical Programming 91(2), 2002). The factor is relative to the best of those that take part,
-    so that of two solvers beside a better third the order may change without it (Gould, Scott, ACM TOMS 43(2), 2016).
+    At 1 it is the share of instances on which a solver is best or ties; far to the right, the share with a path
+    (Dolan, More, Mathematical Programming 91(2), 2002). The factor is relative to the best solver that takes part,
+    so removing a third solver can change the order of two others (Gould, Scott, ACM TOMS 43(2), 2016).
 
     Parameters
     ----------
     costs
         One cost an instance for each solver, or one time; the instances in the same order. Infinite without a path:
-        such an instance counts, but is never within any factor.
+        such an instance counts, and is within no factor.
 
     Returns
     -------
@@ -153,16 +153,16 @@ def _factors(costs: FloatArray, best: FloatArray) -> FloatArray:
 
 
 def _shares(values: FloatArray, n: int) -> StepFunction:
-    """Return what share of `n` values is at most x, by x; infinite ones never are."""
+    """Return the share of `n` values that are at most x, as a function of x; infinite values never are."""
     at, counts = np.unique(values[np.isfinite(values)], return_counts=True)
     return StepFunction(at, np.cumsum(counts) / max(n, 1))
 
 
 def shared_scenarios(runs: Sequence[Run]) -> list[dict[str, list[Run]]]:
     """
-    List the scenarios that every solver has run, so that all are measured on the same ones.
+    List the scenarios that every solver has run, so that all solvers are measured on the same scenarios.
 
-    The others, as there are while a study goes on, are left out for all: a run that is still to be made is no failure.
+    While a study goes on, the others are left out: a run that has not been made is no failure.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def shared_scenarios(runs: Sequence[Run]) -> list[dict[str, list[Run]]]:
     Returns
     -------
     scenarios
-        In order; of each, the runs by solver, the solvers in the order of their first runs.
+        In order; for each, the runs by solver, the solvers in the order of their first runs.
 
     Examples
     --------
@@ -188,7 +188,7 @@ def instance_costs(runs: Sequence[Run]) -> dict[str, list[float]]:
     """
     Reduce the runs of every solver on every scenario to one cost: the median over its seeds.
 
-    Of two middle runs it is the cheaper one's; a run without a path is infinitely costly.
+    Of two middle runs the cheaper one counts; a run without a path has infinite cost.
 
     Returns
     -------
@@ -250,9 +250,9 @@ def instance_times(runs: Sequence[Run], percent: float) -> dict[str, list[float]
 
 def finite_bound(group: Mapping[str, Sequence[Run]]) -> float:
     """
-    Return the lower bound of a scenario that gaps can be measured from; NaN if it has none.
+    Return the lower bound from which a scenario's gaps are measured; NaN without one.
 
-    None can be measured from infinity, which is the bound of a scenario that has no path, nor from below 0.
+    Infinity (the bound of a scenario without a path) and bounds below 0 give no gap.
     """
     bound = scenario_bound([run for runs in group.values() for run in runs])
     return bound if 0.0 <= bound < math.inf else math.nan

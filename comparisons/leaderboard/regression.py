@@ -44,8 +44,8 @@ class Change:
     """
     One solver, new against old.
 
-    Pairs of seeds count as independent. So the p-values are those of the question whether anything changed on these
-    scenarios; for what to expect on others there have to be many scenarios, and not only many seeds.
+    Pairs of seeds count as independent. So the p-values test whether anything changed on these scenarios.
+    Statements about other scenarios need many scenarios, not only many seeds.
 
     Attributes
     ----------
@@ -53,12 +53,12 @@ class Change:
         Label.
     cost
         Cost of new over old, pair by pair (`Paired`, with the old version as reference): wins are runs that became
-        cheaper; runs without a path are infinitely costly.
+        cheaper; runs without a path have infinite cost.
     seconds
-        The same of the time, building the graph included, infinite without a path. Times of different machines, or of
-        machines that were busy, differ without any change.
+        The same for the time, building the graph included, infinite without a path. Times of different or busy machines
+        differ without any change of the solver.
     verdict
-        Of the costs: different where the adjusted p-value is below `SIGNIFICANT`.
+        On the costs: different if the adjusted p-value is below `SIGNIFICANT`.
     settings_differ
         Whether some pair ran with different settings.
     """
@@ -78,17 +78,17 @@ class Change:
 @dataclass(frozen=True)
 class Regression:
     """
-    Two lists of runs, as far as they can be paired.
+    The pairs of runs of two lists, and the runs without a pair.
 
     Attributes
     ----------
     changes
-        One a solver that has pairs, in the order of the new runs; p-values of costs and of times are each
+        One for each solver with pairs, in the order of the new runs; p-values of costs and of times are each
         adjusted to all solvers.
     only_old, only_new
         Runs that only one list has.
     changed_scenarios
-        Names of scenarios that both have, but that are not the same problem any more; their runs are not paired.
+        Names of scenarios in both lists whose problems differ; their runs are not paired.
     """
 
     changes: tuple[Change, ...]
@@ -99,7 +99,7 @@ class Regression:
 
 def same_task(scenario: Scenario) -> Hashable:
     """
-    Return what makes runs on a scenario comparable: its problem, and the lattice of graph solvers.
+    Return the key by which runs are comparable: the scenario's problem, and the lattice of graph solvers.
 
     Examples
     --------

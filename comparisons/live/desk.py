@@ -1,7 +1,7 @@
 """
 Job queue of the live page: the newest request first.
 
-A page numbers its states. Work on a state is dropped as soon as there is a newer one, unless it is under way. Paths and
+A page numbers its states. A newer state drops jobs of older ones that have not begun. Paths and
 proofs, and fast solvers, take turns in one thread of this process, which has its kernels; slow solvers, and those that
 may hang, have another thread, which hands them to a worker process within limits.
 """
@@ -22,13 +22,13 @@ from cgla_graph.isolation.process import WorkerProcess
 from cgla_graph.model.isolated import lost
 from cgla_graph.model.solution import Solution
 
-#: Limits of a slow solver.
+#: Limits of slow solvers.
 LIMITS = Limits(seconds=10.0, megabytes=2048.0)
 #: Ranks of jobs: the path while something moves, fast solvers, the path when nothing moves.
 QUICK, OTHERS, FULL = range(3)
-#: The answer to what a newer state has replaced.
+#: The answer to a job that a newer state has replaced.
 REPLACED: dict[str, Any] = {"replaced": True}
-#: Most pages and most jobs that are remembered.
+#: Most pages and most jobs to remember.
 MOST_PAGES, MOST_JOBS = 32, 256
 
 Work = Callable[[], dict[str, Any]]
@@ -59,10 +59,10 @@ class Line:
         self._thread.start()
 
     def newest(self, page: str, number: int) -> None:
-        """Learn of a state; what waits for older ones of that page is answered."""
+        """Record a state; waiting jobs of the page's older states are answered as replaced."""
         with self._changed:
             before = self._newest.pop(page, number)
-            # the page that was heard of last stands last
+            # the page heard from last is last
             self._newest[page] = max(number, before)
             while len(self._newest) > MOST_PAGES:
                 self._newest.pop(next(iter(self._newest)))
@@ -70,7 +70,7 @@ class Line:
                 self._jobs.pop(place)[3].set_result(REPLACED)
 
     def put(self, page: str, number: int, rank: int, work: Work) -> "Future[dict[str, Any]]":
-        """Have something done; the answer is `REPLACED` if there is a newer state before its turn comes."""
+        """Add a job; its answer is `REPLACED` if a newer state comes before its turn."""
         self.newest(page, number)
         answer: Future[dict[str, Any]] = Future()
         with self._changed:
@@ -106,13 +106,13 @@ class Line:
                 _, _, work, answer = self._jobs.pop(min(self._jobs))
             try:
                 answer.set_result(work())
-            except Exception as error:  # noqa: BLE001 - the page is told, and the next job is done
+            except Exception as error:  # noqa: BLE001 - the page shows the error, and the next job is run
                 answer.set_result(nothing(reason(error)))
 
 
 class Desk:
     """
-    Takes what pages ask for.
+    The jobs of all pages.
 
     Parameters
     ----------
@@ -130,12 +130,12 @@ class Desk:
         self._worker = WorkerProcess(execution.PRELOAD)
 
     def path(self, page: str, number: int, draft: Draft, *, full: bool) -> "Future[dict[str, Any]]":
-        """Have the path and its proof made."""
+        """Request the path and its proof."""
         self._apart.newest(page, number)
         return self._here.put(page, number, FULL if full else QUICK, lambda: self.planner.path(draft, full=full))
 
     def solver(self, page: str, number: int, draft: Draft, entrant: Entrant) -> "Future[dict[str, Any]]":
-        """Have another solver's path made: here if it is fast, else apart."""
+        """Request another solver's path: in this process if it is fast, else in a worker process."""
         if self.planner.is_fast(entrant):
             return self._here.put(page, number, OTHERS, lambda: self.planner.solver(draft, entrant))
         return self._apart.put(page, number, OTHERS, lambda: self._made_apart(draft, entrant))
@@ -155,7 +155,7 @@ class Desk:
         return solved(scenario, Solution(status, solver=entrant.name, message=message))
 
     def close(self) -> None:
-        """End all work, and the worker process with its run."""
+        """End all jobs and the worker process."""
         self._here.close()
         self._apart.close()
         self._worker.stop()

@@ -1,4 +1,4 @@
-"""Drafts: what the page sends of a map, checked, and how a draft becomes a problem."""
+"""Drafts: the editable part of a map as the page sends it, its checks, and its conversion to a problem."""
 
 import dataclasses
 import warnings
@@ -30,7 +30,7 @@ GREATEST = 1e15
 
 
 class Part(BaseModel):
-    """A part of what the page sends: no unknown keys, no conversion of types, no infinite numbers."""
+    """A part of a message of the page: no unknown keys, no conversion of types, no infinite numbers."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
@@ -71,7 +71,7 @@ PartT = TypeVar("PartT", bound=Part)
 
 def read_part(kind: type[PartT], data: bytes) -> PartT:
     """
-    Read what the page sent.
+    Read a message of the page.
 
     Raises
     ------
@@ -93,14 +93,14 @@ def read_part(kind: type[PartT], data: bytes) -> PartT:
 @dataclass(frozen=True, eq=False)
 class LiveMap:
     """
-    A map that is worked on: what stays as it is, and the draft that it began with.
+    A map being edited: its fixed part, and its first draft.
 
     Attributes
     ----------
     scenario
         As it was opened.
     first
-        The draft that says the same.
+        The draft with the same content.
     fixed
         No-fly areas that are not part of drafts: those of GeoJSON files and grid maps, and areas with holes.
     table
@@ -128,7 +128,7 @@ class LiveMap:
         Raises
         ------
         CglaError
-            If there is none, or the file is malformed.
+            If there is no such map, or the file is malformed.
 
         Examples
         --------
@@ -169,12 +169,12 @@ class LiveMap:
 
     def drawn(self, draft: Draft) -> Scenario:
         """
-        Return the scenario that a draft says.
+        Return the scenario of a draft.
 
         Raises
         ------
         CglaError
-            If a path cannot be planned on it, as where its start is inside a no-fly area.
+            If no path can be planned on it, for example with a start inside a no-fly area.
         """
         before = self.scenario.problem
         threats = [Threat(one.x, one.y, spread=one.spread, peak=one.peak) for one in draft.threats]
@@ -187,7 +187,7 @@ class LiveMap:
         return dataclasses.replace(self.scenario, problem=problem)
 
     def _no_fly(self, areas: Iterable[Area]) -> BaseGeometry | None:
-        """Unite areas that stay and areas of a draft."""
+        """Unite fixed areas and areas of a draft."""
         every = [*polygons(areas), *([] if self.fixed is None else [self.fixed])]
         return shapely.GeometryCollection(every) if every else None
 
@@ -216,14 +216,14 @@ class LiveMap:
 
 
 def _corners(shape: BaseGeometry) -> list[list[float]]:
-    """Return the corners of a polygon, each once."""
+    """Return the corners of a polygon without repetition."""
     found: list[list[float]] = shapely.get_coordinates(shapely.get_exterior_ring(shape))[:-1].tolist()
     return found
 
 
 def polygons(areas: Iterable[Area]) -> list[BaseGeometry]:
     """
-    Return areas as valid polygons: one whose sides cross each other is what they enclose, one without width is none.
+    Return areas as valid polygons: a ring that crosses itself becomes the enclosed area, one without width is dropped.
 
     Examples
     --------
@@ -243,7 +243,7 @@ def _polygons_in(shape: BaseGeometry) -> Iterator[BaseGeometry]:
 
 @contextmanager
 def unwarned() -> Iterator[None]:
-    """Warn of nothing: that a threat is small, or a field improper, is seen on the page."""
+    """Suppress warnings: small threats and improper fields are visible on the page."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield

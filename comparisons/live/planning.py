@@ -35,10 +35,10 @@ class OneGrid(NamedTuple):
     Attributes
     ----------
     lower_bound
-        No path costs less, map units; infinite where there is no path, NaN where there is no bound.
+        No path costs less, map units; infinite if there is no path, NaN without a bound.
     last, runs
         Column and row of the grid's last node, and the cells that a better path may pass, as `cgla_graph.Certificate`
-        has them; None where that is not known.
+        has them; None if unknown.
     """
 
     lower_bound: float
@@ -71,23 +71,23 @@ def prove_on_one_grid(problem: Problem, cost: float) -> OneGrid:
     if straight >= cost or shrink < LEAST_SHRINK:
         return OneGrid(min(straight, cost))
     last = first_grid(problem)
-    # a path that keeps its clearance to the last digit counts, too
+    # a path that touches its clearance counts as well
     level = Level.lay(problem.relaxed(), last, cell_runs.rectangle(last))
     bounds = level.both(AIM, charge=True)
     if bounds is None:
-        # no way leads through: there is none, or none better than the known one
+        # start and goal are apart: there is no path, or none better than the known one
         return OneGrid(cost)
     here = max(one.bound for one in bounds)
     runs = level.kept(bounds[0], bounds[1], cost / shrink) if math.isfinite(cost) else None
-    # that of a path that is known to exist is never beaten
+    # the cost of a known path is an upper limit of the bound
     return OneGrid(max(straight, min(here * shrink, cost)), last, runs)
 
 
-#: Solvers that may run in this process: our own, without loops that may hang, and fast on most maps.
+#: Solvers that may run in this process: our own, fast on most maps, without loops that may hang.
 FAST = ("straight-line", "eight-direction", "lazy-theta-star", "cgla", "dijkstra", "fast-marching", "visibility-graph")
-#: One of these that took longer than this, in seconds, runs in a process of its own from then on.
+#: Seconds above which one of these runs in a process of its own from then on.
 SLOW = 0.5
-#: Most rectangles of a tube; a finer one is not sent.
+#: Most rectangles of a tube that is sent.
 MOST_RUNS = 4000
 
 
@@ -110,14 +110,13 @@ class Effort(NamedTuple):
 
 #: While something moves, a path is searched with few candidates, and its proof has one grid.
 QUICK = Hybrid(points=225, candidates=2, tolerance=None)
-#: When nothing moves, the greatest effort first: each next one is for maps on which that before takes too long.
+#: Efforts when nothing moves, the greatest first; the next one is for maps on which the previous one takes too long.
 FULL = (
     Effort(Hybrid(tolerance=None), 0.001, 250_000),
     Effort(Hybrid(tolerance=None), 0.005, 100_000),
     Effort(Hybrid(points=400, candidates=4, tolerance=None), 0.01, 40_000),
 )
-#: An answer that took longer, in seconds, is sought with less effort the next time; one that took less than the second,
-#: with more.
+#: Seconds above which the next answer gets less effort, and below which it gets more.
 LONG, SHORT = 1.5, 0.3
 
 
@@ -145,7 +144,7 @@ class Planner:
         self._effort = 0
 
     def warm_up(self) -> None:
-        """Load kernels and plan once, so that the first drag waits for nothing of that."""
+        """Load kernels and plan once, so that the first drag does not wait for them."""
         # (areas may be drawn)
         kind = MapKind.of(self.live.scenario.problem.model)._replace(walls=True)
         load_kernels(kind)
@@ -163,7 +162,7 @@ class Planner:
             scenario = self.live.drawn(draft)
             with unwarned():
                 answer = _planned(scenario, FULL[self._effort] if full else None)
-        except Exception as error:  # noqa: BLE001 - a page that is worked on survives any draft
+        except Exception as error:  # noqa: BLE001 - the page survives any draft
             answer = nothing(reason(error))
         seconds = time.perf_counter() - began
         if full and seconds > LONG:
@@ -186,7 +185,7 @@ class Planner:
         return solved(scenario, solution)
 
     def is_fast(self, entrant: Entrant) -> bool:
-        """Tell whether a solver may run in this process."""
+        """Return whether a solver may run in this process."""
         return entrant.name in FAST and entrant.label not in self.slow
 
 
@@ -226,7 +225,7 @@ def _planned(scenario: Scenario, effort: Effort | None) -> dict[str, Any]:
 
 
 def _finest(grids: tuple[Grid, ...]) -> tuple[tuple[int, int] | None, WholeArray | None]:
-    """Return the finest grid that was left of another one, and that is small enough to be sent."""
+    """Return the finest grid whose tube is small enough to send."""
     fit = [grid for grid in grids[1:] if len(grid.runs) <= MOST_RUNS]
     return (fit[-1].last, fit[-1].runs) if fit else (None, None)
 
@@ -243,7 +242,7 @@ def _tube(problem: Problem, last: tuple[int, int], runs: WholeArray) -> list[flo
     corners = np.stack([first - 0.5, rows - 0.5, end - 0.5, rows + 0.5], axis=1) * np.tile(steps, 2) + np.tile(low, 2)
     corners = np.clip(corners, np.tile(low, 2), np.tile(high, 2))
     corners[:, 2:] -= corners[:, :2]
-    # as far as a picture shows them
+    # as precise as a picture shows them
     digits = 5 - math.ceil(math.log10(float((high - low).max())))
     return flat(corners.round(digits))
 
@@ -259,7 +258,7 @@ def solved(scenario: Scenario, solution: Solution) -> dict[str, Any]:
 
 def offered() -> list[dict[str, Any]]:
     """
-    List the solvers that the page offers beside hybrid: all that can run here, none of them imported.
+    List the solvers that the page offers beside hybrid: all that can run here; none is imported.
 
     Examples
     --------
@@ -277,5 +276,5 @@ def offered() -> list[dict[str, Any]]:
 
 
 def with_seed(entrant: Entrant) -> int | None:
-    """Return the seed of a solver that draws random numbers: always the same, so that only the map makes a change."""
+    """Return the seed of a random solver: always the same, so that only changes of the map change its path."""
     return 1 if registry.traits(entrant.name).seeded and "seed" not in entrant.settings else None

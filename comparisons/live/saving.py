@@ -24,7 +24,7 @@ _DEGREES = 7
 
 def default_file(live: LiveMap) -> Path:
     """
-    Return where a map is saved if nothing else is said: the file that was opened, or one in the current folder.
+    Return the default file of a map: the opened file, or one in the current folder.
 
     Examples
     --------
@@ -53,7 +53,7 @@ def save(live: LiveMap, draft: Draft, name: str, *, overwrite: bool) -> Path:
     Raises
     ------
     OutputError
-        If the name is none, the file is there already or cannot be written.
+        If the name is invalid, or the file exists or cannot be written.
     ScenarioError
         If the draft cannot be written as such a file, or would not load.
     """
@@ -70,7 +70,7 @@ def save(live: LiveMap, draft: Draft, name: str, *, overwrite: bool) -> Path:
         with unwarned():
             return write_scenario(live.drawn(draft), path, overwrite=overwrite)
     text = draft_toml(live, live.table, draft)
-    # what cannot be opened again is not written
+    # a file that does not load is not written
     with unwarned():
         scenario_from_toml(text, path.stem, folder=path.parent, where=path.name)
     return write_text(path, text)
@@ -78,7 +78,7 @@ def save(live: LiveMap, draft: Draft, name: str, *, overwrite: bool) -> Path:
 
 def draft_toml(live: LiveMap, table: ScenarioTable, draft: Draft) -> str:
     """
-    Return a draft of a scenario file as the text of one: what cannot be dragged stays as it was written.
+    Return a draft as the text of its scenario file: parts that cannot be dragged keep their text.
 
     Examples
     --------
@@ -97,7 +97,7 @@ def draft_toml(live: LiveMap, table: ScenarioTable, draft: Draft) -> str:
     kept = table.model_dump(exclude_unset=True)
     kept.pop("random_threats", None)
     if projection is not None:
-        # a box around what can be dragged would move with it
+        # bounds derived from the draft would move with it
         kept["bounds"] = list(MapBuilder(table, Path() if live.file is None else live.file.parent).box)
     start, goal = places([draft.start, draft.goal])
     centres = places([[one.x, one.y] for one in draft.threats])

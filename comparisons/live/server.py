@@ -1,9 +1,9 @@
 """
 The page of `cgla live`: its server on loopback.
 
-Every request needs the token in its address, which only who reads the terminal knows; what comes from another site's
-page is refused by its origin. Nothing but four files of the package is served, and nothing but scenario files beside
-the opened one is written.
+Every request needs the token in its address, which is printed in the terminal only; requests from pages of other sites
+are refused by their origin. The server sends four files of the package only, and writes scenario files beside the
+opened one only.
 """
 
 import hmac
@@ -51,13 +51,13 @@ class StateRequest(Part):
 
 
 class PathRequest(StateRequest):
-    """Asks for the path and its proof."""
+    """A request for the path and its proof."""
 
     full: bool = False
 
 
 class SolverRequest(StateRequest):
-    """Asks for the path of another solver."""
+    """A request for the path of another solver."""
 
     solver: Annotated[str, Field(min_length=1, max_length=200)]
 
@@ -72,14 +72,14 @@ class SaveRequest(Part):
 
 class LiveServer(LoopbackServer):
     """
-    Serves one map on loopback.
+    The server of one map on loopback.
 
     Parameters
     ----------
     live
         The map.
     port
-        To listen on; 0 for any that is free.
+        The port; 0 for any free one.
     desk
         The job queue.
 
@@ -102,13 +102,13 @@ class LiveServer(LoopbackServer):
         return f"{super().url}{self.token}/"
 
     def server_close(self) -> None:
-        """Listen no more, and end all work."""
+        """Stop listening, and end all jobs."""
         super().server_close()
         if hasattr(self, "desk"):
             self.desk.close()
 
     def map_document(self) -> dict[str, Any]:
-        """Return what the page begins with."""
+        """Return the first data of the page."""
         return {**self.live.document, "solvers": offered(), "file": str(default_file(self.live))}
 
 
@@ -120,7 +120,7 @@ class _Handler(LoopbackHandler):
     allowed = ("GET", "HEAD", "POST")
 
     def do_GET(self) -> None:  # noqa: N802 - http.server's name
-        """Send a part of the page."""
+        """Send a file of the page."""
         self.send(self.misdirected() or self._part())
 
     do_HEAD = do_GET  # noqa: N815 - the same
@@ -140,14 +140,14 @@ class _Handler(LoopbackHandler):
         if asked == "map":
             return _json(HTTPStatus.OK, self.server.map_document())
         if asked is None or asked not in _FILES:
-            # the same for a wrong token and for a wrong file
+            # one answer for a wrong token and a wrong file, so that tokens cannot be guessed
             return refusal(HTTPStatus.NOT_FOUND, "there is nothing here; open the address that cgla live has printed")
         package, name, kind = _FILES[asked]
         file = resources.files(f"cgla_graph.comparisons.{package}").joinpath("templates", name)
         return Response(HTTPStatus.OK, kind, file.read_bytes())
 
     def _foreign(self) -> Response | None:
-        """Refuse what no page of ours has sent."""
+        """Refuse requests that do not come from our page."""
         origins, host = self.headers.get_all("Origin", []), str(self.headers["Host"]).strip()
         if origins != [f"http://{host}"] or self.headers.get("Sec-Fetch-Site", "same-origin") != "same-origin":
             return refusal(HTTPStatus.FORBIDDEN, "this is answered to its own page only")
@@ -171,7 +171,7 @@ class _Handler(LoopbackHandler):
             return _json(HTTPStatus.BAD_REQUEST, {"error": reason(error)})
         except ConnectionError:
             raise
-        except Exception as error:  # noqa: BLE001 - one request that fails does not end the service
+        except Exception as error:  # noqa: BLE001 - a failed request does not end the service
             console.say(f"cgla live: {type(error).__name__}: {error}")
             return _json(HTTPStatus.INTERNAL_SERVER_ERROR, {"error": reason(error)})
 
@@ -187,7 +187,7 @@ class _Handler(LoopbackHandler):
 
     def _save(self, body: bytes) -> Response:
         asked = read_part(SaveRequest, body)
-        # a draft that cannot be planned on is not saved
+        # a draft without a valid problem is not saved
         self.server.live.drawn(asked.draft)
         try:
             path = save(self.server.live, asked.draft, asked.name, overwrite=asked.overwrite)
@@ -203,14 +203,14 @@ def _json(status: HTTPStatus, document: dict[str, Any]) -> Response:
 
 def serve(spec: str, *, port: int = 0, open_browser: bool = False) -> None:
     """
-    Serve the page of a map on loopback until Ctrl-C, and say where.
+    Serve the page of a map on loopback until Ctrl-C, and print its address.
 
     Parameters
     ----------
     spec
         A shipped scenario, or a file.
     port
-        To listen on; 0 for any that is free.
+        The port; 0 for any free one.
     open_browser
         Whether to open the page in the user's browser.
 

@@ -12,7 +12,7 @@ from cgla_graph.comparisons.statistics.intervals import CONFIDENCE, Estimate
 
 #: Up to this many differences the distribution of the signed-rank sum is exact, as in `scipy.stats.wilcoxon`.
 EXACT = 50
-#: So many averages are sorted at once; of more, the wanted one is searched for.
+#: Up to this many averages are sorted; among more, the wanted one is selected without sorting.
 _FEW = 200_000
 
 
@@ -23,9 +23,9 @@ def hodges_lehmann(differences: Sequence[float]) -> Estimate:
     The estimate is the median of the :math:`n(n+1)/2` Walsh averages :math:`(d_i + d_j)/2, i \le j`. The interval
     goes from the :math:`r`-th least to the :math:`r`-th greatest of them, with the greatest :math:`r` for which
     :math:`2 P(T < r)` is at most 5 %, where :math:`T` is Wilcoxon's signed-rank sum (Hollander, Wolfe,
-    Chicken, "Nonparametric Statistical Methods", 3rd ed., 2014, sections 3.2 and 3.3): so it holds zero just where the
-    signed-rank test does not reject it, if no two differences are equal in size; with ties it covers a little more
-    often than it says. Up to `EXACT` differences the distribution of :math:`T` is exact, beyond it is normal.
+    Chicken, "Nonparametric Statistical Methods", 3rd ed., 2014, sections 3.2 and 3.3): so it contains zero just if the
+    signed-rank test does not reject it, if no two differences are equal in size; with ties its coverage is a little
+    higher than stated. Up to `EXACT` differences the distribution of :math:`T` is exact, beyond it is normal.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def hodges_lehmann(differences: Sequence[float]) -> Estimate:
         raise ValueError(msg)
     n = len(ordered)
     rank = walsh_rank(n)
-    # an eighth of each leaves room for what stands for infinity, without overflow
+    # an eighth of each leaves room for a number that stands for infinity, without overflow
     sizes = np.abs(ordered[np.isfinite(ordered)]) / 8.0
     most = float(np.max(sizes, initial=0.0)) or 1.0
     eighths = np.clip(ordered / 8.0, -4.0 * most, 4.0 * most)
@@ -77,7 +77,7 @@ def walsh_rank(n: int) -> int:
     """
     Choose which Walsh average of `n` differences, from the least and from the greatest, ends the interval.
 
-    0 where even the least and the greatest average are too close together.
+    0 if even the least and the greatest average give too narrow an interval.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def signed_rank_distribution(n: int) -> FloatArray:
 
 def subset_sums(parts: IntArray) -> FloatArray:
     """
-    Return the distribution of the sum, from 0, of those whole parts that a fair coin chooses, each its own.
+    Return the distribution of the sum, from 0, of a random subset of whole numbers, each kept with probability 1/2.
 
     Examples
     --------
@@ -161,7 +161,7 @@ def _select(ordered: FloatArray, rank: int) -> float:
 def _ends(
     ordered: FloatArray, first: IntArray, last: IntArray, is_before: Callable[[FloatArray], BoolArray]
 ) -> IntArray:
-    """Find in every row where the sums that come before end, bisecting the very sums: rounding changes nothing."""
+    """Find the end of the sums before a pivot in every row; the sums themselves are bisected, so rounding agrees."""
     low, high = first.copy(), last.copy()
     while (is_open := low < high).any():
         middle = (low + high) // 2

@@ -1,7 +1,7 @@
 """
 Statistics of runs over seeds that assume no distribution: medians, their intervals, success rates, times to a target.
 
-A run that never gets there counts as infinite and is never left out: leaving it out would flatter what fails often.
+A run that misses its target counts as infinite. Leaving it out would flatter solvers that fail often.
 """
 
 import math
@@ -48,7 +48,7 @@ class Estimate(NamedTuple):
 
 
 class Hit(NamedTuple):
-    """When a run reached a target: seconds, the building of the graph included, and evaluations; infinite if never."""
+    """Seconds (with the building of the graph) and evaluations until a run reached a target; infinite if never."""
 
     seconds: float
     evaluations: float
@@ -57,11 +57,11 @@ class Hit(NamedTuple):
 @cache
 def interval_ranks(n: int) -> tuple[int, int] | None:
     r"""
-    Choose the order statistics between which the median of a distribution lies.
+    Return the ranks of two order statistics between which the median of a distribution lies.
 
     Each of `n` independent values is below the median with probability 1/2. So the median is outside
     :math:`[x_{(r)}, x_{(n+1-r)}]` with probability :math:`2 \sum_{i<r} \binom{n}{i} / 2^n` at most, for every
-    distribution (with equality for continuous ones, less with ties). The greatest `r` for which that is allowed is
+    distribution (with equality for continuous ones, less with ties). The greatest allowed `r` is
     taken (David, Nagaraja, "Order Statistics", 3rd ed., 2003, section 7.1), as `scipy.stats.quantile_test` does.
 
     Parameters
@@ -88,8 +88,7 @@ def median_interval(values: Sequence[float]) -> Interval:
     """
     Return an interval that covers the median of the distribution with at least 95 % confidence.
 
-    It goes from one of the independent values to another, infinite ones among them; from minus to plus infinity where
-    they are too few.
+    Its ends are two of the independent values, which may be infinite. Too few values give minus to plus infinity.
 
     Examples
     --------
@@ -109,8 +108,8 @@ def estimate(values: Sequence[float]) -> Estimate:
     """
     Return the median, the lower one of two middle values, with its interval.
 
-    The lower one is the result of a run that took place, and is finite as soon as half of the runs are. All is NaN
-    where a value is.
+    The lower one is the result of an actual run, and is finite if at least half of the runs are. If a value is NaN, all
+    numbers are NaN.
 
     Raises
     ------
@@ -148,7 +147,7 @@ def success_interval(successes: int, n: int) -> Interval:
         msg = f"{successes} successes of {n} runs; give at least one run, and no more successes than runs"
         raise ValueError(msg)
     tail = (1.0 - CONFIDENCE) / 2.0
-    # in closed form, as tables of thousands of rates ask for it: scipy's binomtest searches for the ends
+    # a closed form: scipy's binomtest searches for the ends, which is slow for tables of thousands of rates
     low = 0.0 if successes == 0 else float(scipy.special.betaincinv(successes, n - successes + 1, tail))
     high = 1.0 if successes == n else float(scipy.special.betaincinv(successes + 1, n - successes, 1.0 - tail))
     return Interval(low, high)
@@ -161,14 +160,14 @@ def progress(solution: Solution) -> FloatArray:
     Parameters
     ----------
     solution
-        A judged answer. Without a trace, it has its cost at its end. What its trace says may not undercut the cost
-        of its path, which the oracle knows.
+        A judged answer. Without a trace, it reaches its cost at its end. Costs in the trace below the oracle's cost of
+        the path are raised to it.
 
     Returns
     -------
     steps
         Shape ``(m, 3)``, rows of seconds (the building of the graph included), evaluations and cost (finite), none
-        of which rises in cost. The last row is the end of the run. None without a path that may be flown.
+        of which rises in cost. The last row is the end of the run. No rows without a feasible path.
 
     Examples
     --------
@@ -193,19 +192,19 @@ def progress(solution: Solution) -> FloatArray:
 
 def to_target(solution: Solution, cost: float = math.inf) -> Hit:
     """
-    Say when a run first had a path of at most this cost.
+    Return when a run first had a path of at most this cost.
 
     Parameters
     ----------
     solution
         A judged answer (see `progress`).
     cost
-        The target; infinite for the first path of all, NaN where the target is not known.
+        The target; infinite for the first path, NaN if the target is unknown.
 
     Returns
     -------
     hit
-        Infinite if it never had one; NaN for an unknown target.
+        Infinite if it never reached the target; NaN for an unknown target.
 
     Examples
     --------
@@ -226,7 +225,7 @@ def to_target(solution: Solution, cost: float = math.inf) -> Hit:
 
 def path_cost(solution: Solution) -> float:
     """
-    Return what a run's path costs; infinity without one that may be flown.
+    Return the cost of a run's path; infinity without a feasible path.
 
     Examples
     --------
@@ -264,9 +263,9 @@ class Curve:
 
 def median_curve(solutions: Sequence[Solution]) -> Curve:
     """
-    Take the median (the lower one of two middle values) of runs at every moment, and its 95 % interval.
+    Compute the median (the lower one of two middle values) of runs at every moment, and its 95 % interval.
 
-    Before its first path a run is infinitely costly, also if it never finds one; after its end it keeps its cost.
+    Before its first path a run has infinite cost; after its end it keeps its cost.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """
-Paired comparisons: two solvers on the same instances, by the order of their costs and nothing else.
+Paired comparisons: two solvers on the same instances, judged by the order of their costs.
 
-A solver without a path is infinitely costly, and stays in. Costs that differ by rounding are equal.
+A solver without a path has infinite cost, and is not left out. Costs that differ by rounding are equal.
 """
 
 import math
@@ -57,7 +57,7 @@ def cost_table(costs: Mapping[str, Sequence[float]]) -> dict[str, FloatArray]:
 
 def cost_row(solver: str, costs: Sequence[float]) -> FloatArray:
     """
-    Check the costs of one solver, one an instance, infinite without a path; `solver` is what messages call it.
+    Check the costs of one solver, one an instance, infinite without a path; messages call it `solver`.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def cost_row(solver: str, costs: Sequence[float]) -> FloatArray:
 
 def same_cost(costs: FloatArray, others: FloatArray) -> BoolArray:
     """
-    Say which costs are equal, up to rounding (`TIE`); two infinite ones are.
+    Find which costs are equal up to rounding (`TIE`); two infinite costs are equal.
 
     Examples
     --------
@@ -96,10 +96,10 @@ def same_cost(costs: FloatArray, others: FloatArray) -> BoolArray:
 
 def log_ratios(costs: FloatArray, reference: FloatArray) -> FloatArray:
     """
-    Return the logarithms of costs over a reference's: 0 for ties, two failures among them.
+    Return the logarithms of the ratios of costs to a reference's; 0 for ties and for two failures.
 
-    A cost of 0 or below, which only problems without length or with improper fields have, is in no ratio to another;
-    the lesser one counts as infinitely better.
+    A cost of 0 or below (only problems without length or with improper fields have one) has no ratio to another; the
+    lesser of the two counts as infinitely better.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def log_ratios(costs: FloatArray, reference: FloatArray) -> FloatArray:
     """
     ratios = np.where(costs < reference, -np.inf, np.inf)
     proper = (costs > 0.0) & (reference > 0.0) & np.isfinite(costs) & np.isfinite(reference)
-    # rounded, so that ratios that are equal tie
+    # rounded, so that equal ratios tie
     ratios[proper] = np.round(np.log(costs[proper]) - np.log(reference[proper]), _DIGITS)
     ratios[same_cost(costs, reference)] = 0.0
     return ratios
@@ -142,20 +142,20 @@ class Paired:
     n
         Number of instances.
     wins, losses, ties
-        On how many of them the solver is cheaper, more expensive, or equal; who alone finds a path wins.
+        On how many of them the solver is cheaper, more expensive, or equal; a solver that alone finds a path wins.
     ratio
-        Cost of the solver over the cost of the reference: what `hodges_lehmann` makes of the logarithms, taken back.
-        From 0 to infinity where the instances are too few for an interval.
+        Cost of the solver over the cost of the reference: exponentials of the estimate of `hodges_lehmann` from the
+        logarithms. From 0 to infinity if the instances are too few for an interval.
     effect
-        From -1, the solver is cheaper everywhere, to 1, it is more expensive everywhere (see `SignedRank`).
+        From -1 (the solver is cheaper everywhere) to 1 (it is more expensive everywhere); see `SignedRank`.
     p
         Of the signed-rank test that neither is cheaper.
     p_holm
         The same, adjusted to all comparisons of the table (see `holm`).
     only_solver, only_reference
-        On how many instances one has a path and the other has not.
+        On how many instances only one of the two has a path.
     p_success
-        Of McNemar's test that neither has a path more often, by itself: not adjusted.
+        Of McNemar's test that neither has a path more often; not adjusted to other comparisons.
     """
 
     solver: str
@@ -175,7 +175,7 @@ class Paired:
 
 def holm(p_values: Sequence[float]) -> list[float]:
     """
-    Adjust the p-values of one table, so that a wrong one below `a` is among them with probability `a` at most.
+    Adjust the p-values of one table: the probability that any false one is below `a` is at most `a`.
 
     The tests may depend on each other (Holm, Scandinavian Journal of Statistics 6(2), 1979).
 
@@ -187,7 +187,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
     Returns
     -------
     adjusted
-        In the same order, none below what it was.
+        In the same order; none is below the p-value given.
 
     Raises
     ------
@@ -214,10 +214,10 @@ def signed_rank(differences: Sequence[float]) -> SignedRank:
     Test by Wilcoxon's signed ranks whether paired differences are symmetric about 0.
 
     Differences of 0 share their ranks evenly between both sides ("zsplit"); equal sizes share their mean rank. The
-    p-value is the probability, were each sign a fair coin's, that the rank sums are at least as far apart, given the
-    ties and zeros that there are. That is exact up to 50 differences other than 0, normal beyond. Without ties it is
-    what `scipy.stats.wilcoxon` says, and with ties where that permutes (up to 13 differences) or approximates (above
-    50, no zeros); where there are zeros, scipy's approximation reckons with signs that zeros do not have.
+    p-value is the probability that random signs put the rank sums at least as far apart, given the ties and zeros. It
+    is exact up to 50 differences other than 0, normal beyond. It equals that of `scipy.stats.wilcoxon` without ties,
+    and with ties where scipy permutes (up to 13 differences) or approximates (above 50, no zeros). With zeros, scipy's
+    approximation counts signs that zeros do not have.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def signed_rank(differences: Sequence[float]) -> SignedRank:
     Returns
     -------
     test
-        Of zeros only, `p` is 1 and the effect 0.
+        With zeros only, `p` is 1 and the effect 0.
 
     Raises
     ------
@@ -260,17 +260,17 @@ def mcnemar(only_first: int, only_second: int) -> float:
     """
     Test whether two solvers find a path equally often, on the same instances (McNemar, Psychometrika 12(2), 1947).
 
-    Instances on which both succeed, or neither, say nothing of that.
+    Instances on which both or neither succeed do not count.
 
     Parameters
     ----------
     only_first, only_second
-        On how many instances one of them alone found a path.
+        Number of instances on which only one of them found a path.
 
     Returns
     -------
     p
-        Two-sided, exact (binomial); 1 without any.
+        Two-sided, exact (binomial); 1 if both counts are 0.
 
     Raises
     ------
@@ -291,9 +291,9 @@ def mcnemar(only_first: int, only_second: int) -> float:
 
 def against(costs: Mapping[str, Sequence[float]], reference: str) -> list[Paired]:
     """
-    Compare every other solver with one that these very costs may have chosen, as a winner is.
+    Compare every other solver with one that was chosen by the same costs, as a winner is.
 
-    So the p-values are adjusted to the comparisons of all pairs, any of which the choice could have picked.
+    The p-values are adjusted to the comparisons of all pairs, since the choice could have picked any solver.
 
     Parameters
     ----------
@@ -305,7 +305,7 @@ def against(costs: Mapping[str, Sequence[float]], reference: str) -> list[Paired
     Returns
     -------
     comparisons
-        In the order of the solvers; none where there are no instances.
+        In the order of the solvers; empty without instances.
 
     Raises
     ------
@@ -338,14 +338,14 @@ def compare_costs(solver: str, costs: Sequence[float], reference: str, others: S
     Parameters
     ----------
     solver, costs
-        Label, and one cost an instance; infinite without a path. Times do as well.
+        Label, and one cost (or time) an instance; infinite without a path.
     reference, others
         Those of the solver to compare with, on the same instances.
 
     Returns
     -------
     comparison
-        Its p-value is adjusted to nothing.
+        Its p-value is not adjusted.
 
     Raises
     ------

@@ -36,7 +36,7 @@ class Ranking:
         The greatest sets of two or more solvers next to each other, best first, of which no two differ significantly
         (see `significantly_different`). None as above.
     apart_in_rank
-        The other pairs without a significant difference, as a solver between them differs from one of them.
+        Pairs in no group without a significant difference, since a solver between them differs from one of them.
     """
 
     solvers: tuple[str, ...]
@@ -52,11 +52,11 @@ def ranking(costs: Mapping[str, Sequence[float]]) -> Ranking:
     Rank solvers on every instance, and say which of them differ significantly.
 
     Equal costs (up to rounding, failures among themselves) share their mean rank. Friedman's test asks whether the
-    ranks could be drawn by lot on every instance; its p-value is that of chi-square with ``k - 1`` degrees of freedom,
-    an approximation that is fair from about ten instances on (Demsar, JMLR 7, 2006, section 3.2.2). Which solvers
-    differ is said by paired tests (see `significantly_different`). Both assume that instances are independent of each
-    other; so give one cost an instance, not one a seed. A rank tells who is better but not by how much, and it depends
-    on who else takes part.
+    ranks could be random on every instance; its p-value is that of chi-square with ``k - 1`` degrees of freedom,
+    an approximation that is fair from about ten instances on (Demsar, JMLR 7, 2006, section 3.2.2). Paired tests
+    find which solvers differ (see `significantly_different`). Both assume independent instances; so give one cost an
+    instance, not one a seed. A rank shows which solver is better but not by how much, and it depends on the other
+    solvers.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def ranking(costs: Mapping[str, Sequence[float]]) -> Ranking:
     order = np.argsort(averages, kind="stable")
     solvers = tuple(np.array(list(table), dtype=object)[order].tolist())
     ordered = tuple(averages[order].tolist())
-    if k < 2 or n < 2:  # noqa: PLR2004 - one has nothing to differ from
+    if k < 2 or n < 2:  # noqa: PLR2004 - one alone cannot differ
         return Ranking(solvers, ordered, n, None, (), ())
     apart = significantly_different(costs)
     groups = _groups(solvers, apart)
@@ -123,8 +123,8 @@ def instance_ranks(costs: FloatArray) -> FloatArray:
 
 
 def _friedman(ranks: FloatArray) -> float:
-    """Return Friedman's chi-square, corrected for ties; 0 where all is tied."""
-    # scipy has it for three solvers or more only, and NaN where all is tied
+    """Return Friedman's chi-square, corrected for ties; 0 if all costs are tied."""
+    # scipy needs three solvers, and returns NaN if all costs are tied
     k, n = ranks.shape
     middle = (k + 1) / 2.0
     spread = float(((ranks - middle) ** 2).sum())
@@ -150,9 +150,9 @@ def significantly_different(costs: Mapping[str, Sequence[float]]) -> frozenset[f
     """
     List the pairs of solvers whose costs differ beyond chance.
 
-    By Wilcoxon's signed ranks, adjusted after Holm to all pairs: that any of them is wrong has a probability of 5 % at
-    most. Unlike differences of mean ranks, a pair's verdict does not hang on how the other solvers do (Benavoli,
-    Corani, Mangili, JMLR 17(5), 2016); and it is the very test whose p-values the tables show (see `against`).
+    The test is Wilcoxon's signed ranks, adjusted after Holm to all pairs: the probability that any pair is wrong is at
+    most 5 %. Unlike with differences of mean ranks, a pair's verdict does not depend on the other solvers (Benavoli,
+    Corani, Mangili, JMLR 17(5), 2016). The tables show the p-values of the same test (see `against`).
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def significantly_different(costs: Mapping[str, Sequence[float]]) -> frozenset[f
     Returns
     -------
     pairs
-        None below `fewest_instances`.
+        Empty below `fewest_instances`.
 
     Raises
     ------
@@ -184,10 +184,9 @@ def significantly_different(costs: Mapping[str, Sequence[float]]) -> frozenset[f
 
 def least_p(n_instances: int, n_solvers: int) -> float:
     """
-    Return the least adjusted p-value that there can be, of a solver that is cheaper than another on every instance.
+    Return the least possible adjusted p-value: that of a solver cheaper than another on every instance.
 
-    Each of the differences has the sign of the others by chance with probability 1/2, and Holm multiplies the least
-    p-value by the number of pairs.
+    Each difference has either sign with probability 1/2, and Holm multiplies the least p-value by the number of pairs.
 
     Examples
     --------
@@ -199,7 +198,7 @@ def least_p(n_instances: int, n_solvers: int) -> float:
 
 def fewest_instances(n_solvers: int) -> int:
     """
-    Return the number of instances below which no costs can make a difference of two of so many solvers significant.
+    Return the least number of instances on which two of so many solvers can differ significantly.
 
     Examples
     --------
@@ -214,7 +213,7 @@ def fewest_instances(n_solvers: int) -> int:
 
 def too_few_note(n_scenarios: int, n_solvers: int) -> str:
     """
-    Say how many scenarios it takes to tell solvers apart; empty where there are as many.
+    Return a note on how many scenarios it takes to tell solvers apart; empty if there are enough.
 
     Examples
     --------
@@ -223,7 +222,7 @@ def too_few_note(n_scenarios: int, n_solvers: int) -> str:
     >>> too_few_note(9, 5), too_few_note(1, 1)
     ('', '')
     """
-    if n_solvers < 2 or not 0 < n_scenarios < fewest_instances(n_solvers):  # noqa: PLR2004 - one differs from none
+    if n_solvers < 2 or not 0 < n_scenarios < fewest_instances(n_solvers):  # noqa: PLR2004 - one alone cannot differ
         return ""
     pairs = counted(math.comb(n_solvers, 2), "pair")
     least = f"after Holm for {pairs} no p is below {p_value(least_p(n_scenarios, n_solvers))}"
