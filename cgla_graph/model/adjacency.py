@@ -7,6 +7,7 @@ from typing import Any, Literal, NoReturn, TypeAlias, cast
 
 import numpy as np
 import scipy  # (its modules are imported when they are first used: hints that name them are in quotes)
+from numpy.typing import NDArray
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, IntArray
@@ -77,7 +78,11 @@ def cell_corners(lattice: Lattice, positions: FloatArray) -> tuple[IntArray, Int
 def compressed(
     tails: IntArray, heads: IntArray, weights: FloatArray, n_nodes: int, *, mirrored: bool
 ) -> "scipy.sparse.csr_array":
-    """Store the finite edges row by row, the lightest of parallel ones; `mirrored` adds the reverse of each."""
+    """
+    Store the finite edges row by row; `mirrored` adds the reverse of each.
+
+    This is the one rule for parallel edges, from any library, matrix or file: the lightest counts.
+    """
     finite = np.isfinite(weights)
     tails, heads, weights = tails[finite], heads[finite], weights[finite]
     if mirrored:
@@ -89,6 +94,37 @@ def compressed(
     first[1:] = (tails[1:] != tails[:-1]) | (heads[1:] != heads[:-1])
     starts = np.concatenate([[0], np.cumsum(np.bincount(tails[first], minlength=n_nodes))])
     return scipy.sparse.csr_array((weights[first], heads[first], starts), shape=(n_nodes, n_nodes))
+
+
+def matrix_entries(matrix: Any) -> tuple[IntArray, IntArray, NDArray[Any], tuple[int, ...]]:  # noqa: ANN401 - scipy's
+    """
+    List all stored entries of a sparse matrix, zeros and repeated ones too: rows, columns, values and the shape.
+
+    scipy adds up what is stored in one place when it converts a matrix. Here the entries stay apart, and `compressed`
+    keeps the lightest.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If it is no sparse matrix, or a row or a column is outside of it.
+
+    Examples
+    --------
+    >>> twice = scipy.sparse.coo_array(([2.0, 3.0], ([0, 0], [1, 1])), shape=(2, 2))
+    >>> matrix_entries(twice)[2].tolist()
+    [2.0, 3.0]
+    """
+    if hasattr(matrix, "indptr"):
+        # the indices may have been changed since the matrix was made; the check is made of another one, as it may prune
+        matrix = type(matrix)((matrix.data, matrix.indices, matrix.indptr), shape=matrix.shape)
+        matrix.check_format(full_check=True)
+    given = scipy.sparse.coo_array(matrix)
+    for axis, size in zip(given.coords, given.shape, strict=True):
+        if len(axis) and not 0 <= axis.min() <= axis.max() < size:
+            msg = f"index {axis.min() if axis.min() < 0 else axis.max()} is outside of the shape {given.shape}"
+            raise ValueError(msg)
+    places = [np.asarray(axis, dtype=np.int64) for axis in given.coords]
+    return places[0], places[-1], given.data, given.shape
 
 
 def node_positions(labels: Sequence[Node], spots: list[object], pos: str, *, needed: bool) -> FloatArray | None:

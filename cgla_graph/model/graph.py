@@ -27,6 +27,7 @@ from cgla_graph.model.adjacency import (
     compressed,
     edge_weight,
     eight_neighbours,
+    matrix_entries,
     node_positions,
     reject_weight,
 )
@@ -443,9 +444,10 @@ class GeometricGraph(ShortRepr):
         ----------
         matrix
             Shape ``(n, n)``. **Stored entries are edges, stored zeros too**; all others are no edges.
-            Duplicate entries of a COO matrix add up, as scipy does it. The diagonal is ignored.
+            Entries in one place are parallel edges, of which the lightest counts (scipy adds them up: call its
+            ``sum_duplicates`` before, if you mean that). The diagonal is ignored.
         directed
-            False: each stored entry is an edge in both directions, the lighter one where both are stored.
+            False: each stored entry is an edge in both directions, the lightest where both are stored.
         labels, positions
             As in `from_matrix`.
 
@@ -466,22 +468,15 @@ class GeometricGraph(ShortRepr):
         [0.0, 0.0, inf]
         """
         try:
-            given = scipy.sparse.csr_array(matrix)
-            rows = scipy.sparse.csr_array(
-                (number_array("stored weights", given.data), given.indices, given.indptr), shape=given.shape, copy=True
-            )
+            tails, heads, data, shape = matrix_entries(matrix)
+            weights = number_array("stored weights", data)
         except (TypeError, ValueError) as error:
             msg = f"the sparse weight matrix is {type(matrix).__name__} ({error}); give a square scipy sparse matrix"
             raise GraphError(msg) from error
-        # adds up duplicates, and keeps stored zeros
-        rows.sum_duplicates()
-        entries = scipy.sparse.coo_array(rows)
-        if entries.ndim != 2 or entries.shape[0] != entries.shape[-1]:  # noqa: PLR2004 - a matrix
-            msg = f"the sparse weight matrix has shape {entries.shape}; give a square one"
+        if len(shape) != 2 or shape[0] != shape[1]:  # noqa: PLR2004 - a matrix
+            msg = f"the sparse weight matrix has shape {shape}; give a square one"
             raise GraphError(msg)
-        names = _labels(labels, entries.shape[0])
-        tails, heads = (np.asarray(axis, dtype=np.int64) for axis in entries.coords)
-        weights = np.asarray(entries.data, dtype=np.float64)
+        names = _labels(labels, shape[0])
         for bad in np.nonzero(~(weights >= 0.0) & (tails != heads))[0][:1]:
             reject_weight(names[tails[bad]], names[heads[bad]], float(weights[bad]))
         kept = tails != heads
@@ -600,9 +595,9 @@ class GeometricGraph(ShortRepr):
         NodeNotFoundError
             If the graph has no such node.
         """
-        # nodes 0, 1, … are their own indices, and need no table
+        # consecutive numbers need no table
         if isinstance(self.labels, range) and isinstance(node, int) and node in self.labels:
-            return int(node)
+            return self.labels.index(node)
         try:
             return self._indices[node]
         except (KeyError, TypeError):

@@ -405,12 +405,51 @@ def test_a_sparse_matrix_is_taken_over_with_its_zeros(weights: FloatArray, form:
     check_weights(both, np.minimum(weights, weights.T))
 
 
-def test_duplicates_of_a_sparse_matrix_add_up() -> None:
-    entries = sparse.coo_array(([1.0, 2.0, 0.0, 0.0], ([0, 0, 1, 1], [1, 1, 0, 0])), shape=(2, 2))
-    rows_of_them = sparse.csr_array((entries.data, entries.col, [0, 2, 4]), shape=(2, 2))
-    for given_entries in (entries, rows_of_them):
-        assert GeometricGraph.from_sparse(given_entries).weight_matrix().tolist() == [[0.0, 3.0], [0.0, 0.0]]
-        assert given_entries.nnz == 4
+@fast
+@given(
+    edges=st.lists(st.tuples(*[st.integers(0, 3)] * 2, st.sampled_from([0.0, 1.0, 2.5, math.inf])), max_size=12),
+    kind=st.sampled_from(["coo", "csr", "csc", "csr_matrix", "bsr"]),
+    directed=st.booleans(),
+)
+def test_of_entries_in_one_place_the_lightest_counts(
+    edges: list[tuple[int, int, float]], kind: str, directed: bool
+) -> None:
+    """As of parallel edges from a list of them; scipy would add them up."""
+    expected = np.full((4, 4), math.inf)
+    for u, v, weight in edges:
+        expected[u, v] = min(expected[u, v], weight)
+        if not directed:
+            expected[v, u] = min(expected[v, u], weight)
+    np.fill_diagonal(expected, 0.0)
+    tails, heads = (np.array([edge[axis] for edge in edges], dtype=np.int32) for axis in (0, 1))
+    weights = np.array([edge[2] for edge in edges], dtype=np.float64)
+    if kind == "coo":
+        matrix = sparse.coo_array((weights, (tails, heads)), shape=(4, 4))
+    else:
+        major, minor = (heads, tails) if kind == "csc" else (tails, heads)
+        order = np.argsort(major, kind="stable")
+        starts = np.searchsorted(major[order], np.arange(5))
+        values = weights[order].reshape(-1, 1, 1) if kind == "bsr" else weights[order]
+        make = {
+            "csr": sparse.csr_array,
+            "csc": sparse.csc_array,
+            "csr_matrix": sparse.csr_matrix,
+            "bsr": sparse.bsr_array,
+        }
+        matrix = make[kind]((values, minor[order], starts), shape=(4, 4))
+    before = matrix.nnz
+    check_weights(GeometricGraph.from_sparse(matrix, directed=directed), expected)
+    assert matrix.nnz == before
+
+
+@pytest.mark.parametrize("index", [77, 2, -1])
+@pytest.mark.parametrize("kind", ["csr", "csc", "coo"])
+def test_entries_outside_of_a_sparse_matrix_are_refused(index: int, kind: str) -> None:
+    """An index may be changed after scipy has checked it."""
+    matrix = sparse.coo_array(([2.0, 3.0], ([0, 1], [1, 0])), shape=(2, 2)).asformat(kind)
+    (matrix.coords[1] if kind == "coo" else matrix.indices)[0] = index
+    with pytest.raises(GraphError, match="give a square scipy sparse matrix"):
+        GeometricGraph.from_sparse(matrix)
 
 
 def test_infinity_and_diagonal_of_a_sparse_matrix_are_no_edges() -> None:
