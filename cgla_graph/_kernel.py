@@ -8,15 +8,17 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache, wraps
 from pathlib import Path
 from types import FunctionType
-from typing import Any, ParamSpec, TypeVar, cast
+from typing import IO, Any, ParamSpec, TypeVar, cast
 
 import numba
 import numpy as np
 from numba.core.compiler_lock import global_compiler_lock
+
+from cgla_graph import _progress
 
 if sys.platform != "win32":
     import fcntl
@@ -52,8 +54,8 @@ _import_numpy_functions()
 #: looking for it, in seconds.
 PATIENCE, GLANCE = 60.0, 0.02
 
-#: Kernels that are being compiled or loaded from disk, with the types of their arguments.
-_under_way: list[tuple[Any, Any]] = []
+#: Kernels that are being compiled, here or in a process that this one waits for.
+_under_way: list[object] = []
 
 #: Held while numba's cache folder is set.
 _settings_lock = threading.Lock()
@@ -117,7 +119,30 @@ def _dispatcher(function: Callable[..., object], **options: bool) -> Any:  # noq
         finally:
             settings.CACHE_DIR = kept
     compiled.compile = _in_one_process(compiled)
+    # (numba calls it only for code that is not on disk)
+    compiled._compiler.compile = _announced(compiled._compiler)  # noqa: SLF001 - numba has no public way
     return compiled
+
+
+def _announced(compiler: Any) -> Callable[..., Any]:  # noqa: ANN401 - numba has no hints
+    """Return the method of numba that compiles a kernel, which says first that it does."""
+
+    def compile_(*given: Any) -> Any:  # noqa: ANN401 - the same
+        with _compiling(compiler):
+            return type(compiler).compile(compiler, *given)
+
+    return compile_
+
+
+@contextmanager
+def _compiling(what: object) -> Iterator[None]:
+    """Mark a kernel as being compiled."""
+    _progress.compiling()
+    _under_way.append(what)
+    try:
+        yield
+    finally:
+        _under_way.remove(what)
 
 
 def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - numba has no hints
@@ -131,11 +156,9 @@ def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - nu
             collects = gc.isenabled()
             # compiling makes hundreds of thousands of objects and little garbage
             gc.disable()
-            _under_way.append((compiled, signature))
             try:
                 return compile_(signature)
             finally:
-                _under_way.pop()
                 if collects:
                     gc.enable()
 
@@ -153,17 +176,24 @@ def _locked(file: Path) -> Iterator[None]:
         return
     with lock:
         if sys.platform != "win32":
-            latest = time.monotonic() + PATIENCE
-            while time.monotonic() < latest:
-                try:
-                    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    break
-                except BlockingIOError:
-                    time.sleep(GLANCE)
-                except OSError:
-                    # a file system without locks
-                    break
+            # (a file system may have no locks)
+            with suppress(OSError):
+                _lock(lock)
         yield
+
+
+def _lock(file: IO[bytes]) -> None:
+    """Lock a file as soon as other processes let go of it, or else when the wait has been long enough."""
+    with suppress(BlockingIOError):
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return
+    latest = time.monotonic() + PATIENCE
+    with _compiling(file):
+        while time.monotonic() < latest:
+            time.sleep(GLANCE)
+            with suppress(BlockingIOError):
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                return
 
 
 def fixed(array: ArrayT) -> ArrayT:
@@ -194,30 +224,23 @@ def is_kept(compiled: Callable[..., object], *arguments: object) -> bool:
     >>> erf(0.5), is_kept(erf), is_kept(erf, 0.25), is_kept(erf, None)
     (0.5204998778, True, True, False)
     """
-    kept = _kept_signatures(compiled)
+    kept: list[Any] = []
+    with suppress(Exception):
+        # (numba has no public way to ask; an unreadable index counts as none)
+        kept = [signature for signature, *_ in cast("Any", compiled)._cache._cache_file._load_index()]  # noqa: SLF001
     return tuple(map(cast("Any", numba).typeof, arguments)) in kept if arguments else bool(kept)
-
-
-def _kept_signatures(compiled: Any) -> list[Any]:  # noqa: ANN401 - numba has no hints
-    """List the types of arguments that machine code is on disk for."""
-    try:
-        # (numba has no public way to ask)
-        index = compiled._cache._cache_file._load_index()  # noqa: SLF001 - see above
-    except Exception:  # noqa: BLE001 - an unreadable index counts as none
-        return []
-    return [signature for signature, *_ in index]
 
 
 def is_compiling() -> bool:
     """
-    Return whether kernels are being compiled whose machine code is not on disk.
+    Return whether kernels are being compiled whose machine code is not on disk, here or where this process waits.
 
     Examples
     --------
     >>> is_compiling()
     False
     """
-    return any(signature not in _kept_signatures(compiled) for compiled, signature in tuple(_under_way))
+    return bool(_under_way)
 
 
 @cache

@@ -73,6 +73,8 @@ class _State:
     console: "Console | None" = None
     #: In a worker: passes its progress to the program that waits for it.
     relay: Callable[[str, str], None] | None = None
+    #: Called before kernels are compiled; None after the first call.
+    when_compiling: Callable[[], None] | None = None
 
 
 @contextmanager
@@ -159,6 +161,18 @@ def tell_inside(what: str, text: str) -> None:
     """Show the progress of a worker that this process waits for."""
     if _State.line is not None and threading.current_thread() is threading.main_thread():
         _State.line.tell_inside(what, text)
+
+
+def when_compiling(say: Callable[[], None]) -> None:
+    """Have a function called once, before the first kernel is compiled that is not on disk."""
+    _State.when_compiling = say
+
+
+def compiling() -> None:
+    """Call the function of `when_compiling`: a kernel is going to be compiled, here or in another process."""
+    say, _State.when_compiling = _State.when_compiling, None
+    if say is not None:
+        say()
 
 
 def say_above(text: str) -> None:

@@ -11,8 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
-    import subprocess
-
     from rich.console import RenderableType
 
     from cgla_graph.model.cost_model import CostModel
@@ -38,12 +36,10 @@ class InterruptedRunError(Exception):
 _COMPILE = (
     "import sys; sys.path[:] = sys.argv[1].split('\\n'); "
     "from cgla_graph.model.small_problem import MapKind; from cgla_graph.solvers.warm_up import load_last_first; "
-    "load_last_first(MapKind(rasters=sys.argv[2] == 'rasters'))"
+    "load_last_first(MapKind(walls='walls' in sys.argv, rasters='rasters' in sys.argv))"
 )
-
-
-#: The second process, while there is one, and whether it compiles for maps with rasters.
-_helpers: "list[tuple[subprocess.Popen[bytes], bool]]" = []
+#: Seconds to wait for it at the end of a command.
+LONGEST_WAIT = 300.0
 
 
 def out(text: str) -> None:
@@ -122,13 +118,19 @@ def progress(total: int | None) -> Iterator[Callable[[str], None]]:
         yield tell
 
 
+def say_compiling() -> None:
+    """Write to standard error, once, that kernels are compiled, when the first one is that is not on disk."""
+    from cgla_graph._progress import when_compiling  # noqa: PLC0415 - TAB completes at once
+
+    when_compiling(lambda: say(COMPILING))
+
+
 @contextmanager
-def running_solvers(model: "CostModel | None" = None) -> Iterator[None]:
+def running_solvers(proving_on: "Sequence[CostModel]" = ()) -> Iterator[None]:
     """
     Send what solvers print to standard error, their compiled parts' output as well: standard output is ours.
 
-    That kernels have to be compiled first is said there, too: nothing that is timed waits for it, but the user does.
-    No-fly areas and rasters, as `model` has them, have kernels of their own.
+    If kernels are missing that bounds on maps with these models need, a second process compiles about half of them.
     The garbage collector, which the command line leaves off until there is work, is turned on.
     """
     if not gc.isenabled():
@@ -136,8 +138,8 @@ def running_solvers(model: "CostModel | None" = None) -> Iterator[None]:
         gc.freeze()
         gc.enable()
     with ExitStack() as stack:
-        compile_beside(model)
-        stack.callback(end_compiling)
+        if proving_on:
+            stack.enter_context(_compiling_beside(proving_on))
         stack.enter_context(redirect_stdout(sys.stderr))
         with suppress(OSError):
             saved = os.dup(1)
@@ -147,49 +149,50 @@ def running_solvers(model: "CostModel | None" = None) -> Iterator[None]:
         yield
 
 
-def compile_beside(model: "CostModel | None" = None) -> None:
+@contextmanager
+def _compiling_beside(models: "Sequence[CostModel]") -> Iterator[None]:
     """
-    Have a second process compile if kernels are missing, beginning with those that this one comes to last.
+    Have a second process compile if kernels of proofs are missing, beginning with those that this one comes to last.
 
-    A kernel is compiled by one of them, and the other one finds it on disk. There is never a third process: one that
-    compiles for maps without rasters makes way where there are some. It ends with `running_solvers`, or with
-    `end_compiling` before.
+    A kernel is compiled by one of them, and the other one finds it on disk. The second process is waited for, so that
+    no kernel is missing the next time; only Ctrl-C ends it early.
     """
     import numpy as np  # noqa: PLC0415 - `cgla --help` answers at once
 
     from cgla_graph._kernel import is_kept  # noqa: PLC0415 - the same
+    from cgla_graph._progress import compiling  # noqa: PLC0415 - the same
     from cgla_graph.certificate import certificate_kernels, corner_kernels  # noqa: PLC0415 - the same
     from cgla_graph.model import risk_kernels  # noqa: PLC0415 - the same
-    from cgla_graph.model.risk import RiskField  # noqa: PLC0415 - the same
 
-    field = RiskField() if model is None else model.field
-    walls, rasters = model is not None and not model.area.is_empty, bool(field.rasters)
     ends = np.empty((1, 2))
-    segments = ends, ends, field.kernel_field(), np.empty(1)
-    are_kept = is_kept(risk_kernels.segment_risks, *segments) and is_kept(certificate_kernels.steepness)
-    if (are_kept and (not walls or is_kept(corner_kernels.charge))) or any(of >= rasters for _, of in _helpers):
+    walls = any(not model.area.is_empty for model in models)
+    of_field = next((model.field for model in models if model.field.rasters), models[0].field)
+    are_kept = is_kept(risk_kernels.segment_risks, ends, ends, of_field.kernel_field(), np.empty(1))
+    if are_kept and is_kept(certificate_kernels.steepness) and (not walls or is_kept(corner_kernels.charge)):
+        yield
         return
     import subprocess  # noqa: PLC0415 - rarely used
 
-    if not _helpers:
-        say(COMPILING)
-    end_compiling()
-    folders = "\n".join(sys.path)
+    compiling()
+    kind = ["walls"] * walls + ["rasters"] * bool(of_field.rasters)
     helper = subprocess.Popen(  # noqa: S603 - ours
-        [sys.executable, "-c", _COMPILE, folders, "rasters" if rasters else ""],
+        [sys.executable, "-c", _COMPILE, "\n".join(sys.path), *kind],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
-    _helpers.append((helper, rasters))
-
-
-def end_compiling() -> None:
-    """End the second process, if there is one."""
-    while _helpers:
-        helper, _ = _helpers.pop()
+    try:
+        yield
+    except KeyboardInterrupt:
         helper.kill()
-        helper.wait()
+        raise
+    finally:
+        try:
+            helper.wait(LONGEST_WAIT)
+        except BaseException as error:
+            helper.kill()
+            if not isinstance(error, subprocess.TimeoutExpired):
+                raise
 
 
 def forget_stdout() -> None:

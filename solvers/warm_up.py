@@ -109,6 +109,7 @@ def load_last_first(kind: MapKind) -> None:
     minimise(path, path, np.zeros((3, 2)), 1.0, 1.0, model[1], 1, np.zeros(3))
     shortcut(path, model, 1, np.ones(3, dtype=np.bool_))
     load_kernels(kind._replace(walls=False))
-    # (before the mesh beside walls, with which the other process begins)
-    corners.load_kernels()
-    load_kernels(kind._replace(walls=True))
+    if kind.walls:
+        # (before the mesh beside walls, with which the other process begins)
+        corners.load_kernels()
+        load_kernels(kind)

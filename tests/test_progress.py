@@ -15,6 +15,7 @@ import pytest
 import cgla_graph as cg
 from cgla_graph import _kernel, _progress
 from cgla_graph._progress import say_above, showing, waiting
+from cgla_graph.isolation.process import WorkerProcess
 
 #: Seconds before progress is shown, and a longer time, in these tests.
 QUIET, LONG = 0.03, 0.3
@@ -205,3 +206,14 @@ def test_a_pseudo_terminal_sees_plans_fronts_and_flights() -> None:
     for words in ("planning with hybrid: proof", "front of length against risk: ", "flight: tick "):
         assert words in text, text[-2000:]
     assert text.rpartition(CLEAR)[2].strip() == ALONE
+
+
+def test_compiling_is_announced_once_also_from_a_worker() -> None:
+    said: list[str] = []
+    _progress.when_compiling(lambda: said.append("compiling"))
+    process = WorkerProcess()
+    for _ in range(2):
+        assert process.make(_progress.compiling, (), seconds=60.0).failure is None
+    process.stop()
+    _progress.compiling()
+    assert said == ["compiling"]

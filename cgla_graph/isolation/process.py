@@ -13,6 +13,7 @@ from contextlib import suppress
 from multiprocessing import connection, get_context, reduction, spawn
 from typing import Any, NamedTuple
 
+from cgla_graph import _progress
 from cgla_graph.errors import WorkerError
 from cgla_graph.isolation import worker
 from cgla_graph.isolation.outcome import Failure, Outcome, Reply, one_line, packed
@@ -160,7 +161,7 @@ class _Process:
     def __init__(self, pid: int, line: Any, sentinel: Any, exit_code: Callable[[], int]) -> None:  # noqa: ANN401 - pipes
         self.sentinel = sentinel
         self._pid, self._line, self._exit_code = pid, line, exit_code
-        self._tell: Callable[[str, str], None] | None = None
+        self._tell: Callable[[str, str], None] = _ignore
         #: end of the time limit of the current part of a call; 0 for no limit
         self._deadline = 0.0
 
@@ -175,7 +176,7 @@ class _Process:
 
     def answer(self, call: bytes, seconds: float, tell: Callable[[str, str], None] | None) -> Reply | None:
         """Make a call and wait for its end; None if the process died before the call began."""
-        self._deadline, self._tell = 0.0, tell
+        self._deadline, self._tell = 0.0, tell or _ignore
         begun = None
         with suppress(OSError, TimeoutError):
             self._line.send((sys.path, call))
@@ -222,9 +223,10 @@ class _Process:
                     return None
                 if kind == "limit":
                     self._deadline = now + words[0] if words[0] else 0.0
+                elif kind == "compiling":
+                    _progress.compiling()
                 elif kind == "progress":
-                    if self._tell is not None:
-                        self._tell(*words)
+                    self._tell(*words)
                 else:
                     return None if kind == "died" else tuple(words)
             elif self._deadline and now > self._deadline + GRACE:
@@ -246,6 +248,10 @@ class _Process:
 
     def close(self) -> None:
         self._line.close()
+
+
+def _ignore(_: str, __: str) -> None:
+    """Take progress that is not shown."""
 
 
 def _lost(failure: Failure, message: str) -> Reply:

@@ -157,6 +157,7 @@ def work(line: Line, path: Iterable[str], preload: Iterable[str], cores: Collect
 
     set_expendable(lambda seconds: say("limit", seconds))
     _progress.relay(_seldom(lambda what, text: say("progress", what, text)))
+    _progress.when_compiling(lambda: say("compiling"))
     say("ready")
     while True:
         try:

@@ -35,6 +35,7 @@ def cgla(
 ) -> None:
     """Plan over risk maps with every solver, over one and the same cost: length + k * risk."""
     del version
+    console.say_compiling()
 
 
 def _say_warning(message: Warning | str, *_: object, **__: object) -> None:
@@ -61,12 +62,9 @@ def main() -> None:
         # a terminal that cannot show a character gets an escape instead of a failure
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    try:
-        with warnings.catch_warnings():
-            warnings.showwarning = _say_warning
-            code = _run(renamed(sys.argv[1:]) or ["--help"])
-    finally:
-        console.end_compiling()
+    with warnings.catch_warnings():
+        warnings.showwarning = _say_warning
+        code = _run(renamed(sys.argv[1:]) or ["--help"])
     # the process may go on, in tests and if Python calls this
     gc.unfreeze()
     gc.enable()

@@ -48,7 +48,7 @@ def certify(
     opened = open_map("certify", scenario, maps, zones, raster)
     kinds, folder = output.pictures("png", "svg"), output.folder()
     zoned = zones.report([opened], as_json=output.as_json)
-    with console.running_solvers(opened.problem.model):
+    with console.running_solvers([opened.problem.model]):
         run = certified(opened, path, tolerance=tolerance, max_cells=max_cells)
     proof = proof_of(run)
     written = _written(folder, run, kinds) if folder else []

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_type_hints
 
 import typer
 
-from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli import completion
 
 if TYPE_CHECKING:
@@ -422,8 +421,6 @@ def open_map(
     """
     from cgla_graph.comparisons.study.options import open_one
 
-    # opening a map already needs kernels
-    console.compile_beside()
     with naming_graphs(command, spec):
         return open_one(
             command, spec, map_changes(dataclasses.replace(maps, k=maps.k if k is None else k), zones, raster)

@@ -54,7 +54,7 @@ def pareto(
     opened = open_map("pareto", scenario, maps, zones, raster)
     kinds, folder = output.pictures("png"), output.folder()
     zoned = zones.report([opened], as_json=output.as_json)
-    with console.running_solvers(opened.problem.model):
+    with console.running_solvers():
         answer = _of_weights(opened, entrant) if corridor is None else _of_limits(opened, entrant, corridor)
     written = answer.write(folder, kinds) if folder else []
     if output.as_json:

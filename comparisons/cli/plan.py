@@ -76,7 +76,7 @@ def plan(
     folder, kinds = output.folder(), output.pictures("png")
     _check_profile(profile)
     within: PlanWithin | None = None
-    with console.running_solvers(opened.problem.model):
+    with console.running_solvers([] if tolerance is None else [opened.problem.model]):
         if budget == BudgetOptions():
             run = _solved(opened, entrant, tolerance)
         else:

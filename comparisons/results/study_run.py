@@ -280,7 +280,8 @@ def compare_all(request: Request, how: RunOptions) -> Compared:
             preload=(*execution.PRELOAD, *(mission_compare.PRELOAD if flights else ())),
         )
         try:
-            with console.running_solvers(), console.progress(total) as tick, closing(made):
+            proven = [] if study.tolerance is None else [scenario.problem.model for scenario in study.scenarios]
+            with console.running_solvers(proven), console.progress(total) as tick, closing(made):
                 for task, result in made:
                     if isinstance(result, Run):
                         done.runs.append(result)

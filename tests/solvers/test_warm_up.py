@@ -10,7 +10,6 @@ from kept_kernels import kept_but_for
 
 from cgla_graph import _kernel
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.cli import app
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.small_problem import MapKind, small_field
@@ -150,46 +149,100 @@ def test_what_evaluates_paths_is_loaded_for_solvers_of_others_too() -> None:
 
 
 @pytest.mark.slow
-def test_the_process_that_compiles_beside_ends_well() -> None:
+@pytest.mark.parametrize("kind", [[], ["walls"], ["rasters"]])
+def test_the_process_that_compiles_beside_ends_well(kind: list[str]) -> None:
     """It prints nothing."""
-    done = subprocess.run(
-        [sys.executable, "-c", console._COMPILE, "\n".join(sys.path), ""], capture_output=True, text=True, check=True
-    )
+    command = [sys.executable, "-c", console._COMPILE, "\n".join(sys.path), *kind]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("", "")
 
 
-@pytest.mark.parametrize("arguments", [["plan", "nowhere"], ["certify", "nowhere"], ["plan"]])
-def test_the_process_that_compiles_beside_is_one_and_ends_with_the_command(
-    arguments: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """It begins before the map is opened, which needs kernels, and ends though that fails."""
-    started: list[list[str]] = []
+WALL, RASTERS = CostModel(no_fly=shapely.box(0, 0, 1, 1)), CostModel(small_field(MapKind(rasters=True)))
 
-    class Helper:
-        def __init__(self, *_: object, **__: object) -> None:
-            self.done: list[str] = []
-            started.append(self.done)
 
-        def kill(self) -> None:
-            self.done.append("killed")
+class Helper:
+    """Stands for the second process, and notes what happens to it."""
 
-        def wait(self) -> None:
-            self.done.append("waited for")
+    def __init__(self, command: list[str], **_: object) -> None:
+        self.kind, self.done = command[4:], list[str]()
 
-    monkeypatch.setattr(subprocess, "Popen", Helper)
+    def kill(self) -> None:
+        self.done.append("killed")
+
+    def wait(self, _: float) -> None:
+        self.done.append("waited for")
+
+
+@pytest.fixture
+def started(monkeypatch: pytest.MonkeyPatch) -> list[Helper]:
+    """List the second processes that are started, while every kernel is missing."""
+    started: list[Helper] = []
+    monkeypatch.setattr(subprocess, "Popen", lambda *words, **how: started.append(Helper(*words, **how)) or started[-1])
     monkeypatch.setattr(_kernel, "is_kept", lambda *_: False)
-    console.compile_beside()
-    console.compile_beside(CostModel(no_fly=shapely.box(0, 0, 1, 1)))
-    assert started == [[]]
-    # one that compiles what the map does not need makes way
-    for _ in range(2):
-        console.compile_beside(CostModel(small_field(MapKind(rasters=True))))
-        assert started == [["killed", "waited for"], []]
-    monkeypatch.setattr(sys, "argv", ["cgla", *arguments])
-    with pytest.raises(SystemExit):
-        app.main()
-    assert started == [["killed", "waited for"]] * 2
-    assert capsys.readouterr().err.count("compiling kernels") == 1
+    return started
+
+
+@pytest.mark.parametrize(
+    ("models", "kind"),
+    [
+        ([], None),
+        ([CostModel()], []),
+        ([CostModel(), WALL], ["walls"]),
+        ([RASTERS], ["rasters"]),
+        ([WALL, RASTERS], ["walls", "rasters"]),
+    ],
+)
+def test_the_process_that_compiles_beside_is_one_for_all_maps(
+    models: list[CostModel], kind: list[str] | None, started: list[Helper]
+) -> None:
+    with console.running_solvers(models):
+        assert [one.kind for one in started] == ([] if kind is None else [kind])
+    assert all(one.done == ["waited for"] for one in started)
+
+
+@pytest.mark.parametrize(
+    ("error", "done"), [(ValueError, ["waited for"]), (KeyboardInterrupt, ["killed", "waited for"])]
+)
+def test_the_process_that_compiles_beside_is_killed_by_ctrl_c_only(
+    error: type[BaseException], done: list[str], started: list[Helper]
+) -> None:
+    """Kernels that it has compiled half would be missing the next time, too."""
+    with pytest.raises(error), console.running_solvers([CostModel()]):
+        raise error
+    assert [one.done for one in started] == [done]
+
+
+# Two plans on a graph, for which the processes count that are started.
+COUNTED = """
+import subprocess, sys
+from unittest.mock import Mock
+subprocess.Popen = started = Mock()
+from cgla_graph.comparisons.cli.app import main
+try:
+    main()
+finally:
+    print(started.call_count)
+"""
+
+
+@pytest.mark.parametrize(
+    ("missing", "said"),
+    [
+        (("certificate_kernels.", "corner_kernels."), [0]),
+        pytest.param(("graph_kernels.label_setting",), [1, 0], marks=pytest.mark.slow),
+    ],
+)
+def test_compiling_is_announced_on_graphs_if_their_kernels_are_missing(
+    missing: tuple[str, ...], said: list[int], tmp_path: Path
+) -> None:
+    """Kernels of proofs are not needed there; each is compiled in the process that needs it."""
+    (tmp_path / "g.csv").write_text("source,target,weight\na,b,1\nb,c,2\n")
+    environment = kept_but_for(*missing, at=tmp_path / "kernels")
+    words = ["graph", "plan", str(tmp_path / "g.csv"), "--from", "a", "--to", "c"]
+    command = [sys.executable, "-c", COUNTED, *words]
+    runs = [subprocess.run(command, env=environment, capture_output=True, text=True, check=True) for _ in said]
+    assert [run.stderr.count("compiling kernels") for run in runs] == said
+    assert [run.stdout.splitlines()[-1] for run in runs] == ["0"] * len(said)
 
 
 @pytest.mark.parametrize("name", registry.names())
