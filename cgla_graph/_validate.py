@@ -57,6 +57,15 @@ def non_negative_number(name: str, value: object) -> float:
     return number
 
 
+def clearance_of(value: object) -> float:
+    """Return `value` as a float, or raise `ProblemError` unless it is a distance on a map: from 0 to `LARGEST`."""
+    number = non_negative_number("clearance", value)
+    if number > LARGEST:
+        msg = f"clearance is {number:g}; it must be at most {LARGEST:g}, in map units"
+        raise ProblemError(msg)
+    return number
+
+
 def whole_number(name: str, value: object, *, at_least: int, at_most: int) -> int:
     """Return `value`, or raise `ProblemError` unless it is a whole number in that range."""
     if isinstance(value, bool) or not isinstance(value, int) or not at_least <= value <= at_most:

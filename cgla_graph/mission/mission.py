@@ -7,7 +7,7 @@ from math import dist
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from cgla_graph._text import shown
-from cgla_graph._validate import non_negative_number
+from cgla_graph._validate import clearance_of, non_negative_number
 from cgla_graph.errors import MissionError
 from cgla_graph.fusion.fusion import Fusion, Integral
 from cgla_graph.mission import rules
@@ -242,7 +242,7 @@ class Mission(Rules):
         near = 0.6 * self.unit if collision_distance is None else collision_distance
         terminal = 1.2 * self.unit if terminal_radius is None else terminal_radius
         with error_context():
-            keep(clearance=non_negative_number("clearance", clearance))
+            keep(clearance=clearance_of(clearance))
             keep(arrival_radius=non_negative_number("arrival_radius", arrival_radius))
             keep(collision_distance=non_negative_number("collision_distance", near))
             keep(terminal_radius=non_negative_number("terminal_radius", terminal))

@@ -9,7 +9,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Point
-from cgla_graph.model.no_fly import NoFlyArea
+from cgla_graph.model.no_fly import NoFlyArea, overlay_errors
 
 #: Round corners become polygons with this many edges a right angle: 0.12 % wider than the arc, at most.
 EDGES: Final = 16
@@ -50,8 +50,9 @@ def widened(no_fly: BaseGeometry, distance: float, *, inside: bool = False) -> B
         return area.geometry
     radius = distance if inside else distance / math.cos(0.25 * math.pi / EDGES)
     # one piece an edge: a polygon as a whole would be simplified first, and be widened by a little more or less
-    pieces = shapely.buffer(shapely.linestrings(area.edges[:, :4].reshape(-1, 2, 2)), radius, quad_segs=EDGES)
-    return shapely.union_all([area.geometry, *np.asarray(pieces, dtype=object)])
+    with overlay_errors():
+        pieces = shapely.buffer(shapely.linestrings(area.edges[:, :4].reshape(-1, 2, 2)), radius, quad_segs=EDGES)
+        return shapely.union_all([area.geometry, *np.asarray(pieces, dtype=object)])
 
 
 def widened_clear_of(no_fly: BaseGeometry, distance: float, place: Point) -> BaseGeometry:

@@ -13,8 +13,9 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import at_most_percent
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph._validate import point_array
+from cgla_graph._validate import four_numbers, point_array
 from cgla_graph.errors import ProblemError
+from cgla_graph.model.no_fly import polygons_of
 
 if TYPE_CHECKING:
     import pyproj
@@ -25,6 +26,9 @@ EDGE_METRES = 1.0
 
 #: Digits of degrees in output: a tenth of a millimetre.
 DIGITS = 9
+
+#: The longitudes of an area across the antimeridian go on beyond 180 degrees, up to this.
+MOST_LONGITUDE = 540.0
 
 GeometryT = TypeVar("GeometryT", bound=BaseGeometry)
 
@@ -361,6 +365,11 @@ def project_area(area: GeometryT, projection: LocalProjection) -> GeometryT:
     area
         In metres.
 
+    Raises
+    ------
+    ProblemError
+        As `require_area` raises it.
+
     Examples
     --------
     >>> box = shapely.box(24, 60, 25, 61)
@@ -371,7 +380,54 @@ def project_area(area: GeometryT, projection: LocalProjection) -> GeometryT:
     def metres(degrees: FloatArray) -> FloatArray:
         return projection.forward(np.column_stack([wrapped(degrees[:, 0]), degrees[:, 1]]))
 
+    require_area(area)
     return shapely.transform(shapely.segmentize(area, EDGE_DEGREES), metres)
+
+
+def require_area(area: BaseGeometry) -> None:
+    """
+    Check an area in degrees, before it is projected: what is wrong with it is named in degrees.
+
+    Raises
+    ------
+    ProblemError
+        If a coordinate is not finite or out of range, or it is no polygon, or an invalid one.
+
+    Examples
+    --------
+    >>> require_area(shapely.box(179, 60, 181, 61))
+    """
+    for polygon in polygons_of(area):
+        require_degrees("the area", shapely.get_coordinates(polygon))
+
+
+def require_degrees(name: str, corners: FloatArray) -> None:
+    """
+    Check the corners of an area in degrees: longitudes may go on across the antimeridian, but not beyond 540.
+
+    Parameters
+    ----------
+    name
+        The name of the area in the message.
+    corners
+        Longitude and latitude of each, shape ``(n, 2)``.
+
+    Raises
+    ------
+    ProblemError
+        If a coordinate is not finite or out of range.
+
+    Examples
+    --------
+    >>> require_degrees("a zone", np.array([[179.0, 60.0], [181.0, 60.0], [180.0, 61.0]]))
+    """
+    wrong = ~(np.abs(corners) <= (MOST_LONGITUDE, 90.0)).all(axis=1)
+    if wrong.any():
+        msg = (
+            f"{name} has a corner at {tuple(corners[wrong][0].tolist())}; longitude must be in [-180, 180] (across the "
+            f"antimeridian, up to {MOST_LONGITUDE:g}) and latitude in [-90, 90]: give degrees, longitude first"
+        )
+        raise ProblemError(msg)
 
 
 def places_around(place: Point, distance: float) -> FloatArray:
@@ -512,7 +568,13 @@ def projected_bounds(box: Bounds, projection: LocalProjection) -> Bounds:
     """
     Return the smallest box in metres around a box of longitudes and latitudes, widened by a metre.
 
-    The sides bend when projected: between the points laid on them they bulge by up to a metre.
+    The sides bend when projected: between the points laid on them they bulge by up to a metre. West greater than east
+    means a box across the antimeridian (RFC 7946, section 5.2).
+
+    Raises
+    ------
+    ProblemError
+        If a bound is not finite or out of range, or the box is empty.
 
     Examples
     --------
@@ -520,6 +582,16 @@ def projected_bounds(box: Bounds, projection: LocalProjection) -> Bounds:
     >>> [round(side / 1e3, 1) for side in projected_bounds(box, LocalProjection.centred_on(box))]
     [-27.9, -55.7, 27.9, 55.8]
     """
+    west, south, east, north = four_numbers("bounds", box)
+    require_degrees("the box of the bounds", np.array([(west, south), (east, north)]))
+    east += 360.0 * (east < west)
+    if not (west < east <= west + 360.0 and south < north):
+        msg = (
+            f"bounds {(west, south, east, north)} are no box; give west, south, east, north with south < north, "
+            "west != east and at most 360 degrees between them"
+        )
+        raise ProblemError(msg)
+    box = west, south, east, north
     west, south, east, north = project_area(shapely.box(*box), projection).bounds
     return west - EDGE_METRES, south - EDGE_METRES, east + EDGE_METRES, north + EDGE_METRES
 

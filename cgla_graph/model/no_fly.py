@@ -2,6 +2,8 @@
 
 import itertools
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Final, final
 
 import numpy as np
@@ -10,6 +12,7 @@ from numpy.typing import ArrayLike
 from shapely.geometry import GeometryCollection, LineString, MultiPolygon, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._text import cut
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph._validate import broadcast, point_array
 from cgla_graph.errors import ProblemError
@@ -287,20 +290,13 @@ def _points(values: ArrayLike, name: str) -> FloatArray:
 
 def _union(geometry: BaseGeometry | None) -> Polygon | MultiPolygon:
     """Return the checked, flat, oriented union of the polygons of a geometry."""
-    if geometry is None:
-        return MultiPolygon()
-    if not isinstance(geometry, BaseGeometry):
-        message = (
-            f"a no-fly area is a shapely geometry, not {type(geometry).__name__}; "
-            "put several polygons into a shapely.GeometryCollection"
-        )
-        raise ProblemError(message)
-    polygons = _polygons(shapely.force_2d(geometry), "")
+    polygons = [] if geometry is None else polygons_of(geometry)
     if not polygons:
         return MultiPolygon()
     # The parts of a valid MultiPolygon have disjoint interiors: it is its own union, to the last bit.
     joins = isinstance(geometry, GeometryCollection) and len(polygons) > 1
-    whole = shapely.union_all(polygons) if joins else MultiPolygon(polygons)
+    with overlay_errors():
+        whole = shapely.union_all(polygons) if joins else MultiPolygon(polygons)
     if not whole.is_valid:
         message = (
             f"the parts of the no-fly area overlap or share edges: {shapely.is_valid_reason(whole)}; "
@@ -310,6 +306,29 @@ def _union(geometry: BaseGeometry | None) -> Polygon | MultiPolygon:
     # Counter-clockwise shells, clockwise holes: the interior is on the left of every edge.
     flat = shapely.get_parts(shapely.orient_polygons(whole))
     return flat[0] if len(flat) == 1 else MultiPolygon(list(flat))
+
+
+def polygons_of(geometry: BaseGeometry) -> list[Polygon]:
+    """
+    Return the polygons of a geometry, without heights.
+
+    Raises
+    ------
+    ProblemError
+        If it is of another kind, or one of its polygons is invalid.
+
+    Examples
+    --------
+    >>> [polygon.area for polygon in polygons_of(shapely.GeometryCollection([shapely.box(0, 0, 1, 2)]))]
+    [2.0]
+    """
+    if not isinstance(geometry, BaseGeometry):
+        message = (
+            f"a no-fly area is a shapely geometry, not {type(geometry).__name__}; "
+            "put several polygons into a shapely.GeometryCollection"
+        )
+        raise ProblemError(message)
+    return _polygons(shapely.force_2d(geometry), "")
 
 
 def _polygons(geometry: BaseGeometry, part: str) -> list[Polygon]:
@@ -326,16 +345,53 @@ def _polygons(geometry: BaseGeometry, part: str) -> list[Polygon]:
             "give it a width with geometry.buffer(distance)"
         )
         raise ProblemError(message)
-    coordinates = shapely.get_coordinates(geometry)
+    require_valid(where, geometry)
+    return [geometry]
+
+
+@contextmanager
+def overlay_errors() -> Iterator[None]:
+    """
+    Turn failures of GEOS, which come with coordinates of very different magnitudes, into a `ProblemError`.
+
+    Examples
+    --------
+    >>> with overlay_errors():
+    ...     shapely.union_all([shapely.box(0, 0, 1, 1)]).area
+    1.0
+    """
+    try:
+        yield
+    except shapely.errors.GEOSException as error:
+        message = f"the no-fly area is beyond shapely's arithmetic ({cut(error, 120)}); give it in the map's units"
+        raise ProblemError(message) from error
+
+
+def require_valid(name: str, polygon: BaseGeometry) -> None:
+    """
+    Check that the rings of a polygon enclose it without crossing, and that its coordinates are usable numbers.
+
+    Raises
+    ------
+    ProblemError
+        If it is not valid; the message begins with `name`.
+
+    Examples
+    --------
+    >>> require_valid("the area", shapely.Polygon([(0, 0), (1, 1), (1, 0), (0, 1)]))
+    Traceback (most recent call last):
+    cgla_graph.errors.ProblemError: the area is invalid: Self-intersection[0.5 0.5]; draw it anew, or repair it with
+    shapely.make_valid
+    """
+    coordinates = shapely.get_coordinates(polygon)
     bad = ~(np.abs(coordinates) <= MAX_COORDINATE)
     if bad.any():
-        message = f"{where} has the coordinate {coordinates[bad][0]}; all are finite and at most {MAX_COORDINATE:g}"
+        message = f"{name} has the coordinate {coordinates[bad][0]}; all are finite and at most {MAX_COORDINATE:g}"
         raise ProblemError(message)
-    if not geometry.is_valid:
-        reason = shapely.is_valid_reason(geometry)
-        message = f"{where} is invalid: {reason}; draw it anew, or repair it with shapely.make_valid"
+    if not polygon.is_valid:
+        reason = shapely.is_valid_reason(polygon)
+        message = f"{name} is invalid: {reason}; draw it anew, or repair it with shapely.make_valid"
         raise ProblemError(message)
-    return [geometry]
 
 
 def _thinnest(geometry: Polygon | MultiPolygon, edges: FloatArray) -> float:

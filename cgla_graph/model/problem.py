@@ -17,7 +17,7 @@ from cgla_graph._display import Plottable
 from cgla_graph._lazy import function_above
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
-from cgla_graph._validate import bounds_box, non_negative_number, point, point_array
+from cgla_graph._validate import bounds_box, clearance_of, point, point_array
 from cgla_graph.errors import NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import CornerRule, Node
 from cgla_graph.model.clearance import ROUNDING, widened
@@ -122,7 +122,7 @@ class Problem(Plottable):
 
     def __post_init__(self) -> None:
         """Check all parts once, so that no solver has to."""
-        object.__setattr__(self, "clearance", non_negative_number("clearance", self.clearance))
+        object.__setattr__(self, "clearance", clearance_of(self.clearance))
         if self.field is None:
             object.__setattr__(self, "field", RiskField())
         object.__setattr__(self, "bounds", bounds_box(self.bounds))
@@ -222,8 +222,8 @@ class Problem(Plottable):
         start, goal
             Longitude and latitude, degrees.
         bounds
-            West, south, east, north, degrees; east may go on beyond 180. The problem's are the least box in metres
-            around them.
+            West, south, east, north, degrees; across the antimeridian, east goes on beyond 180, or is less than west.
+            The problem's are the least box in metres around them.
         threats
             With centres in degrees and spreads in metres.
         rasters
@@ -231,7 +231,7 @@ class Problem(Plottable):
         k
             Risk weight, as in `Problem`.
         no_fly
-            Polygons in degrees, straight edges there.
+            Polygons in degrees, straight edges there; longitudes go on beyond 180 across the antimeridian.
         clearance
             Metres, as in `Problem`.
         projection

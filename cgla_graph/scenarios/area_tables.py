@@ -5,19 +5,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import shapely
 from pydantic import BaseModel, ConfigDict, Field
+from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
 from cgla_graph.airspace.zones.applying import Applied, ZoneAccount
 from cgla_graph.airspace.zones.ground import read_ground
 from cgla_graph.airspace.zones.reading import is_geojson, read_zones
-from cgla_graph.airspace.zones.shapes import with_fewer_corners
-from cgla_graph.model.earth import LocalProjection, project_area
+from cgla_graph.airspace.zones.shapes import shift_hole, unwrapped, with_fewer_corners
+from cgla_graph.model.earth import LocalProjection, project_area, require_degrees
+from cgla_graph.model.no_fly import require_valid
 
 #: Margin around a map in which zones count, relative to its longer side; latitude above which every meridian may be
 #: near.
@@ -68,6 +70,42 @@ class NoFlyTable(Table):
         default=None,
         description="path of a raster of elevations (lon/lat), which compares heights above ground and sea",
     )
+
+
+def drawn_area(name: str, outline: Sequence[Sequence[float]], holes: Sequence[Any] = (), *, lonlat: bool) -> Polygon:
+    """
+    Return the polygon of rings that are written in a file.
+
+    In degrees, each edge takes the shorter way around the Earth, so that a ring may cross the antimeridian.
+
+    Parameters
+    ----------
+    name
+        The key of the area, for messages.
+    outline, holes
+        Rings of corners, closed or not.
+    lonlat
+        Whether the corners are degrees.
+
+    Raises
+    ------
+    ProblemError, FileFormatError
+        If a corner is out of range, or the polygon is invalid: a ring crosses itself or encloses nothing.
+
+    Examples
+    --------
+    >>> drawn_area("no_fly.polygons.0", [[179, 0], [-179, 0], [-179, 1]], lonlat=True).bounds
+    (179.0, 0.0, 181.0, 1.0)
+    """
+    rings = [np.array([*ring, *ring[: int(ring[0] != ring[-1])]], dtype=np.float64) for ring in (outline, *holes)]
+    if lonlat:
+        for ring in rings:
+            require_degrees(name, ring)
+        rings = [unwrapped(ring, name) for ring in rings]
+        rings = [rings[0], *(shift_hole(rings[0], hole) for hole in rings[1:])]
+    polygon = Polygon(rings[0], rings[1:])
+    require_valid(name, polygon)
+    return polygon
 
 
 def applied_zones(table: NoFlyTable, folder: Path) -> Applied:

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -22,7 +23,7 @@ from cgla_graph.model.lattice import Lattice, LatticeKind
 from cgla_graph.model.raster_file import Kind, RasterCells, cells_in_metres, read_cells
 from cgla_graph.model.risk import Reading, Threat
 from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, RasterRisk
-from cgla_graph.scenarios.area_tables import MapZones, NoFlyTable, Pair, Table, applied_zones, seen_box
+from cgla_graph.scenarios.area_tables import MapZones, NoFlyTable, Pair, Table, applied_zones, drawn_area, seen_box
 from cgla_graph.scenarios.drawing import Stream, drawn_threats
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
@@ -276,9 +277,9 @@ class MapBuilder:
         """The bounds in map units: for lon/lat, the least box around them."""
         return self.box if self.projection is None else projected_bounds(self.box, self.projection)
 
-    def shapes(self, key: str, rings: list[list[list[float]]], files: list[str]) -> list[BaseGeometry]:
-        """Return polygons of rings and of GeoJSON files, unprojected; `key` is the key of the files in errors."""
-        areas: list[BaseGeometry] = [shapely.Polygon(ring) for ring in rings]
+    def shapes(self, rings: Mapping[str, list[list[float]]], files: Sequence[str], key: str) -> list[BaseGeometry]:
+        """Return polygons of rings, by their keys, and of GeoJSON files, unprojected; `key` is the key of the files."""
+        areas: list[BaseGeometry] = [drawn_area(at, ring, lonlat=not self.is_plane) for at, ring in rings.items()]
         for name in files:
             if self.is_plane:
                 msg = f'{key} {shown(name)} holds longitudes and latitudes; set coordinates = "lonlat"'
@@ -322,9 +323,11 @@ class MapBuilder:
         x_min, y_min, x_max, y_max = self.bounds
         return ROUNDING * max(x_max - x_min, y_max - y_min)
 
-    def areas(self, key: str, rings: list[list[list[float]]], files: list[str]) -> list[BaseGeometry]:
+    def areas(
+        self, rings: Mapping[str, list[list[float]]], files: Sequence[str] = (), key: str = "geojson"
+    ) -> list[BaseGeometry]:
         """Return polygons as `shapes` does, in map units."""
-        return self._projected(self.shapes(key, rings, files))
+        return self._projected(self.shapes(rings, files, key))
 
     def _projected(self, shapes: list[BaseGeometry]) -> list[BaseGeometry]:
         projection = self.projection
@@ -334,9 +337,12 @@ class MapBuilder:
     def _own_shapes(self) -> list[BaseGeometry]:
         """All no-fly areas but zones, in the file's own coordinates."""
         given = self.table.no_fly
-        rings = self.shapes("no_fly.geojson", given.polygons, [])
-        areas = [shapely.Polygon(area.outline, area.holes) for area in given.areas]
-        return [*rings, *areas, *self.shapes("no_fly.geojson", [], given.geojson)]
+        rings = self.shapes({f"no_fly.polygons.{number}": ring for number, ring in enumerate(given.polygons)}, [], "")
+        areas = [
+            drawn_area(f"no_fly.areas.{number}", area.outline, area.holes, lonlat=not self.is_plane)
+            for number, area in enumerate(given.areas)
+        ]
+        return [*rings, *areas, *self.shapes({}, given.geojson, "no_fly.geojson")]
 
     @cached_property
     def no_fly_names(self) -> list[str]:

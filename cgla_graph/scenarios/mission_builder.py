@@ -153,9 +153,9 @@ class MissionBuilder:
                 if (entry.polygon is None) == (entry.geojson is None):
                     msg = "an area needs either polygon or geojson"
                     raise ValueError(msg)
-                rings = [] if entry.polygon is None else [entry.polygon]
+                rings = {} if entry.polygon is None else {"polygon": entry.polygon}
                 files = [] if entry.geojson is None else [entry.geojson]
-                areas = self.ground.areas("geojson", rings, files)
+                areas = self.ground.areas(rings, files)
                 yield TimedArea(
                     areas[0] if len(areas) == 1 else shapely.GeometryCollection(areas), entry.appears, entry.vanishes
                 )

@@ -17,6 +17,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph.comparisons.report.maps import MOST_SAMPLES, RISK_SAMPLES, map_document
 from cgla_graph.comparisons.study.options import open_one
 from cgla_graph.errors import ScenarioError
+from cgla_graph.model.no_fly import overlay_errors
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.plots.risk_samples import risk_samples
 from cgla_graph.scenarios.map_tables import MapBuilder
@@ -148,7 +149,7 @@ class LiveMap:
         fixed = problem.no_fly
         if table is not None:
             builder = MapBuilder(table, Path(spec).parent)
-            areas = [_corners(shape) for shape in builder.areas("no_fly", table.no_fly.polygons, [])]
+            areas = [_corners(shape) for shape in builder.projected_no_fly[: len(table.no_fly.polygons)]]
             others = builder.projected_no_fly[len(table.no_fly.polygons) :]
             fixed = shapely.GeometryCollection(others) if others else None
         few = len(areas) <= MOST_AREAS and all(len(area) <= MOST_CORNERS for area in areas)
@@ -230,7 +231,8 @@ def polygons(areas: Iterable[Area]) -> list[BaseGeometry]:
     >>> [shape.area for shape in polygons([[[0, 0], [1, 1], [1, 0], [0, 1]], [[0, 0], [1, 1], [2, 2]]])]
     [0.25, 0.25]
     """
-    return [one for area in areas for one in _polygons_in(shapely.make_valid(shapely.Polygon(area)))]
+    with overlay_errors():
+        return [one for area in areas for one in _polygons_in(shapely.make_valid(shapely.Polygon(area)))]
 
 
 def _polygons_in(shape: BaseGeometry) -> Iterator[BaseGeometry]:

@@ -130,7 +130,10 @@ def test_whole_numbers_are_numbers_and_sigma_reads_eq1() -> None:
         (f"{BASE}threats = [{{ x = 0.5, y = 0.5, spread = 0.1, sigma = 0.1 }}]", ["spread", "sigma"]),
         (f"{BASE}threats = [{{ x = 0.5, spread = 0.1 }}]", ["threats.0.y", "needed"]),
         (f"{BASE}zzz = []", ["zzz", "unknown key", "known keys", "start"]),
-        (f"{BASE}[no_fly]\npolygons = [[[0.4, 0.4], [0.6, 0.6], [0.6, 0.4], [0.4, 0.6]]]", ["no-fly", "intersection"]),
+        (
+            f"{BASE}[no_fly]\npolygons = [[[0.4, 0.4], [0.6, 0.6], [0.6, 0.4], [0.4, 0.6]]]",
+            ["polygons.0", "intersection"],
+        ),
         (f'{BASE}[no_fly]\ngeojson = ["x.geojson"]', ["no_fly.geojson", "x.geojson", "lonlat"]),
         (f"{BASE}bounds = [0, 0, 0, 1]", ["bounds", "empty", "x_min < x_max"]),
         (f"{BASE}[random_threats]\ncount = 2\nseed = 1\nspread = [0.1, 0.2]\nclear = 9", ["no room", "lower clear"]),

@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 
 from cgla_graph.airspace.zones.periods import Period
 from cgla_graph.airspace.zones.shapes import AreaShape
+from cgla_graph.model.earth import require_area
 
 Reference: TypeAlias = Literal["AGL", "AMSL", "WGS84"]
 Format: TypeAlias = Literal["ED-269", "ED-318", "KML", "GeoJSON"]
@@ -98,6 +99,11 @@ class Layer:
     remark
         Remark on a repair of its outline; may be empty.
 
+    Raises
+    ------
+    ProblemError
+        If a coordinate of the area is out of range, or it is no valid polygon.
+
     Examples
     --------
     >>> import shapely
@@ -109,6 +115,10 @@ class Layer:
     lower: Limit = GROUND
     upper: Limit = UNLIMITED
     remark: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the area."""
+        require_area(self.area)
 
     @property
     def limits(self) -> Limits:
