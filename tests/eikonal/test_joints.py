@@ -68,7 +68,7 @@ def walled(draw: st.DrawFn) -> tuple[shapely.Geometry, Point, tuple[int, int]]:
     if not len(free) or all(area.contains(shapely.Point(end)) for end in ends):
         area = WEDGE
         free = np.array([[0.3, 0.3]])
-    return area, (float(free[0, 0]), float(free[0, 1])), draw(st.sampled_from([(64, 64), (96, 40), (33, 80)]))
+    return area, (float(free[0, 0]), float(free[0, 1])), draw(st.sampled_from([(48, 48), (64, 24), (17, 40)]))
 
 
 @given(walled())

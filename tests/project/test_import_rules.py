@@ -3,9 +3,10 @@
 import ast
 import importlib
 import inspect
+import re
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -31,16 +32,23 @@ MODULES = {
 }
 
 
-def imported(tree: ast.AST) -> Iterator[str]:
+def by_string(node: ast.AST) -> list[ast.expr]:
+    """Return the arguments of an import by string; none of another node."""
+    if not isinstance(node, ast.Call):
+        return []
+    name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+    return node.args if name in {"import_module", "__import__"} else []
+
+
+def imported(nodes: Iterable[ast.AST]) -> Iterator[str]:
     """List every imported name in full, wherever the import stands; a relative one begins with a dot."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             start = "." * node.level + (node.module or "")
             yield from (f"{start}.{alias.name}" for alias in node.names)
-        elif isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in {"import_module", "__import__"}:
-            yield from (str(part.value) for part in node.args if isinstance(part, ast.Constant))
+        yield from (str(part.value) for part in by_string(node) if isinstance(part, ast.Constant))
 
 
 def module_of(name: str) -> str:
@@ -51,9 +59,16 @@ def module_of(name: str) -> str:
 
 
 @cache
+def nodes_of(module: str) -> tuple[ast.AST, ...]:
+    """Return the nodes of the syntax tree of one of our modules that may import."""
+    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
+    return tuple(node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom | ast.Call))
+
+
+@cache
 def imports_of(module: str) -> tuple[str, ...]:
     """Return all names that one of our modules imports."""
-    return tuple(imported(ast.parse(MODULES[module].read_text(encoding="utf-8"))))
+    return tuple(imported(nodes_of(module)))
 
 
 def test_imports_are_absolute_and_not_of_the_face() -> None:
@@ -73,12 +88,10 @@ def test_floors_hold() -> None:
 def test_imports_by_string_are_known() -> None:
     """Import-linter does not see them: lazy names, plug-ins and solvers, commands, claims, modules for a worker."""
     found = set()
-    for module, file in MODULES.items():
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in {"import_module", "__import__"}:
-                name = node.args[0]
-                if not isinstance(name, ast.Constant) or str(name.value).startswith("cgla_graph"):
-                    found.add(module.removeprefix("cgla_graph."))
+    for module in MODULES:
+        for name in (words[0] for words in map(by_string, nodes_of(module)) if words):
+            if not isinstance(name, ast.Constant) or str(name.value).startswith("cgla_graph"):
+                found.add(module.removeprefix("cgla_graph."))
     assert found == BY_STRING
 
 
@@ -98,6 +111,8 @@ def test_no_file_is_in_a_circle() -> None:
 
 def kernel_faults(source: str, module: str) -> list[str]:
     """List what keeps `_kernel` from finding all code that a compiled kernel contains."""
+    if not re.search(r"@[\w.]*(kernel|jit)\b", source):
+        return []
     tree = ast.parse(source)
     decorators = {
         ast.unparse(one).partition("(")[0].rpartition(".")[2]
