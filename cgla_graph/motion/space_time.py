@@ -165,7 +165,7 @@ def plan_in_space_time(
         return SpaceTimePlan(SpaceTimeStatus.TOO_CLOSE, lower_bound=math.inf, message=crowded)
     least = float(area.to_goal[area.start])
     if not math.isfinite(least):
-        message = f"no path leads from {problem.start} to {problem.goal} around the no-fly area"
+        message = f"no path on the graph leads from {problem.start} to {problem.goal} around the no-fly area"
         return SpaceTimePlan(SpaceTimeStatus.NO_PATH, lower_bound=math.inf, message=message)
     flight = Trajectory.along(area.positions[alone], limits.start_time, limits.step)
     if (

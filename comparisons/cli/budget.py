@@ -7,9 +7,11 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import BudgetOptions
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.errors import CglaError
+from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.trade_off.constrained import PlanWithin, plan_within_length, plan_within_risk
+from cgla_graph.solvers.trade_off.constrained import plan_within_length, plan_within_risk
+from cgla_graph.solvers.trade_off.plan_within import PlanWithin
 
 
 def plan_within(
@@ -35,6 +37,14 @@ def plan_within(
     return plan(scenario.problem, most or 0.0, solver=solver, resolution=scenario.lattice, tolerance=tolerance)
 
 
+def status_within(plan: PlanWithin) -> dict[str, str]:
+    """Return the line of the status where it promises something of the paths within the budget alone; else nothing."""
+    if plan.status is not Status.OPTIMAL:
+        return {}
+    best = "shorter" if plan.limited == "risk" else "of less risk"
+    return {"status": f"optimal: no path on the lattice within the budget is {best}"}
+
+
 def print_within(scenario: Scenario, plan: PlanWithin) -> None:
     """Print budget, weight, dual bound and gap of a plan within a budget."""
     on_risk = plan.limited == "risk"
@@ -42,12 +52,16 @@ def print_within(scenario: Scenario, plan: PlanWithin) -> None:
     unit, other_unit = units if on_risk else units[::-1]
     scope = "on the lattice" if plan.scope == "lattice" else "inside the bounds"
     best = "shorter" if on_risk else "of less risk"
+    weight = "risk alone" if math.isinf(plan.k) else f"k = {figure(plan.k, 6)} prices the budget"
     bound = f"{rounded_down(plan.dual_bound, 9)}{other_unit}: no path {scope} within the budget is {best}"
+    if plan.no_path:
+        bound, weight = f"none: it is proven that no path {scope} keeps the budget", ""
+    elif math.isnan(plan.dual_bound):
+        bound, weight = "not known", ""
     lines = {
         "budget": f"{plan.limited} at most {plan.budget:g}{unit}",
-        "weight": "risk alone" if math.isinf(plan.k) else f"k = {figure(plan.k, 6)} prices the budget",
-        "dual bound": f"none: no path {scope} keeps the budget" if math.isinf(plan.dual_bound) else bound,
+        "weight": weight,
+        "dual bound": bound,
         "gap": f"{percent(plan.gap)}: duality gap" if plan.status.has_path else "",
     }
-    if not math.isnan(plan.dual_bound):
-        console.out_lines(lines)
+    console.out_lines(lines)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from cgla_graph.comparisons.study.entrant import Entrant
     from cgla_graph.comparisons.study.runner import Run
     from cgla_graph.scenarios.scenario import Scenario
-    from cgla_graph.solvers.trade_off.constrained import PlanWithin
+    from cgla_graph.solvers.trade_off.plan_within import PlanWithin
 
 
 def plan(
@@ -80,7 +80,7 @@ def plan(
         if budget == BudgetOptions():
             run = _solved(opened, entrant, tolerance)
         else:
-            from cgla_graph.comparisons.cli.budget import plan_within, print_within
+            from cgla_graph.comparisons.cli.budget import plan_within, print_within, status_within
             from cgla_graph.comparisons.study.runner import Run
 
             within = plan_within(opened, entrant, budget, tolerance)
@@ -96,7 +96,8 @@ def plan(
         files = [str(file) for group in written for file in group]
         console.out_json({**plan_document(run), "files": files, **more, **flown, **zoned})
     else:
-        _print(run, {} if flying is None else flying.lines(run))
+        lines = {} if flying is None else flying.lines(run)
+        _print(run, lines if within is None else {**lines, **status_within(within)})
         if within is not None:
             print_within(opened, within)
         for group in written:
@@ -200,11 +201,10 @@ def _write(folder: Path, run: "Run", formats: Sequence[str]) -> list[Path]:
 
 
 def _print(run: "Run", more: Mapping[str, str]) -> None:
-    """Print the numbers of a path, one per line, and `more` lines."""
+    """Print the numbers of a path, one per line, and `more` lines, which may replace others."""
     from cgla_graph._text import duration, figure, percent, rounded_down
     from cgla_graph.comparisons.study.rows import bound_note
     from cgla_graph.model.earth import distortion_note
-    from cgla_graph.model.solution import Status
 
     scenario, solution = run.scenario, run.solution
     unit = " m" if scenario.projection else ""
@@ -215,9 +215,7 @@ def _print(run: "Run", more: Mapping[str, str]) -> None:
     lines = {
         "scenario": scenario.full_title,
         "solver": run.solver,
-        "status": f"{solution.status.label}: {solution.status.value}"
-        if solution.status is not Status.OPTIMAL
-        else "optimal on its lattice: no path over its points costs less",
+        "status": f"{solution.status.label}: {solution.status.value}",
         "cost": figure(solution.cost, 9) + unit,
         "bound": rounded_down(solution.lower_bound, 9) + unit if math.isfinite(solution.lower_bound) else "",
         "gap": f"{percent(solution.gap)}: {note}" if note and solution.status.has_path else "",
@@ -287,8 +285,8 @@ def _below_density(scenario: "Scenario", ground: GroundRiskOptions) -> "Scenario
 
 def _with_proof(run: "Run") -> "Run":
     """Return a run that found no path below a density, marked as proven if there is a proof that no path exists."""
+    from cgla_graph.certificate.verdict import is_proven_closed
     from cgla_graph.model.solution import Status
-    from cgla_graph.solvers.trade_off.density import is_proven_closed
 
     if not is_proven_closed(run.scenario.problem):
         return run

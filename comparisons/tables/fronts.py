@@ -41,7 +41,7 @@ def front_table(scenario: Scenario, entrant: Entrant, front: Front) -> FittedTab
         ]
         for point in front
     ]
-    what = "proven on the lattice" if front.status.label == "optimal" else "as far as the solver finds paths"
+    what = "proven on the lattice" if front.status.label == "optimal" else "if the solver's paths are the best"
     note = (
         f"{len(front)} paths by {front.n_solves} solves, k up to {figure(front.k_max, 4)}; between them, no path is "
         f"cheaper by more than {100.0 * front.error:.2g} %: {what}"

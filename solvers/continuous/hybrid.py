@@ -143,7 +143,9 @@ class _Search:
         self.evaluations += roadmap.evaluations
         guesses = self._candidates(roadmap)
         if not guesses:
-            return Solution(Status.NOT_FOUND, evaluations=self.evaluations, message="the goal cannot be reached")
+            return Solution(
+                Status.NOT_FOUND, evaluations=self.evaluations, message="its roadmap does not join start and goal"
+            )
         self._offer(guesses[0])
         first += self._down_the_raster()
         rough = first + [self._refined(path, tolerance=1e-3, max_points=64) for path in guesses]

@@ -95,7 +95,12 @@ class VisibilityGraph(Settings):
                 message += f"{spreads:g}" if message else ""
                 cost = problem.evaluate(path).cost
                 return Solution(Status.FOUND, path=path, cost=cost, evaluations=tested, message=message)
-        return Solution(Status.NO_PATH, evaluations=tested, message="the no-fly areas seal the way")
+        from cgla_graph.certificate.verdict import is_proven_closed  # noqa: PLC0415 - rarely needed
+
+        if is_proven_closed(problem):
+            return Solution(Status.NO_PATH, evaluations=tested, message="the no-fly areas seal the way")
+        message = "no way over the corners of the no-fly areas that it takes; whether there is another is not known"
+        return Solution(Status.NOT_FOUND, evaluations=tested, message=message)
 
     def _polygons(self, problem: Problem, spreads: float) -> list[Polygon]:
         """Draw the threats on the map as polygons about their discs; those that cover start or goal are smaller."""

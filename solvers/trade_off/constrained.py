@@ -3,13 +3,12 @@
 import dataclasses
 import math
 import time
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
 from cgla_graph._progress import showing
-from cgla_graph._text import ShortRepr, json_number
+from cgla_graph._text import rounded_down
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.certificate.certificate import prove
@@ -20,6 +19,7 @@ from cgla_graph.model.solver import Solver
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers.trade_off.label_search import constrained_path
 from cgla_graph.solvers.trade_off.pareto import ROUNDING, chord_weight, growing_weights, is_risk_free
+from cgla_graph.solvers.trade_off.plan_within import PlanWithin, Scope
 from cgla_graph.solvers.trade_off.reweighing import Reweighed
 
 #: Solver runs between the two weights that enclose the budget, at most.
@@ -32,79 +32,10 @@ SMALL_GAP = 1e-3
 SEEDS_UP_TO = 1000
 #: Weights that a path is refined under: their greatest ratio to the one that prices the budget, and their number.
 MOST_SHIFT, SHIFTS = 64.0, 12
+#: Statuses by which a solver says that it finds no path.
+NONE_FOUND = {Status.NO_PATH, Status.NOT_FOUND, Status.STUCK, Status.INFEASIBLE}
 #: Halvings on the way from a path that keeps the budget towards one that does not.
 HALVINGS = 30
-
-
-@dataclass(frozen=True, eq=False)
-class PlanWithin(ShortRepr):
-    """
-    A path that keeps a budget, and the proven bound of all paths that do.
-
-    Attributes
-    ----------
-    solution
-        The path, judged under the problem's own weight. ``OPTIMAL``: no path on the lattice that keeps the budget is
-        better.
-    limited
-        What the budget limits, ``risk`` or ``length``; the other is made small.
-    budget
-        The most that a path may use: risk without a unit, or length in map units.
-    k
-        The risk weight that prices the budget: the one that proves `dual_bound`. Infinite where risk alone counts.
-    dual_bound
-        Proven by Lagrangian duality: no path that keeps the budget has less length (or risk) than this, on the Earth
-        where the map is in degrees and `scope` is the plane. Infinite if no path keeps it.
-    scope
-        Of which paths that is proven: all on the ``lattice``, or all in the ``plane`` inside the bounds.
-    n_solves
-        Solver runs it took.
-    """
-
-    solution: Solution
-    limited: Literal["risk", "length"]
-    budget: float
-    k: float
-    dual_bound: float
-    scope: Literal["lattice", "plane"]
-    n_solves: int
-
-    @property
-    def status(self) -> Status:
-        """How it ended."""
-        return self.solution.status
-
-    @property
-    def message(self) -> str:
-        """The solver's message; for a budget that is too small, the least possible."""
-        return self.solution.message
-
-    @property
-    def gap(self) -> float:
-        """
-        The duality gap: length (or risk) over `dual_bound`, minus 1; NaN without a path.
-
-        At least as large as the distance from the best path within the budget. It stays above 0 where that path is
-        cheapest under no risk weight.
-        """
-        if not self.status.has_path:
-            return math.nan
-        value = self.solution.length if self.limited == "risk" else self.solution.risk
-        if value <= self.dual_bound:
-            return 0.0
-        return value / self.dual_bound - 1.0 if self.dual_bound > 0.0 else math.inf
-
-    def document(self) -> dict[str, Any]:
-        """Return the proof as JSON, without the path; numbers that are not finite are None."""
-        return {
-            "limited": self.limited,
-            "budget": self.budget,
-            "k": json_number(self.k),
-            "dual_bound": json_number(self.dual_bound),
-            "duality_gap": json_number(self.gap),
-            "scope": self.scope,
-            "solves": self.n_solves,
-        }
 
 
 def plan_within_risk(
@@ -144,7 +75,8 @@ def plan_within_risk(
     Returns
     -------
     plan
-        Judged by the oracle. If no path keeps the budget, the status says so, and its message names the least possible.
+        Judged by the oracle. If no path within the budget is found, the status says so, and the message says how much
+        of the budget's use is needed, and what is proven. `PlanWithin.no_path` tells whether none exists.
 
     Raises
     ------
@@ -202,6 +134,10 @@ class _Search:
         self.on_risk = limited == "risk"
         #: The budget as it is kept and proven: the same path may differ by rounding from solve to solve.
         self.room = budget * (1.0 + ROUNDING)
+        #: The path of least risk on the lattice, once it was asked for.
+        self.least: Solution | None = None
+        #: The path of the last certificate.
+        self.of_proof: FloatArray | None = None
 
     def run(self) -> PlanWithin:
         """Search, unless the shortest path decides the answer."""
@@ -213,7 +149,7 @@ class _Search:
             return self._plan(Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS), 0.0, math.nan)
         shortest = self.reweighed.at(0.0)
         if not shortest.status.has_path:
-            return self._plan(shortest, 0.0, math.inf if shortest.status is Status.NO_PATH else math.nan)
+            return self._without_path(shortest)
         if self.keeps(shortest) == self.on_risk:
             return self._plan(shortest, *self._dual(0.0)) if self.on_risk else self._too_short(shortest)
         return self._search(shortest)
@@ -227,8 +163,7 @@ class _Search:
             return self._between(short, safe)
         if self.on_risk:
             return self._too_safe(safe)
-        if self.reweighed.matrices is not None:
-            # nothing on the lattice has less risk, at any length
+        if self._is_safest_of_lattice(safe):
             return self._plan(safe, math.inf, safe.risk)
         return self._plan(safe, *self._dual(max(self.reweighed.solved)))
 
@@ -249,8 +184,13 @@ class _Search:
                 short, safe = safe, found
             if self.keeps(safe) == self.on_risk or safe.risk == 0.0:
                 return short, safe
-        least = self.reweighed.least_risk()
+        least = self.least = self.reweighed.least_risk()
         return (short, safe) if least is None or least.risk >= safe.risk else (safe, least)
+
+    def _is_safest_of_lattice(self, safe: Solution) -> bool:
+        """Whether no path on the lattice has less risk, at any length, by an exact solve for risk alone."""
+        least = self.least if self.reweighed.exact else None
+        return least is not None and least.status is Status.OPTIMAL and safe.risk <= least.risk
 
     def _between(self, short: Solution, safe: Solution) -> PlanWithin:
         """Solve where the two cost the same, until nothing costs less there: that weight prices the budget best."""
@@ -290,7 +230,7 @@ class _Search:
             # length alone says nothing of risk
             solved = solved if self.on_risk else [pair for pair in solved if pair[0] > 0.0]
             bounds = [(self._bound(found.cost * (1.0 - ROUNDING), weight), weight) for weight, found in solved]
-            bound, k = max(bounds, key=lambda pair: pair[0])
+            bound, k = max(bounds, key=lambda pair: pair[0], default=(0.0, k))
             return k, max(0.0, bound)
         straight = self.problem.least_length if self.on_risk else 0.0
         return k, max(straight * (1.0 - ROUNDING), self._bound(self._certified(k), k))
@@ -302,8 +242,10 @@ class _Search:
             return straight
         weighted = dataclasses.replace(self.problem, k=k)
         paths = [found.path for found in self.reweighed.solved.values() if found.status.has_path]
-        path = min(paths, key=lambda path: weighted.evaluate(path).cost)
-        return max(straight, prove(weighted, path, tolerance=self.tolerance).lower_bound)
+        path = min(paths, key=lambda path: weighted.evaluate(path).cost, default=self.of_proof)
+        proof = prove(weighted, path, tolerance=self.tolerance)
+        self.of_proof = proof.path
+        return max(straight, proof.lower_bound)
 
     def _on_lattice(self, kept: Solution) -> PlanWithin:
         """Search by labels for paths that no risk weight finds."""
@@ -317,7 +259,7 @@ class _Search:
         if self.on_risk:
             found = constrained_path(lengths, risks, ends, self.room, price=k, known=known)
         else:
-            found = constrained_path(risks, lengths, ends, self.room, price=1.0 / k, known=known)
+            found = constrained_path(risks, lengths, ends, self.room, price=1.0 / k if k > 0.0 else 0.0, known=known)
         if found.nodes and on.graph.positions is not None:
             path = on.graph.positions[list(found.nodes)]
             # the search adds up matrices; the oracle decides
@@ -382,6 +324,39 @@ class _Search:
                 best_value = self.value(judged)
         return best
 
+    def _without_path(self, answer: Solution) -> PlanWithin:
+        """Report that the solver finds no path: a proof on the lattice by an exact one, else by a certificate."""
+        if self.reweighed.exact and answer.status is Status.NO_PATH:
+            msg = "no path on the lattice joins start and goal"
+            return self._plan(dataclasses.replace(answer, message=msg), 0.0, math.inf)
+        k, shortest, status = 0.0, self._certified(0.0), answer.status
+        if math.isinf(shortest):
+            bound, known = math.inf, "it is proven that no path joins start and goal inside the bounds"
+            status = Status.NO_PATH if status in NONE_FOUND else status
+        else:
+            status = Status.NOT_FOUND if status is Status.NO_PATH else status
+            if not self.on_risk and shortest > self.room:
+                bound, known = math.inf, self._none_so_short(shortest)
+            else:
+                k, bound, known = self._by_proof_alone(shortest)
+        msg = f"{self.reweighed.solver.traits.name} finds no path ({answer.message or answer.status.value}); {known}"
+        return self._plan(dataclasses.replace(answer, status=status, message=msg), k, bound, "plane")
+
+    def _by_proof_alone(self, shortest: float) -> tuple[float, float, str]:
+        """Return weight and bound of paths within the budget if the solver finds none, and a sentence on them."""
+        path = None if self.of_proof is None else self.problem.evaluate(self.of_proof)
+        k, bound, least = 0.0, shortest, "is shorter"
+        if not self.on_risk:
+            k = 0.0 if path is None else max(growing_weights(path), default=0.0)
+            bound, least = max(0.0, self._bound(self._certified(k), k)), "has less risk"
+        known = "whether another path keeps the budget is not known"
+        if path is not None and self.keeps(path):
+            known = f"there is one within the budget, of length {path.length:.9g} and risk {path.risk:.9g}"
+        return k, bound, f"{known}; none within the budget {least} than {_proven(bound)}"
+
+    def _none_so_short(self, shortest: float) -> str:
+        return f"no path of length at most {self.budget:g} exists: none is shorter than {_proven(shortest)}"
+
     def _too_short(self, shortest: Solution) -> PlanWithin:
         """Report that even the shortest path is too long."""
         if self.reweighed.exact:
@@ -391,31 +366,39 @@ class _Search:
         impossible = proven > self.room
         msg = (
             f"no path of length at most {self.budget:g} {'exists' if impossible else 'was found'}: "
-            f"the shortest found is {shortest.length:.9g} long, and none is shorter than {proven:.9g} (proven)"
+            f"the shortest found is {shortest.length:.9g} long, and none is shorter than {_proven(proven)}"
         )
         return self._plan(Solution(Status.NOT_FOUND, message=msg), 0.0, math.inf if impossible else 0.0)
 
     def _too_safe(self, safest: Solution) -> PlanWithin:
         """Report that even the path of least risk exceeds the budget."""
         least = f"{safest.risk:.9g}, at length {safest.length:.9g}"
-        if self.reweighed.exact and self.reweighed.matrices is not None:
+        if self._is_safest_of_lattice(safest):
             msg = f"no path on the lattice has a risk of at most {self.budget:g}: the least is {least}"
             return self._plan(Solution(Status.NO_PATH, message=msg), math.inf, math.inf)
         k, bound = self._dual(max(self.reweighed.solved))
         msg = (
             f"no path of risk at most {self.budget:g} was found: the least found is {least}; "
-            f"any path within the budget is longer than {bound:.9g} (proven)"
+            f"none within the budget is shorter than {_proven(bound)}"
         )
         return self._plan(Solution(Status.NOT_FOUND, message=msg), k, bound)
 
-    def _plan(self, solution: Solution, k: float, bound: float) -> PlanWithin:
-        """Judge the path under the problem's own weight."""
-        if solution.status.has_path:
-            cost = self.problem.evaluate(solution.path).cost
-            solution = dataclasses.replace(solution, cost=cost, lower_bound=math.nan, message="")
-        seconds = time.perf_counter() - self.began
-        solution = dataclasses.replace(
-            solution, solver=self.reweighed.solver.traits.name, seconds=seconds, build_seconds=0.0
+    def _plan(self, solution: Solution, k: float, bound: float, scope: Scope | None = None) -> PlanWithin:
+        """Judge the path under the problem's own weight; leave out what the solver says under others."""
+        scope = scope or ("lattice" if self.reweighed.exact else "plane")
+        status, message = solution.status, solution.message
+        if status.has_path:
+            status, message = status if scope == "lattice" else Status.FOUND, ""
+            solution = dataclasses.replace(solution, cost=self.problem.evaluate(solution.path).cost)
+        solution = Solution(
+            status,
+            path=solution.path,
+            nodes=solution.nodes,
+            cost=solution.cost,
+            solver=self.reweighed.solver.traits.name,
+            seconds=time.perf_counter() - self.began,
+            evaluations=solution.evaluations,
+            message=message,
         )
         return PlanWithin(
             self.problem.judge(solution),
@@ -423,9 +406,14 @@ class _Search:
             self.budget,
             k,
             bound,
-            "lattice" if self.reweighed.exact else "plane",
+            scope,
             len(self.reweighed.solved),
         )
+
+
+def _proven(bound: float) -> str:
+    """Return a bound as text, rounded down."""
+    return f"{rounded_down(bound, 9)} (proven)"
 
 
 def _shares(path: FloatArray) -> FloatArray:

@@ -1,7 +1,6 @@
 """Paths whose corridor stays below a density, as SORA limits it, and the cost of each limit."""
 
 import dataclasses
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -13,16 +12,13 @@ import shapely
 from cgla_graph._progress import waiting
 from cgla_graph._text import ShortRepr, json_number
 from cgla_graph._validate import non_negative_number, number_array, whole_number
-from cgla_graph.certificate.certificate import prove
+from cgla_graph.certificate.verdict import is_proven_closed
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Solver
 from cgla_graph.solvers.solving import solve
-
-#: Tolerance of a certificate that only has to show whether there is a path.
-ANY_PATH = 1e9
 
 
 class SealedError(ProblemError):
@@ -189,18 +185,6 @@ def _point(
         return DensityPoint(level, Solution(Status.NO_PATH, message=str(error)), no_path=True)
     found = solve(limited, solver, **settings)
     return DensityPoint(level, found, no_path=not found.status.has_path and is_proven_closed(limited))
-
-
-def is_proven_closed(problem: Problem) -> bool:
-    """
-    Tell whether the certificate proves that no path joins start and goal.
-
-    Examples
-    --------
-    >>> is_proven_closed(Problem((0.1, 0.1), (0.9, 0.9)))
-    False
-    """
-    return math.isinf(prove(problem, tolerance=ANY_PATH).lower_bound)
 
 
 def _spread(problem: Problem, count: int, point: Callable[[float], DensityPoint]) -> Iterator[DensityPoint]:

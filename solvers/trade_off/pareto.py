@@ -21,7 +21,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.problem import Problem
+from cgla_graph.model.problem import Evaluation, Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.model.solver import Solver
 from cgla_graph.solvers.base import Whole
@@ -255,12 +255,12 @@ def pareto(
     return Front(_points(reweighed), status, error, max(reweighed.solved), len(reweighed.solved))
 
 
-def is_risk_free(solution: Solution) -> bool:
+def is_risk_free(solution: Solution | Evaluation) -> bool:
     """Whether there is no more risk along a path than line integrals may be wrong by."""
     return solution.risk <= NO_RISK * solution.length
 
 
-def growing_weights(shortest: Solution) -> Iterator[float]:
+def growing_weights(shortest: Solution | Evaluation) -> Iterator[float]:
     """Yield risk weights to look for little risk with, from where the shortest path's risk counts as its length."""
     if not is_risk_free(shortest):
         yield from (shortest.length / shortest.risk * GROWTH**i for i in range(MOST_GROWTHS + 1))

@@ -9,6 +9,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.isolated import is_ours
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import Solution
@@ -85,8 +86,9 @@ class Reweighed:
 
     @property
     def exact(self) -> bool:
-        """Whether each answer has least cost on the one lattice that all share."""
-        return self.solver.traits.domain == "graph" and self.solver.traits.exact
+        """Whether each answer has least cost on the one lattice that all share: promises of plug-ins do not count."""
+        traits = self.solver.traits
+        return traits.domain == "graph" and traits.exact and is_ours(self.solver)
 
     @property
     def on_lattice(self) -> GraphProblem | None:

@@ -25,7 +25,15 @@ resolution = 6
 SHUT = SMALL + "[no_fly]\npolygons = [[[0.45, -0.1], [0.55, -0.1], [0.55, 1.1], [0.45, 1.1]]]\n"
 
 
-FILES = {"small.toml": SMALL, "shut.toml": SHUT.replace("[lattice]", "").replace("resolution = 6", "")}
+SLIT = SMALL.replace("resolution = 6", "resolution = 20") + (
+    "[no_fly]\npolygons = [[[0.45, -0.1], [0.55, -0.1], [0.55, 0.48], [0.45, 0.48]], "
+    "[[0.45, 0.4803], [0.55, 0.4803], [0.55, 1.1], [0.45, 1.1]]]\n"
+)
+FILES = {
+    "small.toml": SMALL,
+    "slit.toml": SLIT,
+    "shut.toml": SHUT.replace("[lattice]", "").replace("resolution = 6", ""),
+}
 
 
 # cgla pareto
@@ -127,6 +135,7 @@ def test_plan_within_a_risk(cgla: Call) -> None:
     assert float(lines["length"]) == pytest.approx(plan.solution.length, rel=1e-8)
     assert float(lines["risk"]) <= 0.05
     assert lines["budget"] == "risk at most 0.05"
+    assert lines["status"] == "optimal: no path on the lattice within the budget is shorter"
     assert float(lines["weight"].split()[2]) == pytest.approx(plan.k, rel=1e-5)
     assert float(lines["dual bound"].split(":")[0]) == pytest.approx(plan.dual_bound, rel=1e-8)
     assert lines["gap"] == f"{100 * plan.gap:+.2f} %: duality gap"
@@ -159,6 +168,28 @@ def test_a_budget_that_cannot_be_kept(cgla: Call, words: list[str], said: str) -
     assert "no path on the lattice keeps the budget" in answer.out
     found = cgla("plan", "small.toml", "--solver", "cgla", *words, "--json").document()
     assert (found["within"]["dual_bound"], found["within"]["duality_gap"], found["path"]) == (None, None, [])
+
+
+@pytest.mark.parametrize("words", [["--max-risk", "1"], pytest.param(["--max-length", "5"], marks=pytest.mark.slow)])
+def test_what_a_grid_does_not_see_is_not_said_to_be_none(cgla: Call, words: list[str]) -> None:
+    plan = "plan", "slit.toml", "--solver", "eight-direction", "--tolerance", "0.5", *words
+    answer = cgla(*plan)
+    assert (answer.code, answer.err) == (1, "")
+    said = " ".join(answer.out.split())
+    assert "keeps the budget" not in said
+    assert "there is one within the budget, of length" in said
+    found = cgla(*plan, "--json").document()
+    assert (found["status"], found["within"]["no_path"]) == ("not-found", False)
+    within = {"--max-risk": cg.plan_within_risk, "--max-length": cg.plan_within_length}[words[0]]
+    best = within(load_scenario("slit.toml").problem, float(words[1]), tolerance=0.5).solution
+    assert 0.0 <= found["within"]["dual_bound"] <= (best.length if "--max-risk" in words else best.risk)
+
+
+def test_a_proof_that_no_path_keeps_a_budget_is_called_one(cgla: Call) -> None:
+    plan = "plan", "shut.toml", "--solver", "eight-direction", "--max-risk", "1"
+    said = " ".join(cgla(*plan).out.split())
+    assert "it is proven that no path inside the bounds keeps the budget" in said
+    assert cgla(*plan, "--json").document()["within"]["no_path"] is True
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import dataclasses
 import functools
 import itertools
 import math
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 import pytest
@@ -18,10 +18,11 @@ import cgla_graph as cg
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS
+from cgla_graph.model.solver import Solver, Traits
 from cgla_graph.scenarios.scenario import load_scenario
-from cgla_graph.solvers.trade_off.constrained import PlanWithin
 from cgla_graph.solvers.trade_off.label_search import constrained_path
 from cgla_graph.solvers.trade_off.pareto import Front, lower_hull
+from cgla_graph.solvers.trade_off.plan_within import PlanWithin
 from cgla_graph.solvers.trade_off.reweighing import Reweighed
 
 #: Up to rounding of line integrals on maps of unit size.
@@ -287,9 +288,9 @@ def within(
     problem: cg.Problem,
     limited: str,
     budget: float,
-    solver: str,
+    solver: str | Solver,
     resolution: int | tuple[int, int] = 20,
-    tolerance: float = 0.01,
+    tolerance: float | None = 0.01,
 ) -> PlanWithin:
     plan = cg.plan_within_risk if limited == "risk" else cg.plan_within_length
     return plan(problem, budget, solver=solver, resolution=resolution, tolerance=tolerance)
@@ -451,6 +452,126 @@ def test_an_ample_budget_gives_the_shortest_path() -> None:
         assert plan.solution.cost == pytest.approx(plan.solution.length + problem.k * plan.solution.risk)
     ample = cg.plan_within_length(problem, 100.0, solver="cgla", resolution=10)
     assert (ample.status, ample.gap) == (cg.Status.OPTIMAL, 0.0)
+
+
+# What a solver does not find
+
+
+def behind_slits(*places: float, width: float = 1e-4) -> cg.Problem:
+    """Build a map with a wall from border to border, and slits in it that no lattice of 20 points sees."""
+    ends = [-1.0, *itertools.chain.from_iterable((at, at + width) for at in places), 2.0]
+    wall = shapely.union_all(
+        [shapely.box(0.4, low, 0.6, high) for low, high in zip(ends[::2], ends[1::2], strict=True)]
+    )
+    field = cg.RiskField([cg.Threat(0.5, 0.6, spread=0.1, peak=0.9)])
+    return cg.Problem((0.1, 0.3), (0.9, 0.6), field, k=5.0, no_fly=wall)
+
+
+@dataclasses.dataclass(frozen=True)
+class Says:
+    """A plane solver of somebody else: answers with a status and an infinite bound, whatever it is asked."""
+
+    status: cg.Status
+    traits: ClassVar[Traits] = Traits("says", "answers with a status", domain="plane")
+
+    def solve(self, problem: object) -> cg.Solution:
+        """Answer."""
+        del problem
+        return cg.Solution(self.status, lower_bound=math.inf)
+
+
+@dataclasses.dataclass(frozen=True)
+class SaysOnGraph(Says):
+    """The same on graphs, and it calls itself exact."""
+
+    traits: ClassVar[Traits] = Traits("says", "answers with a status", domain="graph", exact=True)
+
+
+OTHERS: list[str | Solver] = [
+    *("eight-direction", "lazy-theta-star", "q-learning", "straight-line"),
+    *(made(status) for made in (Says, SaysOnGraph) for status in (cg.Status.NO_PATH, cg.Status.INFEASIBLE)),
+    *(Says(status) for status in (cg.Status.FAILED, cg.Status.TIMED_OUT)),
+]
+
+
+@pytest.mark.parametrize(
+    ("limited", "budget", "solver"),
+    [*(("risk", 1.0, solver) for solver in OTHERS), *(("length", 2.0, solver) for solver in OTHERS[2:6:2])],
+)
+def test_that_a_solver_finds_no_path_proves_nothing_about_the_plane(
+    limited: str, budget: float, solver: str | Solver
+) -> None:
+    problem = behind_slits(0.5)
+    best = cg.solve(dataclasses.replace(problem, k=0.0), tolerance=None)
+    assert best.risk < budget
+    assert best.length < budget or limited == "risk"
+    plan = within(problem, limited, budget, solver=solver, tolerance=0.5)
+    assert not plan.status.has_path
+    assert plan.status is not cg.Status.NO_PATH
+    assert (plan.scope, plan.no_path, plan.document()["no_path"]) == ("plane", False, False)
+    assert plan.dual_bound <= (best.length if limited == "risk" else best.risk) * (1 + NEAR)
+    assert plan.dual_bound >= (0.85 if limited == "risk" else 0.0)
+    assert math.isnan(plan.solution.lower_bound)
+    assert "finds no path" in plan.message
+    assert "there is one within the budget" in plan.message
+    too_small = within(problem, limited, 0.01, solver=solver, tolerance=0.5)
+    assert too_small.no_path == (limited == "length")
+    assert ("is not known" in too_small.message) == (limited == "risk")
+    assert "(proven)" in too_small.message
+
+
+@pytest.mark.parametrize("solver", OTHERS)
+def test_that_there_is_no_path_is_proven_by_a_certificate(solver: str | Solver) -> None:
+    for limited in ("risk", "length"):
+        plan = within(behind_slits(), limited, 2.0, solver=solver)
+        assert (plan.scope, plan.no_path, plan.dual_bound) == ("plane", True, math.inf)
+        faulty = {cg.Status.FAILED, cg.Status.TIMED_OUT}
+        assert plan.status is (solver.status if getattr(solver, "status", None) in faulty else cg.Status.NO_PATH)
+        assert "it is proven that no path joins start and goal" in plan.message
+        straight = within(behind_slits(), limited, 2.0, solver=solver, tolerance=None)
+        assert not straight.no_path
+
+
+def test_an_exact_solver_speaks_for_its_lattice_alone() -> None:
+    for limited in ("risk", "length"):
+        plan = within(behind_slits(0.3, 0.5, 0.7), limited, 2.0, solver="dijkstra")
+        assert (plan.status, plan.scope, plan.no_path) == (cg.Status.NO_PATH, "lattice", True)
+        assert plan.message == "no path on the lattice joins start and goal"
+
+
+@dataclasses.dataclass(frozen=True)
+class Roundabout:
+    """A graph solver that is not exact: by way of one node, whichever is best."""
+
+    traits: ClassVar[Traits] = Traits("roundabout", "one node between", domain="graph")
+
+    def solve(self, problem: cg.GraphProblem) -> cg.Solution:
+        """Say that it is optimal."""
+        weights = problem.graph.weight_matrix()
+        source, target = (problem.graph.index_of(node) for node in (problem.source, problem.target))
+        over = weights[source] + weights[:, target]
+        over[[source, target]] = math.inf
+        nodes = problem.source, problem.graph.labels[int(over.argmin())], problem.target
+        return cg.Solution(cg.Status.OPTIMAL, nodes=nodes, cost=float(over.min()))
+
+
+@dataclasses.dataclass(frozen=True)
+class RoundaboutCalledExact(Roundabout):
+    """The same, which claims to be exact."""
+
+    traits: ClassVar[Traits] = Traits("roundabout", "one node between", domain="graph", exact=True)
+
+
+@pytest.mark.parametrize("solver", [Roundabout, RoundaboutCalledExact])
+def test_paths_of_a_graph_solver_of_somebody_else_bound_nothing(solver: type[Roundabout]) -> None:
+    threats = [cg.Threat(0.5, 0.5, 0.1, 0.9), cg.Threat(0.3, 0.7, 0.15, 0.9), cg.Threat(0.75, 0.2, 0.2, 0.8)]
+    problem = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField(threats))
+    best = cg.plan_within_length(problem, 5.0, solver="cgla", resolution=9).solution
+    plan = cg.plan_within_length(problem, 5.0, solver=solver(), resolution=9, tolerance=0.1)
+    assert (plan.status, plan.scope) == (cg.Status.FOUND, "plane")
+    assert plan.dual_bound <= best.risk < 0.8 * plan.solution.risk
+    assert cg.plan_within_risk(problem, 0.9 * best.risk, solver=solver(), resolution=9).no_path is False
+    assert cg.pareto(problem, solver=solver(), resolution=5, max_points=3).status is cg.Status.FOUND
 
 
 # Two weights

@@ -1,0 +1,89 @@
+"""The answer to a budget of risk or length: a path, and what is proven of all that keep the budget."""
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+from cgla_graph._text import ShortRepr, json_number
+from cgla_graph.model.solution import Solution, Status
+
+Scope: TypeAlias = Literal["lattice", "plane"]
+
+
+@dataclass(frozen=True, eq=False)
+class PlanWithin(ShortRepr):
+    """
+    A path that keeps a budget, and the proven bound of all paths that do.
+
+    Attributes
+    ----------
+    solution
+        The path, judged under the problem's own weight. ``OPTIMAL``: no path on the lattice that keeps the budget is
+        better.
+    limited
+        What the budget limits, ``risk`` or ``length``; the other is made small.
+    budget
+        The most that a path may use: risk without a unit, or length in map units.
+    k
+        The risk weight that prices the budget: the one that proves `dual_bound`. Infinite where risk alone counts.
+    dual_bound
+        Proven by Lagrangian duality: no path that keeps the budget has less length (or risk) than this, on the Earth
+        where the map is in degrees and `scope` is the plane. Infinite if it is proven that no path keeps it; NaN where
+        nothing is proven.
+    scope
+        Of which paths that is proven: all on the ``lattice``, by an exact solver of this package, or all in the
+        ``plane`` inside the bounds, by a certificate. A solver that finds no path proves nothing about the plane.
+    n_solves
+        Solver runs it took.
+    """
+
+    solution: Solution
+    limited: Literal["risk", "length"]
+    budget: float
+    k: float
+    dual_bound: float
+    scope: Scope
+    n_solves: int
+
+    @property
+    def status(self) -> Status:
+        """How it ended."""
+        return self.solution.status
+
+    @property
+    def message(self) -> str:
+        """The solver's message; for a budget that is too small, the least possible."""
+        return self.solution.message
+
+    @property
+    def no_path(self) -> bool:
+        """Whether it is proven that no path of the `scope` keeps the budget."""
+        return math.isinf(self.dual_bound)
+
+    @property
+    def gap(self) -> float:
+        """
+        The duality gap: length (or risk) over `dual_bound`, minus 1; NaN without a path.
+
+        At least as large as the distance from the best path within the budget. It stays above 0 where that path is
+        cheapest under no risk weight.
+        """
+        if not self.status.has_path:
+            return math.nan
+        value = self.solution.length if self.limited == "risk" else self.solution.risk
+        if value <= self.dual_bound:
+            return 0.0
+        return value / self.dual_bound - 1.0 if self.dual_bound > 0.0 else math.inf
+
+    def document(self) -> dict[str, Any]:
+        """Return the proof as JSON, without the path; numbers that are not finite are None."""
+        return {
+            "limited": self.limited,
+            "budget": self.budget,
+            "k": json_number(self.k),
+            "dual_bound": json_number(self.dual_bound),
+            "duality_gap": json_number(self.gap),
+            "scope": self.scope,
+            "no_path": self.no_path,
+            "solves": self.n_solves,
+        }
