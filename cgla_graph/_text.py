@@ -95,7 +95,9 @@ def shown(value: object) -> str:
     ('an array of shape (100, 2)', "'20'", '[1, 1, 1, 1, 1, 1, ...]')
     """
     try:
-        return cut(_MESSAGE.repr(value))
+        text = _MESSAGE.repr(value)
+        # (the `repr` of a text is one line, and its blanks stay as they stand)
+        return text if type(value) is str else cut(text)
     except Exception:  # noqa: BLE001 - `repr` of a value may fail: its type is named instead
         return cut(f"something of type {type(value).__name__}")
 

@@ -1,55 +1,42 @@
 """Graphs in files: GraphML, node-link JSON, edge lists (CSV), Matrix Market and scipy's ``.npz``."""
 
-import csv
 import difflib
-import io
 import itertools
-import json
-import math
-import re
-import zipfile
-import zlib
-from array import array
-from collections.abc import Iterator, Sequence
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
-from xml.etree.ElementTree import ParseError
+from xml.etree.ElementTree import Element, ParseError
 
 import networkx as nx
 import numpy as np
-import scipy.io
+from numpy.typing import NDArray
 from scipy import sparse
 
-from cgla_graph._text import cut, shown
+from cgla_graph._text import listed, shown
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph._validate import NO_NUMBERS, number_array
-from cgla_graph.errors import ScenarioError
+from cgla_graph.errors import FileFormatError, ScenarioError
 from cgla_graph.model.adjacency import Node, compressed, label_text
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.weights import SparseWeights
+from cgla_graph.scenarios.edge_list import EdgeList, fail, read_edge_list, read_weight
 from cgla_graph.scenarios.graph_endings import ENDINGS, MOST_TEXT
+from cgla_graph.scenarios.matrix_market import read_entries, read_head
+from cgla_graph.scenarios.node_link import read_node_link
 from cgla_graph.scenarios.text_files import read_text
+from cgla_graph.untrusted.arrays import read_archive
+from cgla_graph.untrusted.numbers import decimal
 
 #: Limits of matrices.
 MOST_BYTES = 4_000_000_000
 MOST_NODES = 10_000_000
 #: The nearest names to an unknown one are looked for among this many labels.
 _MOST_NEAR = 20_000
-#: Exceptions that other libraries' readers raise for a malformed file.
+#: Exceptions that networkx's reader of GraphML raises for a malformed file.
 _MALFORMED = (
-    ArithmeticError,
-    AttributeError,
-    EOFError,
-    LookupError,
-    OSError,
-    ParseError,
-    RuntimeError,
-    TypeError,
-    ValueError,
+    *(ArithmeticError, AttributeError, LookupError, ParseError, RuntimeError, TypeError, ValueError),
     nx.NetworkXException,
-    zipfile.BadZipFile,
-    zlib.error,
 )
 
 
@@ -66,7 +53,7 @@ class GraphFile:
         The nodes: ids of the file; the rows of Matrix Market count from 1, those of ``.npz`` from 0.
     rows
         Shape ``(n, n)``: stored entries are edges, zeros too; an undirected edge is stored in both directions. The
-        lightest of parallel edges counts, entries of a matrix in one place are added up, loops are left out.
+        lightest of parallel edges counts, and of entries of a matrix in one place; loops are left out.
     directed
         Whether weights may differ between the two directions.
     positions
@@ -146,9 +133,10 @@ def read_graph(path: Path, *, weight: str | None = None, directed: bool = False)
     Parameters
     ----------
     path
-        GraphML (``.graphml``), networkx's node-link JSON (``.json``), an edge list (``.csv``: columns ``source``,
-        ``target`` and the weight's name, or these three in this order without a header), Matrix Market (``.mtx``, as
-        coordinates) or a sparse matrix of scipy (``.npz``).
+        GraphML (``.graphml``), networkx's node-link JSON (``.json``), an edge list (``.csv``: columns ``source`` and
+        ``target``, or ``from`` and ``to``, and the weight's name, or these three in this order without a header),
+        Matrix Market (``.mtx``, as coordinates) or a sparse matrix of scipy (``.npz``). Of parallel edges the lightest
+        counts.
     weight
         The attribute or column that holds the weights; ``weight`` if left out. Infinity means no edge.
     directed
@@ -171,19 +159,14 @@ def read_graph(path: Path, *, weight: str | None = None, directed: bool = False)
         msg = f"{path}: --weight names an attribute or a column; the entries of a matrix have no names"
         raise ScenarioError(msg)
     try:
-        if kind == ".csv":
-            return _edge_list(path, weight, directed=directed)
-        if kind in {".mtx", ".npz"}:
-            return _of_matrix(path, _matrix_market(path) if kind == ".mtx" else _npz(path), first=int(kind == ".mtx"))
-        return _of_networkx(path, _graphml(path) if kind == ".graphml" else _node_link(path), weight or "weight")
-    except ScenarioError:
-        raise
+        return _READERS[kind](path, weight, directed)
     except MemoryError as error:
         msg = f"{path}: it does not fit into memory; give a smaller graph, or a machine with more"
         raise ScenarioError(msg) from error
-    except _MALFORMED as error:
-        why = " ".join(f"{type(error).__name__}: {error}".split())
-        msg = f"{path}: cannot be read as {ENDINGS[kind]} ({why[:200]}); write it anew, as networkx or scipy does"
+    except FileFormatError as error:
+        raise ScenarioError(str(error)) from error
+    except OSError as error:
+        msg = f"{path}: cannot be read ({error.strerror or error}); give {ENDINGS[kind]} that you may read"
         raise ScenarioError(msg) from error
 
 
@@ -205,194 +188,145 @@ def _text(path: Path, kind: str) -> str:
     return read_text(path, str(path), ENDINGS[kind])
 
 
-def _graphml(path: Path) -> "nx.Graph[Any]":
+class _GraphMLReader(nx.readwrite.graphml.GraphMLReader):
+    """networkx's reader, which keeps numbers as they are written, and parallel edges with one id apart."""
+
+    def __init__(self) -> None:
+        super().__init__(force_multigraph=True)
+        self._ids = itertools.count()
+
+    def construct_types(self) -> None:
+        """Read numbers as text, because `float` and `int` read more than decimal numbers."""
+        super().construct_types()
+        self.python_type |= dict.fromkeys(("float", "double", "int", "integer", "long"), str)
+
+    def add_edge(self, graph: Any, edge: Element, keys: object) -> None:  # noqa: ANN401 - networkx has no types
+        """Add an edge under an id of its own."""
+        edge.set("id", str(next(self._ids)))
+        super().add_edge(graph, edge, keys)
+
+
+def _graphml(path: Path, weight: str | None, _directed: bool) -> GraphFile:
     text = _text(path, ".graphml")
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        msg = f"{path}: it defines a document type or entities, which are not read; take them out"
-        raise ScenarioError(msg)
-    found: list[nx.Graph[Any]] = list(cast("Any", nx.readwrite.graphml.GraphMLReader)()(string=text))
-    if len(found) != 1:
-        msg = f"{path}: it holds {len(found)} graphs; give a file with one, in the name space of GraphML"
-        raise ScenarioError(msg)
-    return found[0]
-
-
-def _node_link(path: Path) -> "nx.Graph[Any]":
-    data = json.loads(_text(path, ".json"))
-    edges = "links" if isinstance(data, dict) and "links" in data else "edges"
-    if not isinstance(data, dict) or not {"nodes", edges} <= data.keys():
-        msg = f"{path}: it has no lists nodes and edges (or links); write it as networkx.node_link_data gives it"
-        raise ScenarioError(msg)
-    graph = nx.node_link_graph(data, edges=edges)
-    if len(graph) != len(data["nodes"]):
-        msg = (
-            f"{path}: it lists {len(data['nodes'])} nodes, but {len(graph)} are in lists and edges; list each node "
-            "once, with an id of its own, and those of all edges"
-        )
-        raise ScenarioError(msg)
-    return graph
-
-
-def _of_networkx(path: Path, graph: "nx.Graph[Any]", weight: str) -> GraphFile:
-    labels = tuple(graph.nodes)
-    index = {label: i for i, label in enumerate(labels)}
-    tails, heads, weights = array("q"), array("q"), array("d")
-    # GraphML may say once what most edges weigh
-    default = graph.graph.get("edge_default", {})
-    default = default if isinstance(default, dict) else {}
-    for u, v, data in graph.edges(data=True):
-        value = data.get(weight, default.get(weight))
-        edge = f"the edge from {label_text(u)} to {label_text(v)}"
-        if value is None:
-            others = ", ".join(map(shown, data))
-            hint = f"it has {others}: name one (--weight)" if others else "give each edge one"
-            msg = f"{path}: {edge} has no {shown(weight)}; {hint}"
-            raise ScenarioError(msg)
-        tails.append(index[u])
-        heads.append(index[v])
-        weights.append(_weight(path, edge, value))
-    spots = _positions(graph)
-    return _graph_file(path, labels, (tails, heads, weights), directed=graph.is_directed(), positions=spots)
-
-
-def _weight(path: Path, edge: str, value: object) -> float:
-    """Read a weight: a number, or a number written as text."""
+        fail(path, "it defines a document type or entities, which are not read", "take them out")
     try:
-        number = float(cast("Any", value)) if isinstance(value, str) or not isinstance(value, NO_NUMBERS) else math.nan
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
-    if not number > -math.inf:
-        msg = f"{path}: {edge} has weight {shown(value)}; give a number, or leave the edge out"
-        raise ScenarioError(msg)
-    return number
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found: list[nx.Graph[Any]] = list(_GraphMLReader()(string=text))
+    except _MALFORMED as error:
+        why = " ".join(f"{type(error).__name__}: {error}".split())
+        wrong = f"cannot be read as {ENDINGS['.graphml']} ({why[:200]})"
+        fail(path, wrong, "write it anew, as networkx or scipy does")
+    if len(found) != 1:
+        fail(path, f"it holds {len(found)} graphs", "give a file with one, in the name space of GraphML")
+    (graph,), name = found, weight or "weight"
+    edges = EdgeList(path, {label: i for i, label in enumerate(graph.nodes)})
+    # GraphML may say once what most edges weigh
+    default = graph.graph["edge_default"].get(name)
+    for u, v, data in graph.edges(data=True):
+        value, edge = data.get(name, default), f"the edge from {label_text(u)} to {label_text(v)}"
+        if value is None:
+            hint = f"it has {listed([*map(shown, data)])}: name one (--weight)" if data else "give each edge one"
+            fail(path, f"{edge} has no {shown(name)}", hint)
+        edges.add(edges.labels[u], edges.labels[v], read_weight(path, edge, value))
+    spots = _positions(data for _, data in graph.nodes(data=True))
+    return _labelled(edges, directed=graph.is_directed(), positions=spots)
 
 
-def _positions(graph: "nx.Graph[Any]") -> FloatArray | None:
+def _node_link(path: Path, weight: str | None, _directed: bool) -> GraphFile:
+    edges, directed, nodes = read_node_link(path, _text(path, ".json"), weight or "weight")
+    return _labelled(edges, directed=directed, positions=_positions(nodes))
+
+
+def _positions(nodes: "Iterable[Mapping[str, object]]") -> FloatArray | None:
     """Read the positions of the nodes; None unless each has two finite numbers."""
-    places = [data.get("pos", (data.get("x"), data.get("y"))) for _, data in graph.nodes(data=True)]
+    places = [cast("Any", data.get("pos", (data.get("x"), data.get("y")))) for data in nodes]
     try:
         pairs = [spot.strip("()[]!").replace(",", " ").split() if isinstance(spot, str) else spot for spot in places]
-        found = np.array([[float(x), float(y)] for x, y in pairs])
+        found = np.array([[_coordinate(x), _coordinate(y)] for x, y in pairs])
     except (TypeError, ValueError, OverflowError):
         return None
     return found if len(found) and np.isfinite(found).all() else None
 
 
-def _edge_list(path: Path, weight: str | None, *, directed: bool) -> GraphFile:
-    lines = _lines(_text(path, ".csv"))
-    first = next(lines, None)
-    if first is None:
-        msg = f"{path}: it has no edges; give lines source,target,weight"
-        raise ScenarioError(msg)
-    columns, names = [0, 1, 2], ["source", "target", weight or "weight"]
-    if {"source", "target"} <= set(first[1]):
-        for name in names:
-            if name not in first[1]:
-                there = cut(", ".join(first[1]))
-                msg = f"{path}: it has no column {shown(name)}, but {there}; name that of weights (--weight)"
-                raise ScenarioError(msg)
-        columns = [first[1].index(name) for name in names]
-    elif weight is not None:
-        msg = f"{path}: it has no header, and so no column {shown(weight)}; begin it with source,target,{weight}"
-        raise ScenarioError(msg)
-    else:
-        lines = itertools.chain([first], lines)
-    index: dict[str, int] = {}
-    tails, heads, weights = array("q"), array("q"), array("d")
-    for number, cells in lines:
-        if len(cells) <= max(columns) or not (cells[columns[0]] and cells[columns[1]]):
-            msg = f"{path}: line {number} is {shown(','.join(cells))}; give source,target,weight in each line"
-            raise ScenarioError(msg)
-        tail, head, value = (cells[column] for column in columns)
-        tails.append(index.setdefault(tail, len(index)))
-        heads.append(index.setdefault(head, len(index)))
-        weights.append(_weight(path, f"line {number}", value))
-    return _graph_file(path, tuple(index), (tails, heads, weights), directed=directed)
+def _coordinate(value: object) -> float:
+    return decimal(value.strip()) if isinstance(value, str) else float(cast("Any", value))
 
 
-def _lines(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number and the cells of each non-empty line of a CSV file, separated by commas, semicolons or tabs."""
-    start = re.sub(r'"[^"]*"', "", text.lstrip().partition("\n")[0])
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=max("\t;,", key=start.count), strict=True)
-    try:
-        for row in reader:
-            cells = [cell.strip() for cell in row]
-            if any(cells):
-                yield reader.line_num, cells
-    except csv.Error as error:
-        msg = f"line {reader.line_num}: {error}"
-        raise ValueError(msg) from error
+def _edge_list(path: Path, weight: str | None, directed: bool) -> GraphFile:
+    return _labelled(read_edge_list(path, _text(path, ".csv"), weight), directed=directed)
 
 
-def _matrix_market(path: Path) -> Any:  # noqa: ANN401 - a sparse matrix of scipy
+def _matrix_market(path: Path, _weight: str | None, _directed: bool) -> GraphFile:
     size = _size(path, MOST_BYTES)
-    rows, columns, entries, form, kind, _ = scipy.io.mminfo(str(path))
-    _check_shape(path, (rows, columns))
-    if form != "coordinate":
-        msg = (
-            f"{path}: it is a dense array, where a zero may be an edge of weight 0 or none; write the edges as "
-            "coordinates, as scipy.io.mmwrite does with a sparse matrix"
-        )
-        raise ScenarioError(msg)
-    # the shortest entry is "1 1" and the end of the line
-    if 4 * entries > size + 1:
-        msg = f"{path}: its head promises {entries} entries, more than {size} bytes hold; write it anew"
-        raise ScenarioError(msg)
-    if kind == "complex":
-        msg = f"{path}: its entries are complex numbers; give real ones"
-        raise ScenarioError(msg)
-    return scipy.io.mmread(str(path))
+    with path.open("rb") as stream:
+        head = read_head(path, stream, size)
+        _check_shape(path, head.shape)
+        entries = read_entries(path, stream, head)
+    labels = range(1, head.shape[0] + 1)
+    found = (entries.tails, entries.heads, entries.weights)
+    return _graph_file(path, labels, found, directed=False if head.symmetric else None)
 
 
-def _npz(path: Path) -> Any:  # noqa: ANN401 - a sparse matrix of scipy
+def _npz(path: Path, _weight: str | None, _directed: bool) -> GraphFile:
     _size(path, MOST_BYTES)
-    with zipfile.ZipFile(path) as parts:
-        size = sum(part.file_size for part in parts.infolist())
-    if size > MOST_BYTES:
-        msg = f"{path}: unpacked it has {size / 1e6:.0f} MB, more than the {MOST_BYTES / 1e6:.0f} that are read"
-        raise ScenarioError(msg)
-    # this never reads pickled objects, in old versions of scipy and numpy either
-    found = cast("Any", sparse.load_npz(path))
-    _check_shape(path, found.shape)
-    if found.format not in {"csr", "csc", "coo"}:
-        msg = f"{path}: it is a matrix of format {found.format}; save it as csr, csc or coo"
-        raise ScenarioError(msg)
-    if found.format != "coo":
-        # the indices are not checked yet
-        found.check_format(full_check=True)
-    return found
+    words = read_archive(path, MOST_BYTES, ("format", "shape"), "biufSU")
+    form = words["format"].item() if words.get("format", np.zeros(2)).size == 1 else b""
+    form = form.decode("latin-1") if isinstance(form, bytes) else str(form)
+    if "format" not in words or "shape" not in words:
+        fail(path, "it does not contain a sparse matrix", "write it with scipy.sparse.save_npz")
+    if form not in {"csr", "csc", "coo"}:
+        fail(path, f"it is a matrix of format {shown(form)}", "save it as csr, csc or coo")
+    shape = _whole(path, "shape", words["shape"]).ravel().tolist()
+    _check_shape(path, shape)
+    parts = read_archive(path, MOST_BYTES, ("data", "indices", "indptr", "row", "col", "coords"))
+    if "coords" in parts and parts["coords"].shape[:1] == (2,):
+        parts["row"], parts["col"] = parts["coords"]
+    needed = ("row", "col", "data") if form == "coo" else ("indptr", "indices", "data")
+    if missing := [name for name in needed if name not in parts]:
+        fail(path, f"it has no array {listed(missing)}", "write it with scipy.sparse.save_npz")
+    one, other = (_whole(path, name, parts[name]) for name in needed[:2])
+    weights = np.asarray(parts["data"], dtype=np.float64)
+    if form != "coo":
+        one, other, weights = _expanded(path, one, other, weights, shape[0])
+    tails, heads = (other, one) if form == "csc" else (one, other)
+    if not tails.shape == heads.shape == weights.shape == (weights.size,):
+        fail(path, "its arrays differ in length", "write it with scipy.sparse.save_npz")
+    for axis in (tails, heads):
+        if len(axis) and not 0 <= axis.min() <= axis.max() < shape[0]:
+            fail(path, f"it has an index outside of 0 to {shape[0] - 1}", "write it with scipy.sparse.save_npz")
+    for bad in np.nonzero(~(weights > -np.inf))[0][:1].tolist():
+        read_weight(path, f"the edge from {tails[bad]} to {heads[bad]}", float(weights[bad]))
+    return _graph_file(path, range(shape[0]), (tails, heads, weights), directed=None)
+
+
+def _whole(path: Path, name: str, given: NDArray[Any]) -> IntArray:
+    """Return an array of indices."""
+    if given.dtype.kind not in "iu":
+        fail(path, f"its array {name} is of type {given.dtype}", "give whole numbers, as scipy.sparse.save_npz does")
+    return given.astype(np.int64)
+
+
+def _expanded(
+    path: Path, starts: IntArray, indices: IntArray, weights: FloatArray, n: int
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return the row of each entry of a compressed matrix, with its column and weight."""
+    counts = np.diff(starts)
+    if starts.shape != (n + 1,) or starts[0] != 0 or (counts < 0).any() or starts[-1] > len(indices):
+        fail(path, "its array indptr is no list of where rows begin", "write it with scipy.sparse.save_npz")
+    return np.repeat(np.arange(n), counts), indices[: starts[-1]], weights[: starts[-1]]
 
 
 def _check_shape(path: Path, shape: Sequence[int]) -> None:
     if len(shape) != 2 or shape[0] != shape[1] or not 0 < shape[0] <= MOST_NODES:  # noqa: PLR2004 - a matrix
         sizes = " x ".join(map(str, shape))
-        msg = f"{path}: the matrix is {sizes}; give a square one of 1 to {MOST_NODES:,} rows"
-        raise ScenarioError(msg)
+        fail(path, f"the matrix is {sizes}", f"give a square one of 1 to {MOST_NODES:,} rows")
 
 
-def _of_matrix(path: Path, matrix: Any, first: int) -> GraphFile:  # noqa: ANN401 - a sparse matrix of scipy
-    given = sparse.csr_array(matrix)
-    rows = sparse.csr_array((number_array("its entries", given.data), given.indices, given.indptr), shape=given.shape)
-    rows.sum_duplicates()
-    entries = rows.tocoo()
-    n = rows.shape[0]
-    labels = range(n) if first == 0 else tuple(range(first, n + first))
-    tails, heads = entries.coords
-    for bad in np.nonzero(~(entries.data > -np.inf))[0][:1].tolist():
-        tail, head = tails[bad] + first, heads[bad] + first
-        _weight(path, f"the edge from {tail} to {head}", float(entries.data[bad]))
-    return _graph_file(path, labels, (tails, heads, entries.data), directed=not _is_symmetric(entries))
-
-
-def _is_symmetric(entries: sparse.coo_array) -> bool:
-    """Return whether a matrix and its transpose store the same entries, zeros included."""
-    tails, heads = entries.coords
-    one, other = np.lexsort((heads, tails)), np.lexsort((tails, heads))
-    return bool(
-        np.array_equal(tails[one], heads[other])
-        and np.array_equal(heads[one], tails[other])
-        and np.array_equal(entries.data[one], entries.data[other])
-    )
+def _labelled(edges: EdgeList, *, directed: bool, positions: FloatArray | None = None) -> GraphFile:
+    found = (edges.tails, edges.heads, edges.weights)
+    return _graph_file(edges.path, tuple(edges.labels), found, directed=directed, positions=positions)
 
 
 def _graph_file(
@@ -400,17 +334,29 @@ def _graph_file(
     labels: Sequence[Node],
     edges: tuple[Any, Any, Any],
     *,
-    directed: bool,
+    directed: bool | None,
     positions: FloatArray | None = None,
 ) -> GraphFile:
-    """Store the edges: no loops, and the lightest of parallel edges."""
+    """Store the edges without loops; where `directed` is None, they are undirected if the matrix is symmetric."""
     if not labels:
-        msg = f"{path}: it has no nodes; give a graph with some"
-        raise ScenarioError(msg)
+        fail(path, "it has no nodes", "give a graph with some")
     tails, heads = (np.array(axis, dtype=np.int64) for axis in edges[:2])
     weights = np.array(edges[2], dtype=np.float64)
     kept: IntArray = np.nonzero(tails != heads)[0]
     if positions is not None:
         positions.flags.writeable = False
-    rows = compressed(tails[kept], heads[kept], weights[kept], len(labels), mirrored=not directed)
+    rows = compressed(tails[kept], heads[kept], weights[kept], len(labels), mirrored=directed is False)
+    if directed is None:
+        other = sparse.csr_array(rows.T)
+        pairs = ((rows.indptr, other.indptr), (rows.indices, other.indices), (rows.data, other.data))
+        directed = not all(np.array_equal(one, two) for one, two in pairs)
     return GraphFile(path, labels, rows, directed, positions)
+
+
+_READERS = {
+    ".graphml": _graphml,
+    ".json": _node_link,
+    ".csv": _edge_list,
+    ".mtx": _matrix_market,
+    ".npz": _npz,
+}

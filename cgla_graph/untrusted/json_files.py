@@ -6,9 +6,10 @@ from typing import NoReturn
 
 import numpy as np
 
-from cgla_graph._text import shown
+from cgla_graph._text import cut, shown
 from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import FilePath, fault, read_bytes, text_of
+from cgla_graph.untrusted.numbers import in_range
 
 #: Greatest depth of nested objects and lists.
 DEEPEST = 64
@@ -54,10 +55,35 @@ def json_of(data: bytes, file: str) -> object:
         ...
     cgla_graph.errors.FileFormatError: zones.json: the key 'a' stands twice in one object; leave one of them
     """
-    text = text_of(data, file)
-    _require_shape(text, file)
+    return json_value(text_of(data, file), file)
+
+
+def json_value(
+    text: str, file: str, *, most_objects: int = MOST_OBJECTS, most_lists: int = MOST_LISTS, infinite: bool = False
+) -> object:
+    """
+    Return the value of a JSON text, named `file` in errors; the errors are those of `read_json`.
+
+    Parameters
+    ----------
+    text, file
+        The text and its name.
+    most_objects, most_lists
+        Limits of its size.
+    infinite
+        Whether NaN and infinity are allowed, as Python writes them.
+
+    Examples
+    --------
+    >>> json_value("[1e400]", "zones.json")
+    Traceback (most recent call last):
+        ...
+    cgla_graph.errors.FileFormatError: zones.json: 1e400 is too large for a number; give one of at most 1.8e308
+    """
+    _require_shape(text, file, most_objects, most_lists)
+    constant = float if infinite else _no_constant
     try:
-        return json.loads(text, object_pairs_hook=_one_value_a_key, parse_constant=_no_constant)
+        return json.loads(text, object_pairs_hook=_one_value_a_key, parse_constant=constant, parse_float=_number)
     except json.JSONDecodeError as error:
         fault(file, f"line {error.lineno}, column {error.colno}: not JSON ({error.msg})", "correct it there")
     except _RefusedError as error:
@@ -66,7 +92,7 @@ def json_of(data: bytes, file: str) -> object:
         fault(file, f"not JSON that can be read ({str(error)[:100]})", "remove numbers of thousands of digits")
 
 
-def _require_shape(text: str, file: str) -> None:
+def _require_shape(text: str, file: str, most_objects: int, most_lists: int) -> None:
     """Check depth and size of a document before it is parsed."""
     # (an escaped quote does not end a string)
     plain = text.replace("\\\\", "").replace('\\"', "")
@@ -81,8 +107,8 @@ def _require_shape(text: str, file: str) -> None:
     if np.cumsum(steps, dtype=np.int32).max(initial=0) > DEEPEST:
         fault(file, f"it is nested more than {DEEPEST} deep", "leave out the nested parts")
     objects, both = int((marks == ord("{")).sum()), int((steps == 1).sum())
-    if objects > MOST_OBJECTS or both > MOST_LISTS:
-        wrong = f"it has {objects:,} objects and {both - objects:,} lists, more than {MOST_OBJECTS:,} or {MOST_LISTS:,}"
+    if objects > most_objects or both > most_lists:
+        wrong = f"it has {objects:,} objects and {both - objects:,} lists, more than {most_objects:,} or {most_lists:,}"
         fault(file, wrong, "cut out the part that matters")
 
 
@@ -95,6 +121,15 @@ def _one_value_a_key(pairs: list[tuple[str, object]]) -> dict[str, object]:
         msg = f"the key {shown(twice)} stands twice in one object; leave one of them"
         raise _RefusedError(msg)
     return made
+
+
+def _number(text: str) -> float:
+    """Return a float; refuse one that is too large."""
+    try:
+        return in_range(text)
+    except ValueError as error:
+        msg = f"{cut(text)} {error}"
+        raise _RefusedError(msg) from error
 
 
 def _no_constant(name: str) -> NoReturn:

@@ -226,15 +226,25 @@ TEXTS = [
         id="unknown key",
     ),
     pytest.param("a.json", "[1]", "no lists nodes and edges", id="a list"),
-    pytest.param("a.json", '{"nodes": [{"id": {}}], "edges": []}', "TypeError", id="no label"),
-    pytest.param("a.json", '{"nodes": [{"id": null}], "edges": []}', "None cannot be a node", id="null"),
-    pytest.param("a.json", '{"nodes": [1], "edges": []}', "AttributeError", id="no record"),
+    pytest.param("a.json", '{"nodes": [{"id": {}}], "edges": []}', "id {}, which cannot be a node", id="no label"),
+    pytest.param("a.json", '{"nodes": [{"id": null}], "edges": []}', "id null, which cannot be a node", id="null"),
+    pytest.param("a.json", '{"nodes": [1], "edges": []}', "entry 0 of nodes is 1; give an object", id="no record"),
     pytest.param("a.json", '{"nodes": [], "edges": []}', "no nodes", id="no nodes"),
-    pytest.param("a.json", '{"nodes": [{"id": 1}, {"id": 1}], "edges": []}', "each node once", id="twice"),
-    pytest.param("a.json", '{"nodes": [], "edges": [{"source": 1, "target": 2}]}', "lists 0 nodes", id="unlisted"),
-    pytest.param("a.json", "[" * 100_000, "cannot be read", id="deep JSON"),
-    pytest.param("a.json", '{"nodes": [' + "9" * 9999, "cannot be read", id="long number"),
-    pytest.param("a.json", ONE_EDGE.replace("WEIGHT", ""), "from 1 to 2 has no 'weight'; give each", id="no weight"),
+    pytest.param(
+        "a.json",
+        '{"nodes": [{"id": 1}, {"id": 1}], "edges": []}',
+        "0 and 1 have the id 1",
+        id="twice",
+    ),
+    pytest.param(
+        "a.json",
+        '{"nodes": [], "edges": [{"source": 1, "target": 2}]}',
+        "edges end in 1, which",
+        id="unlisted",
+    ),
+    pytest.param("a.json", "[" * 100_000, "nested more than 64 deep", id="deep JSON"),
+    pytest.param("a.json", '{"nodes": [' + "9" * 9999, "thousands of digits", id="long number"),
+    pytest.param("a.json", ONE_EDGE.replace("WEIGHT", ""), "(entry 0) has no 'weight'", id="no weight"),
     pytest.param("a.json", ONE_EDGE.replace("WEIGHT", ', "m": 1'), "it has 'm': name one (--weight)", id="another"),
     *(
         pytest.param("a.json", ONE_EDGE.replace("WEIGHT", f', "weight": {bad}'), "has weight", id=f"weight {bad}")
@@ -244,23 +254,28 @@ TEXTS = [
     pytest.param("a.csv", "source,target,weight\n", "no nodes", id="header only"),
     pytest.param("a.csv", "a,b,1\nb,c\n", "line 2 is 'b,c'", id="short line"),
     pytest.param("a.csv", "a,b,1\n,c,1\n", "line 2", id="empty name"),
-    pytest.param("a.csv", "u,v,length\na,b,1\n", "line 1 has weight 'length'", id="another header"),
+    pytest.param("a.csv", "u,v,length\na,b,1\n", "the first line has weight 'length'", id="another header"),
     pytest.param(
         "a.csv", "source,target,length\na,b,1\n", "no column 'weight', but source, target, length", id="column"
     ),
-    pytest.param("a.csv", "a,b,nan\n", "line 1 has weight 'nan'", id="no number"),
+    pytest.param("a.csv", "a,b,nan\n", "the first line has weight 'nan'", id="no number"),
     pytest.param("a.csv", 'a,b,"1\n', "line 1", id="open quote"),
     pytest.param("a.csv", "a" * 200_000 + ",b,1\n", "field larger", id="long field"),
     pytest.param("a.mtx", "hello\n", "Matrix Market", id="no head"),
     pytest.param("a.mtx", HEAD + "coordinate real general\n2 3 1\n1 2 1\n", "2 x 3", id="not square"),
     pytest.param("a.mtx", HEAD + "coordinate real general\n0 0 0\n", "0 x 0", id="no rows"),
-    pytest.param("a.mtx", HEAD + "coordinate real general\n2 2 1\n1 3 1\n", "cannot be read", id="beyond"),
-    pytest.param("a.mtx", HEAD + "coordinate real general\n2 2 2\n1 2 1\n", "cannot be read", id="cut off"),
+    pytest.param(
+        "a.mtx",
+        HEAD + "coordinate real general\n2 2 1\n1 3 1\n",
+        "outside of the matrix",
+        id="beyond",
+    ),
+    pytest.param("a.mtx", HEAD + "coordinate real general\n2 2 2\n1 2 1\n", "but it has 1", id="cut off"),
     pytest.param("a.mtx", HEAD + "coordinate real general\n2 2 99999\n1 2 1\n", "promises 99999 entries", id="promise"),
     pytest.param("a.mtx", HEAD + "coordinate real general\n999999999 999999999 1\n1 2 1\n", "10,000,000", id="huge"),
     pytest.param("a.mtx", HEAD + "coordinate complex general\n2 2 1\n1 2 1 1\n", "complex", id="complex"),
     pytest.param("a.mtx", HEAD + "array real general\n2 2\n1\n2\n3\n4\n", "dense array", id="dense"),
-    pytest.param("a.mtx", HEAD + "coordinate real general\n2 2 1\n1 2 nan\n", "from 1 to 2 has weight nan", id="nan"),
+    pytest.param("a.mtx", HEAD + "coordinate real general\n2 2 1\n1 2 nan\n", "'nan', which is no number", id="nan"),
     pytest.param("a.npz", "hello", "not a zip file", id="no zip"),
 ]
 
@@ -319,13 +334,13 @@ GOOD = {"format": b"csr", "shape": [2, 2], "data": [1.0], "indices": [1], "indpt
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        pytest.param({"indices": [7]}, "cannot be read", id="index beyond"),
-        pytest.param({"indptr": [0, 9, 1]}, "cannot be read", id="rows out of order"),
-        pytest.param({"shape": [10**9, 10**9]}, "cannot be read", id="huge"),
+        pytest.param({"indices": [7]}, "index outside of 0 to 1", id="index beyond"),
+        pytest.param({"indptr": [0, 9, 1]}, "no list of where rows begin", id="rows out of order"),
+        pytest.param({"shape": [10**9, 10**9]}, "10,000,000", id="huge"),
         pytest.param({"shape": [1, 2], "indptr": [0, 1]}, "1 x 2", id="not square"),
-        pytest.param({"format": b"sql"}, "sql_matrix", id="unknown format"),
-        pytest.param({"format": b"dia", "offsets": [0], "data": [[1.0, 1.0]]}, "of format dia", id="dia"),
-        pytest.param({"data": [1j]}, "cannot be read", id="complex"),
+        pytest.param({"format": b"sql"}, "of format 'sql'", id="unknown format"),
+        pytest.param({"format": b"dia", "offsets": [0], "data": [[1.0, 1.0]]}, "of format 'dia'", id="dia"),
+        pytest.param({"data": [1j]}, "elements are of type complex128", id="complex"),
         pytest.param({"data": [np.nan]}, "from 0 to 1 has weight nan", id="nan"),
         pytest.param({"data": np.array([{"code": 1}])}, "allow_pickle", id="pickled object"),
         pytest.param({"format": np.array({"code": 1})}, "allow_pickle", id="pickled format"),
@@ -349,7 +364,7 @@ def test_other_archives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     head = "{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000000,), }".ljust(118) + "\n"
     with zipfile.ZipFile(npz(tmp_path / "promise.npz", **{k: v for k, v in GOOD.items() if k != "data"}), "a") as parts:
         parts.writestr("data.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head.encode())
-    with pytest.raises(ScenarioError, match=r"cannot be read|memory"):
+    with pytest.raises(ScenarioError, match="it is cut off"):
         read_graph(tmp_path / "promise.npz")
     # a small file of many zeros
     with zipfile.ZipFile(tmp_path / "bomb.npz", "w", zipfile.ZIP_DEFLATED) as parts:

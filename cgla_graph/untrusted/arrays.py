@@ -1,0 +1,166 @@
+"""Reader of NumPy's arrays (``.npy``, ``.npz``) that evaluates no text and loads no pickled objects."""
+
+import lzma
+import math
+import re
+import struct
+import zipfile
+import zlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgla_graph._text import cut, shown
+from cgla_graph.errors import FileFormatError
+from cgla_graph.untrusted.files import fault
+
+#: Errors of `zipfile` and its decompressors for damaged archives.
+ZIP_FAULTS = (
+    *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, EOFError, OSError),
+    *(RuntimeError, NotImplementedError, ValueError, OverflowError, LookupError),
+)
+#: Bytes of a header at most.
+_LONGEST = 10_000
+_PAIR = rb"\s*'(descr|fortran_order|shape)'\s*:\s*('[^']{1,20}'|True|False|\([0-9L,\s]*\))\s*"
+_HEADER = re.compile(rb"\s*\{" + _PAIR + rb"," + _PAIR + rb"," + _PAIR + rb",?\s*\}\s*")
+
+
+@dataclass(frozen=True)
+class ArrayHeader:
+    """The header of an array: its type, its shape, and whether its first index varies fastest."""
+
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+    by_columns: bool
+
+    @property
+    def size(self) -> int:
+        """Bytes of the elements."""
+        return math.prod(self.shape) * self.dtype.itemsize
+
+
+def read_header(stream: IO[bytes], file: str, kinds: str = "biuf") -> ArrayHeader:
+    """
+    Read the header of an array, named `file` in errors, up to its first element.
+
+    NumPy's own reader evaluates the text of the header, which may raise nearly any exception.
+
+    Parameters
+    ----------
+    stream
+        The array.
+    file
+        Its name in errors.
+    kinds
+        The kinds of elements that are allowed, as `numpy.dtype.kind` has them.
+
+    Raises
+    ------
+    FileFormatError
+        If it is no header of an array, or its elements are of another kind.
+
+    Examples
+    --------
+    >>> import io
+    >>> stream = io.BytesIO()
+    >>> np.save(stream, np.zeros((3, 2)))
+    >>> _ = stream.seek(0)
+    >>> read_header(stream, "risk.npy").shape
+    (3, 2)
+    """
+    start = stream.read(8)
+    wide = 4 if start[6:7] in {b"\2", b"\3"} else 2
+    length = int.from_bytes(stream.read(wide), "little")
+    text = stream.read(length) if length <= _LONGEST else b""
+    found = _HEADER.fullmatch(text)
+    if not start.startswith(b"\x93NUMPY") or start[6:] not in {b"\1\0", b"\2\0", b"\3\0"} or found is None:
+        if re.search(rb"'descr'\s*:\s*\[", text):
+            fault(file, "its elements are records", "save an array of numbers")
+        fault(file, "this is no array of NumPy, or its header is damaged", "save it with numpy.save")
+    parts = dict(zip(found.groups()[::2], found.groups()[1::2], strict=True))
+    try:
+        dtype = np.dtype(parts[b"descr"].strip(b"'").decode("ascii"))
+        shape = tuple(int(word.strip(b" L")) for word in parts[b"shape"].strip(b"()").split(b",") if word.strip())
+        by_columns = {b"True": True, b"False": False}[parts[b"fortran_order"]]
+    except (TypeError, ValueError, LookupError, OverflowError):
+        fault(file, f"its header, {shown(text.decode('latin-1').strip())}, is damaged", "save it with numpy.save")
+    if dtype.kind == "O":
+        fault(file, "it holds pickled objects, which are never loaded (allow_pickle)", "save an array of numbers")
+    if dtype.kind not in kinds:
+        fault(file, f"its elements are of type {dtype}", "save an array of numbers")
+    return ArrayHeader(dtype, shape, by_columns)
+
+
+def read_elements(stream: IO[bytes], header: ArrayHeader, file: str) -> NDArray[Any]:
+    """
+    Read the elements after a header.
+
+    Raises
+    ------
+    FileFormatError
+        If there are fewer than the header says.
+    """
+    data = stream.read(header.size)
+    if len(data) < header.size:
+        fault(file, f"it has {len(data)} bytes instead of {header.size}", "it is cut off: write it once more")
+    elements = np.frombuffer(data, dtype=header.dtype)
+    return elements.reshape(header.shape, order="F" if header.by_columns else "C")
+
+
+def read_archive(
+    path: Path, most: int, names: Iterable[str] | None = None, kinds: str = "biuf"
+) -> dict[str, NDArray[Any]]:
+    """
+    Read arrays of a ``.npz`` file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    most
+        Bytes of all its members at most, unpacked.
+    names
+        The arrays that are read, where they are there; all if left out.
+    kinds
+        As in `read_header`.
+
+    Returns
+    -------
+    arrays
+        By their names.
+
+    Raises
+    ------
+    FileFormatError
+        If it is no archive, is too large or damaged, or an array is malformed.
+    """
+    file = str(path)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            if (size := sum(part.file_size for part in archive.infolist())) > most:
+                wrong = f"unpacked it has {size / 1e6:.0f} MB, more than the {most / 1e6:.0f} that are read"
+                fault(file, wrong, "give a smaller one")
+            there = {part.filename.removesuffix(".npy"): part for part in archive.infolist()}
+            return {
+                name: _member(archive, there[name], f"{file}: {name}", kinds)
+                for name in (there if names is None else names)
+                if name in there
+            }
+    except ZIP_FAULTS as error:
+        if isinstance(error, FileFormatError):
+            raise
+        fault(file, f"it cannot be read as an archive ({cut(error)})", "write it once more")
+
+
+def _member(archive: zipfile.ZipFile, part: zipfile.ZipInfo, file: str, kinds: str) -> NDArray[Any]:
+    """Read one array of an archive."""
+    with archive.open(part) as stream:
+        header = read_header(stream, file, kinds)
+        if header.size > part.file_size:
+            wrong = f"it has {part.file_size} bytes instead of {header.size}"
+            fault(file, wrong, "it is cut off: write it once more")
+        return read_elements(stream, header, file)

@@ -1,0 +1,78 @@
+"""Reader of numbers in untrusted text: decimal notation alone, within the range of floats."""
+
+import math
+import re
+
+_DECIMAL = re.compile(r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?+")
+_INFINITE = re.compile(r"([+-]?)inf(?:inity)?", re.IGNORECASE)
+
+
+def decimal(text: str, *, or_infinite: bool = False) -> float:
+    """
+    Return a number that is written in decimal notation, as in ``-2``, ``.5`` and ``1e3``.
+
+    Parameters
+    ----------
+    text
+        The number. `float` alone also reads ``1_000`` and digits of other scripts, and makes ``1e400`` infinite.
+    or_infinite
+        Whether ``inf`` and ``infinity`` are allowed, in any case and with a sign.
+
+    Raises
+    ------
+    ValueError
+        If it is no such number, or is too large for a float; the message continues a sentence that ends in the text.
+
+    Examples
+    --------
+    >>> decimal("-1.5e3"), decimal("Infinity", or_infinite=True)
+    (-1500.0, inf)
+    >>> decimal("1,5")
+    Traceback (most recent call last):
+        ...
+    ValueError: has a comma; write decimals with a point, and no separators of thousands
+    """
+    if _DECIMAL.fullmatch(text):
+        return in_range(text)
+    if or_infinite and (found := _INFINITE.fullmatch(text)):
+        return -math.inf if found[1] == "-" else math.inf
+    comma = any(character.isdigit() for character in text) and "," in text
+    msg = "has a comma; write decimals with a point, and no separators of thousands"
+    raise ValueError(msg if comma else "is no number; give a decimal one, such as 2.5")
+
+
+def in_range(text: str) -> float:
+    """
+    Return the float that a text stands for whose notation is known to be right.
+
+    Raises
+    ------
+    ValueError
+        If it is too large for a float; the message continues a sentence that ends in the text.
+
+    Examples
+    --------
+    >>> in_range("1e300"), in_range("inf")
+    (1e+300, inf)
+    >>> in_range("-1e400")
+    Traceback (most recent call last):
+        ...
+    ValueError: is too large for a number; give one of at most 1.8e308
+    """
+    value = float(text)
+    if math.isinf(value) and any(character.isdigit() for character in text):
+        msg = "is too large for a number; give one of at most 1.8e308"
+        raise ValueError(msg)
+    return value
+
+
+def is_infinite(text: str) -> bool:
+    """
+    Return whether a text is a word for infinity, with a sign or without one.
+
+    Examples
+    --------
+    >>> is_infinite("-Inf"), is_infinite("information")
+    (True, False)
+    """
+    return _INFINITE.fullmatch(text) is not None
