@@ -5,8 +5,10 @@ A valid array is returned itself, not copied, and is never written to.
 """
 
 import math
+import sys
 from collections.abc import Iterable
 from contextlib import suppress
+from itertools import chain
 from typing import Any, cast
 
 import numpy as np
@@ -22,19 +24,44 @@ LARGEST = 1e70
 NO_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating)
 
 
+#: Kinds of arrays that are not numbers here: truth values, texts, complex numbers and times.
+NO_NUMBER_KINDS = "bSUcmMV"
+#: Types that hold numbers or arrays, and types of plain numbers.
+_LISTS, _PLAIN = (list, tuple), {float, int, np.float64}
+#: How to give an array that has masked places.
+UNMASK = "set them with .filled(…), or leave them out with .compressed()"
+
+
+def real_number(value: object) -> float:
+    """
+    Return a real number of any type as a float, infinite ones too; NaN if it is none, or too large for a float.
+
+    Examples
+    --------
+    >>> from decimal import Decimal
+    >>> real_number(Decimal("0.5")), real_number("0.5"), real_number(Decimal("1e400")), real_number(math.inf)
+    (0.5, nan, nan, inf)
+    """
+    number = math.nan
+    # numpy scalars, 0-d arrays, fractions and decimals are numbers too; strings and truth values are mistakes
+    kind = getattr(getattr(value, "dtype", None), "kind", "f")
+    if not isinstance(value, NO_NUMBERS) and kind not in NO_NUMBER_KINDS and not getattr(value, "ndim", 0):
+        with suppress(TypeError, ValueError, OverflowError):
+            number = math.nan if is_masked(value) else float(cast("Any", value))
+            if math.isinf(number) and value != number:
+                number = math.nan
+    return number
+
+
 def finite_number(name: str, value: object) -> float:
     """Return `value` as a float, or raise `ProblemError` unless it is a finite real number."""
     if isinstance(value, float) and math.isfinite(value):
         # the usual case
         return float(value)
-    number, text = math.nan, ""
-    # numpy scalars, 0-d arrays, fractions and decimals are numbers too; strings and truth values are mistakes
-    if not isinstance(value, NO_NUMBERS):
-        with suppress(TypeError, ValueError, OverflowError):
-            number = float(cast("Any", value))
-            text = str(number)
+    number = real_number(value)
     if not math.isfinite(number):
-        msg = f"{name} is {text or shown(value)}; give a finite number"
+        text = "masked" if is_masked(value) else str(number) if isinstance(value, float) else shown(value)
+        msg = f"{name} is {text}; give a finite number"
         raise ProblemError(msg)
     return number
 
@@ -92,17 +119,112 @@ def point(name: str, value: object) -> Point:
     return finite_number(f"{name} x", numbers[0]), finite_number(f"{name} y", numbers[1])
 
 
-def number_array(name: str, value: ArrayLike) -> FloatArray:
-    """Return `value` as a contiguous array of floats, or raise `ProblemError` unless it is made of real numbers."""
+def _masked_type() -> Any:  # noqa: ANN401 - a type, or none
+    """Return the type of masked arrays; where their module is not imported, there are none."""
+    module = sys.modules.get("numpy.ma")
+    return () if module is None else module.MaskedArray
+
+
+def is_masked(value: object) -> bool:
+    """Return whether a scalar is masked."""
+    return isinstance(value, _masked_type()) and bool(np.ma.getmaskarray(value).all())
+
+
+def _holds_masked(value: object) -> bool:
+    """Return whether a value is a masked array, or a list that holds one at any depth."""
+    if type(value) is np.ndarray:
+        return value.dtype.kind == "O" and any(map(_holds_masked, value.flat))
+    if not isinstance(value, _LISTS):
+        return isinstance(value, _masked_type())
+    kinds = set(map(type, value))
+    if kinds <= set(_LISTS):
+        # (rows of plain numbers are the usual case)
+        kinds = set(map(type, chain.from_iterable(value)))
+    return not kinds <= _PLAIN and any(map(_holds_masked, value))
+
+
+def _unmasked(value: Any) -> tuple[Any, Any]:  # noqa: ANN401 - an array, or lists of numbers and arrays
+    """Return a value that holds masked arrays with plain ones in their place, and where it is masked."""
+    if isinstance(value, _LISTS) or (isinstance(value, np.ndarray) and value.dtype == object and value.ndim):
+        parts = [_unmasked(part) for part in value]
+        return [part for part, _ in parts], np.array([mask for _, mask in parts], dtype=np.bool_)
+    if isinstance(value, _masked_type()):
+        return value.data, np.ma.getmaskarray(value)
+    return value, np.zeros(np.shape(value), dtype=np.bool_)
+
+
+def unmasked(name: str, value: Any) -> Any:  # noqa: ANN401 - any array
+    """
+    Return an array, or raise `ProblemError` if a place of it is masked; a mask without masked places is dropped.
+
+    Examples
+    --------
+    >>> unmasked("the series", np.ma.masked_equal([1.0, 2.0, 2.0], 2.0))
+    Traceback (most recent call last):
+    cgla_graph.errors.ProblemError: the series is masked in 2 places, the first at index 1; set them with .filled(…), or leave them out with .compressed()
+    """  # noqa: E501 - a message of one line
+    if not _holds_masked(value):
+        return value
+    plain, mask = _unmasked(value)
+    if mask.any():
+        where = np.argwhere(mask)[0].tolist()
+        at = f", the first at index {where[0] if len(where) == 1 else tuple(where)}" if where else ""
+        count = int(mask.sum())
+        msg = f"{name} is masked in {count} place{'s' * (count != 1)}{at}; {UNMASK}"
+        raise ProblemError(msg)
+    return plain
+
+
+def number_array(name: str, value: ArrayLike, *, masked: float | None = None) -> FloatArray:
+    """
+    Return `value` as a contiguous array of floats, or raise `ProblemError` unless it is made of real numbers.
+
+    Parameters
+    ----------
+    name
+        What it is, for messages.
+    value
+        Any array, or lists of numbers. Objects that stand for no number, as None, become NaN.
+    masked
+        What masked places stand for; None: they are refused.
+    """
+    if type(value) is np.ndarray and value.dtype == np.float64:
+        # the usual case
+        return np.asarray(value, dtype=np.float64, order="C")
     try:
-        given = np.asarray(value)
-        if given.dtype.kind in "SUcmM":
-            msg = f"elements of type {given.dtype}"
-            raise TypeError(msg)  # noqa: TRY301 - reported like NumPy's own errors
-        return np.asarray(given, dtype=np.float64, order="C")
+        mask = None
+        if masked is not None and _holds_masked(value):
+            value, mask = _unmasked(value)
+        array = _floats(unmasked(name, value))
+    except ProblemError:
+        raise
     except (TypeError, ValueError, OverflowError) as error:
         msg = f"{name} is not an array of numbers ({cut(error, 180)}); give real numbers"
         raise ProblemError(msg) from error
+    return array if mask is None else np.where(mask, cast("float", masked), array)
+
+
+def _floats(value: ArrayLike) -> FloatArray:
+    """Convert an array without masks; raise one of NumPy's errors where it is none of real numbers."""
+    if not isinstance(value, _LISTS) and type(value).__module__.startswith("scipy.sparse"):
+        msg = f"a sparse {type(value).__name__}: its toarray() is dense"
+        raise TypeError(msg)
+    given = np.asarray(value)
+    kinds: set[type] = set(map(type, given.flat)) if given.dtype.kind == "O" else set()
+    wrong = [kind.__name__ for kind in kinds if issubclass(kind, NO_NUMBERS)]
+    if wrong or given.dtype.kind in NO_NUMBER_KINDS:
+        msg = f"elements of type {wrong[0] if wrong else given.dtype}"
+        raise TypeError(msg)
+    # (objects have 8 bytes each)
+    if given.dtype.kind != "O" and given.dtype.itemsize <= 8:  # noqa: PLR2004 - bytes of a float
+        return np.asarray(given, dtype=np.float64, order="C")
+    with np.errstate(over="ignore"):
+        array: FloatArray = np.asarray(given, dtype=np.float64, order="C")
+    beyond = np.isinf(array)
+    if (given[beyond] != array[beyond]).any():
+        msg = f"{given[beyond][0]!s} is too large for a float"
+        raise OverflowError(msg)
+    return array
 
 
 def point_array(name: str, value: ArrayLike) -> FloatArray:

@@ -5,9 +5,9 @@ import time
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
-import numpy as np
 from numpy.typing import ArrayLike
 
+from cgla_graph._validate import number_array
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status, TracePoint
@@ -205,7 +205,7 @@ class Incumbent:
             Its cost by the solver. A path that the oracle rejects becomes the answer, so that the run fails.
         """
         seconds = self.meter.seconds
-        claimed = Solution(Status.FOUND, path=np.asarray(path, dtype=np.float64), cost=cost)
+        claimed = Solution(Status.FOUND, path=number_array("path", path), cost=cost)
         judged = self.problem.judge(claimed)
         if not judged.status.has_path:
             self.refused = claimed

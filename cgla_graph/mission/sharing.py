@@ -8,7 +8,7 @@ import numpy as np
 
 from cgla_graph._text import shown
 from cgla_graph._types import BoolArray, FloatArray
-from cgla_graph._validate import finite_number, positive_number, whole_number
+from cgla_graph._validate import finite_number, positive_number, unmasked, whole_number
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.belief import Belief, Report
 from cgla_graph.mission.validate import error_context, whole_tick
@@ -105,7 +105,7 @@ class Sharing:
         >>> Sharing(radius=1.0).heard(0, np.array([[0.0, 0.0], [1.0, 0.0], [2.5, 0.0]])).tolist()
         [[False, True, False], [True, False, False], [False, False, False]]
         """
-        n = len(positions)
+        n = len(unmasked("positions", positions))
         heard = np.full((n, n), self.is_on)
         if self.radius is not None:
             apart = np.hypot(*(positions[:, None, :] - positions[None, :, :]).transpose(2, 0, 1))

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Hashable, Sequence
-from contextlib import suppress
 from typing import Any, Literal, NoReturn, TypeAlias, cast
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph._validate import NO_NUMBERS, point_array
+from cgla_graph._validate import is_masked, point_array, real_number
 from cgla_graph.errors import GraphError
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.lattice import Lattice
@@ -81,10 +80,11 @@ def compressed(
     """
     Store the finite edges row by row; `mirrored` adds the reverse of each.
 
-    This is the one rule for parallel edges, from any library, matrix or file: the lightest counts.
+    This is the one rule for parallel edges, from any library, matrix or file: the lightest counts. A weight of -0.0 is
+    stored as 0.0: libraries take its sign for that of a negative weight.
     """
     finite = np.isfinite(weights)
-    tails, heads, weights = tails[finite], heads[finite], weights[finite]
+    tails, heads, weights = tails[finite], heads[finite], weights[finite] + 0.0
     if mirrored:
         tails, heads = np.concatenate([tails, heads]), np.concatenate([heads, tails])
         weights = np.concatenate([weights, weights])
@@ -138,15 +138,12 @@ def node_positions(labels: Sequence[Node], spots: list[object], pos: str, *, nee
 
 
 def edge_weight(u: Node, v: Node, given: object, weight: str) -> float:
-    """Read one edge's weight, at least 0 (infinity: no edge)."""
+    """Read one edge's weight, at least 0 (infinity, or a masked weight: no edge)."""
     if given is MISSING:
         what = f"edge {shown(u)} - {shown(v)} has no attribute {shown(weight)}"
         msg = f"{what}; name the attribute, or pass weight=None for Eq. 5"
         raise GraphError(msg)
-    value = math.nan
-    if not isinstance(given, NO_NUMBERS):
-        with suppress(TypeError, ValueError, OverflowError):
-            value = float(cast("Any", given))
+    value = math.inf if is_masked(given) else real_number(given)
     if not value >= 0.0:
         reject_weight(u, v, given)
     return value

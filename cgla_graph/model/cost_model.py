@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._kernel import fixed
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import non_negative_number, point_array
+from cgla_graph._validate import non_negative_number, point_array, unmasked
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import graph_kernels
 from cgla_graph.model.no_fly import NoFlyArea
@@ -111,12 +111,13 @@ class CostModel(ShortRepr):
 
     def pair(self, positions: FloatArray, tail: int, head: int, lattice_shape: tuple[int, int] = (0, 0)) -> float:
         """Weigh the segment between two nodes: an entry of `matrix`, to the last bit."""
-        return graph_kernels.pair_weight(fixed(positions), *lattice_shape, tail, head, self.kernel_model())
+        places = fixed(unmasked("positions", positions))
+        return graph_kernels.pair_weight(places, *lattice_shape, tail, head, self.kernel_model())
 
     def row(self, positions: FloatArray, node: int, lattice_shape: tuple[int, int] = (0, 0)) -> FloatArray:
         """Weigh the segments between one node and all, shape ``(n,)``: a row of `matrix`, to the last bit."""
-        out = np.empty(len(positions))
-        graph_kernels.complete_row(fixed(positions), *lattice_shape, node, self.kernel_model(), out)
+        out, places = np.empty(len(positions)), fixed(unmasked("positions", positions))
+        graph_kernels.complete_row(places, *lattice_shape, node, self.kernel_model(), out)
         return out
 
     def matrix(self, positions: FloatArray, lattice_shape: tuple[int, int] = (0, 0)) -> FloatArray:
@@ -135,7 +136,7 @@ class CostModel(ShortRepr):
         matrix
             Shape ``(n, n)``, map units: symmetric, 0 on the diagonal. No other array of that size is made.
         """
-        n_nodes, positions = len(positions), fixed(positions)
+        n_nodes, positions = len(positions), fixed(unmasked("positions", positions))
         out = np.empty((n_nodes, n_nodes))
         share_out(
             lambda first, step: graph_kernels.complete_share(

@@ -389,8 +389,8 @@ class GeometricGraph(ShortRepr):
         Parameters
         ----------
         matrix
-            Shape ``(n, n)``, each at least 0. Infinity means no edge; **zero is a weight of zero**. The diagonal
-            is ignored. A copy is taken.
+            Shape ``(n, n)``, each at least 0. Infinity, or a masked weight, means no edge; **zero is a weight of
+            zero** unless it is masked. The diagonal is ignored. A copy is taken.
         labels
             ``n`` different nodes; 0, 1, … if left out.
         positions
@@ -413,8 +413,12 @@ class GeometricGraph(ShortRepr):
         >>> GeometricGraph.from_matrix([[0, 0], [np.inf, 0]], labels="ab").weights_from(0).tolist()
         [0.0, 0.0]
         """
+        if scipy.sparse.issparse(matrix):
+            msg = f"the weight matrix is a sparse {type(matrix).__name__}; give it to GeometricGraph.from_sparse"
+            raise GraphError(msg)
         try:
-            weights = number_array("the weight matrix", matrix).copy()
+            # the sum is a copy, and has 0.0 where a weight is -0.0
+            weights = number_array("the weight matrix", matrix, masked=np.inf) + 0.0
         except ProblemError as error:
             raise GraphError(str(error)) from error
         if weights.ndim != 2 or weights.shape[0] != weights.shape[1]:  # noqa: PLR2004 - a matrix
@@ -443,7 +447,7 @@ class GeometricGraph(ShortRepr):
         Parameters
         ----------
         matrix
-            Shape ``(n, n)``. **Stored entries are edges, stored zeros too**; all others are no edges.
+            Shape ``(n, n)``. **Stored entries are edges, stored zeros too**; all others, and masked ones, are no edges.
             Entries in one place are parallel edges, of which the lightest counts (scipy adds them up: call its
             ``sum_duplicates`` before, if you mean that). The diagonal is ignored.
         directed
@@ -468,7 +472,7 @@ class GeometricGraph(ShortRepr):
         [0.0, 0.0, inf]
         """
         try:
-            tails, heads, data, shape = matrix_entries(matrix)
+            tails, heads, data, shape = matrix_entries(_without_masks(matrix))
             weights = number_array("stored weights", data)
         except (TypeError, ValueError) as error:
             msg = f"the sparse weight matrix is {type(matrix).__name__} ({error}); give a square scipy sparse matrix"
@@ -740,6 +744,17 @@ def _with_extra(base: FloatArray, lattice: Lattice | None, extra: Sequence[Point
         positions = np.vstack([positions, np.array(added)])
     positions.flags.writeable = False
     return positions
+
+
+def _without_masks(matrix: Any) -> Any:  # noqa: ANN401 - sparse, or anything that scipy makes sparse
+    """Return a matrix for scipy, which reads what is below a mask: masked weights are no edges."""
+    if isinstance(matrix, np.ma.MaskedArray):
+        # in a dense matrix, scipy reads a zero as no edge
+        return np.ma.filled(matrix, 0)
+    if isinstance(getattr(matrix, "data", None), np.ma.MaskedArray):
+        stored, matrix = number_array("stored weights", matrix.data, masked=np.inf), matrix.copy()
+        matrix.data = stored
+    return matrix
 
 
 def _labels(labels: Sequence[Node] | None, n_nodes: int) -> Sequence[Node]:

@@ -11,6 +11,7 @@ from typing import Any
 from cgla_graph._files import write_files
 from cgla_graph._text import json_number
 from cgla_graph._types import FloatArray
+from cgla_graph._validate import unmasked
 from cgla_graph.errors import OutputError
 from cgla_graph.model.earth import LocalProjection, degrees_of
 
@@ -66,7 +67,7 @@ def save_path(
     if kind not in ENDINGS:
         msg = f"{target}: no path is written so; give a file that ends in {', '.join(ENDINGS)}"
         raise OutputError(msg)
-    if not len(path):
+    if not len(unmasked("path", path)):
         msg = f"{target}: there is no path to write: {numbers.get('status', 'none was found')}"
         raise OutputError(msg)
     if kind == ".geojson" and projection is None:

@@ -17,7 +17,7 @@ from cgla_graph._display import Plottable
 from cgla_graph._lazy import function_above
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
-from cgla_graph._validate import bounds_box, clearance_of, point, point_array
+from cgla_graph._validate import bounds_box, clearance_of, point, point_array, unmasked
 from cgla_graph.errors import NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import CornerRule, Node
 from cgla_graph.model.clearance import ROUNDING, widened
@@ -306,7 +306,8 @@ class Problem(Plottable):
         """
         if self.projection is None:
             return 1.0
-        return self.projection.stretch(float(np.hypot(*np.reshape(points, (-1, 2)).T).max(initial=0.0)))
+        places = np.reshape(unmasked("points", points), (-1, 2))
+        return self.projection.stretch(float(np.hypot(*places.T).max(initial=0.0)))
 
     @property
     def shorter_side(self) -> float:
@@ -333,7 +334,7 @@ class Problem(Plottable):
         >>> Problem((0, 0), (1, 1)).in_bounds(np.array([[0.5, 1.0], [0.5, 1.1]])).tolist()
         [True, False]
         """
-        low, high = np.reshape(self.bounds, (2, 2))
+        points, (low, high) = unmasked("points", points), np.reshape(self.bounds, (2, 2))
         return np.asarray(((points >= low) & (points <= high)).all(axis=-1))
 
     def evaluate(self, path: ArrayLike) -> Evaluation:

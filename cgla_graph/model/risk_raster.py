@@ -6,16 +6,16 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._text import cut, shown
+from cgla_graph._text import shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray
-from cgla_graph._validate import bounds_box, non_negative_number, point_array, positive_number
+from cgla_graph._validate import bounds_box, non_negative_number, number_array, point_array, positive_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_raster_kernels as kernels
 from cgla_graph.model.earth import LocalProjection
@@ -42,7 +42,7 @@ class RasterRisk:
     Parameters
     ----------
     values
-        Shape ``(rows, columns)``, at least 0. NaN stands for cells without data.
+        Shape ``(rows, columns)``, at least 0. NaN, or a masked value, stands for cells without data.
     bounds
         ``(x_min, y_min, x_max, y_max)``: the outer edges of the outer cells, map units.
     interpolation
@@ -348,12 +348,11 @@ def raster_array(rasters: Sequence[RasterRisk]) -> FloatArray:
 
 
 def _checked(values: ArrayLike, remedy: str | None) -> FloatArray:
-    """Check the values of a raster, and return a read-only copy; with a remedy, NaN is refused."""
-    try:
-        given = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        msg = f"the raster's values are no numbers ({cut(error, 180)}); give an array of shape (rows, columns)"
-        raise ProblemError(msg) from error
+    """Check the values of a raster, and return a read-only copy; with a remedy, NaN and masked values are refused."""
+    if getattr(values, "dtype", None) == np.bool_:
+        # (cells of one kind of land are a risk of 1)
+        values = cast("BoolArray", values).astype(np.float64)
+    given = number_array("the raster's values", values, masked=np.nan).copy()
     if given.ndim != 2 or not given.size:  # noqa: PLR2004 - rows and columns
         msg = f"the raster's values have shape {given.shape}; give them in shape (rows, columns)"
         raise ProblemError(msg)

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, FloatArray, Point
+from cgla_graph._validate import number_array
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import TimedArea, TimedThreat, World
 from cgla_graph.model.problem import Problem
@@ -312,7 +313,7 @@ def draw_ring(axes: Axes, place: Point, radius: float, **look: Any) -> Artist:  
 def draw_mark(axes: Axes, place: ArrayLike, marker: object, size: float, face: object = "white", **look: Any) -> Artist:  # noqa: ANN401 - the same
     """Draw a marker, in units of the axes."""
     (mark,) = axes.plot(
-        *np.asarray(place), linestyle="none", marker=marker, markersize=size, markerfacecolor=face, **look
+        *number_array("place", place), linestyle="none", marker=marker, markersize=size, markerfacecolor=face, **look
     )
     return mark
 

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cgla_graph._text import shown
+from cgla_graph._validate import number_array
 from cgla_graph.airspace.zones import geojson
 from cgla_graph.airspace.zones.geojson import Area, position_of
-from cgla_graph.errors import FileFormatError, ScenarioError
+from cgla_graph.errors import FileFormatError, ProblemError, ScenarioError
 from cgla_graph.scenarios.text_files import fail
 
 
@@ -59,10 +60,10 @@ def line_feature_collection(path_lonlat: ArrayLike, properties: Mapping[str, obj
     {'cost': 3.5, 'gap': None}
     """
     try:
-        points = np.asarray(path_lonlat, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        message = f"the path is not an array of numbers ({error}): pass longitudes and latitudes, shape (m, 2)"
-        raise ScenarioError(" ".join(message.split())) from error
+        points = number_array("the path", path_lonlat)
+    except ProblemError as error:
+        msg = f"{error}: longitudes and latitudes, shape (m, 2)"
+        raise ScenarioError(msg) from error
     if points.ndim != 2 or points.shape[0] < 1 or points.shape[1] != 2:  # noqa: PLR2004 - (m, 2)
         fail(f"the path has shape {points.shape}", "(m, 2) with m at least 1", "pass one row a point")
     try:

@@ -14,6 +14,7 @@ from shapely.geometry import MultiPolygon, Polygon
 
 from cgla_graph._text import shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
+from cgla_graph._validate import unmasked
 from cgla_graph.scenarios.text_files import fail
 
 
@@ -46,7 +47,7 @@ class GridMap:
 
     def __post_init__(self) -> None:
         """Copy the cells, so that neither the caller's array nor the map can change the other."""
-        blocked = np.array(self.blocked, dtype=np.bool_, order="C")
+        blocked = np.array(unmasked("blocked", self.blocked), dtype=np.bool_, order="C")
         if blocked.ndim != 2 or blocked.size == 0:  # noqa: PLR2004 - a grid
             wrong = f"map {shown(self.name)}: blocked has shape {blocked.shape}"
             fail(wrong, "(height, width) with at least one cell", "pass one truth value a cell")

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from cgla_graph._types import FloatArray
+from cgla_graph._validate import number_array, unmasked
 from cgla_graph.comparisons.statistics.hodges_lehmann import hodges_lehmann
 from cgla_graph.comparisons.statistics.intervals import CONFIDENCE, Estimate, Interval, success_interval
 from cgla_graph.comparisons.statistics.paired import mcnemar, signed_rank
@@ -75,7 +76,7 @@ def log_shift(first: ArrayLike, second: ArrayLike) -> Shift:
     2.0
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = paired_shift(np.log(np.asarray(first, dtype=float)), np.log(np.asarray(second, dtype=float)))
+        found = paired_shift(np.log(number_array("first", first)), np.log(number_array("second", second)))
     with np.errstate(over="ignore"):
         ratio = Estimate(*(float(np.exp(end)) for end in found.shift))
     return replace(found, shift=ratio)
@@ -191,7 +192,7 @@ def cochran(happened: FloatArray) -> float:
     >>> round(cochran(np.array([[1, 0, 0], [1, 0, 0], [1, 1, 0], [1, 0, 0], [1, 0, 1]])), 4)
     0.0408
     """
-    kept = np.asarray(happened, dtype=np.float64)
+    kept = np.asarray(unmasked("the series", happened), dtype=np.float64)
     kept = (kept[np.isfinite(kept).all(axis=1)] != 0.0).astype(np.float64)
     if not len(kept) or (kept == kept[:, :1]).all():
         return 1.0
@@ -220,7 +221,7 @@ def power_law(sizes: Sequence[float], counts: Sequence[float]) -> Estimate:
     >>> round(power_law([1, 2, 4, 8], [3, 12, 48, 192]).median, 9)
     2.0
     """
-    x, y = np.log(np.asarray(sizes, dtype=np.float64)), np.log(np.asarray(counts, dtype=np.float64))
+    x, y = np.log(number_array("sizes", sizes)), np.log(number_array("counts", counts))
     fit = stats.linregress(x, y)
     reach = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, len(x) - 2)) * float(fit.stderr)
     return Estimate(float(fit.slope), float(fit.slope) - reach, float(fit.slope) + reach)
@@ -262,12 +263,12 @@ def _binomial(happened: ArrayLike, share: float, alternative: Literal["greater",
 
 def _finite(values: ArrayLike) -> FloatArray:
     """Leave out what is missing."""
-    found = np.asarray(values, dtype=np.float64)
+    found = np.asarray(unmasked("the series", values), dtype=np.float64)
     return found[np.isfinite(found)]
 
 
 def _pairs(first: ArrayLike, second: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Leave out the pairs of which one value is missing."""
-    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    a, b = (np.asarray(unmasked("the series", one), dtype=np.float64) for one in (first, second))
     both = np.isfinite(a) & np.isfinite(b)
     return a[both], b[both]

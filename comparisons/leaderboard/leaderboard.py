@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cgla_graph._validate import number_array
 from cgla_graph.comparisons.leaderboard.profiles import finite_bound, instance_costs, instance_times, shared_scenarios
 from cgla_graph.comparisons.statistics.intervals import Estimate, Interval, estimate, success_interval
 from cgla_graph.comparisons.statistics.paired import Paired, against, same_cost
@@ -197,7 +198,7 @@ def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
 
 def _wins(costs: Mapping[str, Sequence[float]]) -> dict[str, int]:
     """Count the scenarios on which a solver's path is the cheapest; without any path there is no winner."""
-    table = {solver: np.asarray(values, dtype=np.float64) for solver, values in costs.items()}
+    table = {solver: number_array("costs", values) for solver, values in costs.items()}
     best = np.min(list(table.values()), axis=0) if table else np.empty(0)
     return {solver: int((same_cost(values, best) & np.isfinite(values)).sum()) for solver, values in table.items()}
 

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._text import figure
 from cgla_graph._types import FloatArray
+from cgla_graph._validate import number_array
 from cgla_graph.comparisons.plots.runs import paths_of
 from cgla_graph.comparisons.statistics.intervals import Curve, median_curve, path_cost
 from cgla_graph.comparisons.study.rows import by_solver, scenario_bound
@@ -73,7 +74,7 @@ class Measure:
 
     def heights(self, costs: ArrayLike) -> FloatArray:
         """Return how high costs of any shape are drawn, in the unit of the axis; infinite ones stay infinite."""
-        values = np.asarray(costs, dtype=np.float64)
+        values = number_array("costs", costs)
         if not self.is_gap:
             return values * self.scale
         return np.maximum(100.0 * (values / self.bound - 1.0), LEAST_GAP)

@@ -8,6 +8,7 @@ import numpy as np
 import scipy
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray
+from cgla_graph._validate import number_array
 from cgla_graph.comparisons.statistics.intervals import CONFIDENCE, Estimate
 
 #: Up to this many differences the distribution of the signed-rank sum is exact, as in `scipy.stats.wilcoxon`.
@@ -50,7 +51,7 @@ def hodges_lehmann(differences: Sequence[float]) -> Estimate:
     >>> hodges_lehmann([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, math.inf]).high
     inf
     """
-    ordered = np.sort(np.asarray(differences, dtype=np.float64))
+    ordered = np.sort(number_array("differences", differences))
     if ordered.ndim != 1 or not ordered.size or np.isnan(ordered).any():
         msg = f"the differences are {list(differences)[:5]} ...; give a flat list of at least one number and no NaN"
         raise ValueError(msg)

@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph._validate import number_array
 from cgla_graph.comparisons.statistics.hodges_lehmann import EXACT, hodges_lehmann, subset_sums
 from cgla_graph.comparisons.statistics.intervals import Estimate
 
@@ -69,7 +70,7 @@ def cost_row(solver: str, costs: Sequence[float]) -> FloatArray:
     >>> cost_row("a", [1, np.inf])
     array([ 1., inf])
     """
-    values = np.asarray(costs, dtype=np.float64)
+    values = number_array("costs", costs)
     wrong = np.isnan(values) | (values == -np.inf)
     if wrong.any():
         place = int(np.argmax(wrong))
@@ -199,7 +200,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
     >>> holm([0.01, 0.04, 0.03])
     [0.03, 0.06, 0.06]
     """
-    p = np.asarray(p_values, dtype=np.float64)
+    p = number_array("p_values", p_values)
     if not ((p >= 0.0) & (p <= 1.0)).all():
         msg = f"the p-values are {list(p_values)}; give numbers from 0 to 1"
         raise ValueError(msg)
@@ -239,7 +240,7 @@ def signed_rank(differences: Sequence[float]) -> SignedRank:
     >>> signed_rank([-1.0, -2.0, -3.0, -4.0, -5.0, -math.inf])
     SignedRank(p=0.03125, effect=-1.0)
     """
-    values = np.asarray(differences, dtype=np.float64)
+    values = number_array("differences", differences)
     if values.ndim != 1 or not values.size or np.isnan(values).any():
         msg = f"the differences are {list(differences)[:5]} ...; give a flat list of at least one number and no NaN"
         raise ValueError(msg)

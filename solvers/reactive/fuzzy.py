@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
+from cgla_graph._validate import number_array
 from cgla_graph.errors import SolverSettingError
 
 #: Left foot, peak and right foot of a triangular set; an infinite foot makes a shoulder, equal ones a vertical side.
@@ -42,7 +43,7 @@ def triangles(sets: ArrayLike) -> FloatArray:
     >>> triangles([[-np.inf, 0, 1], [0, 1, 2]]).shape
     (2, 3)
     """
-    found = np.asarray(sets, dtype=np.float64)
+    found = number_array("sets", sets)
     if found.ndim == 0 or found.shape[-1] != CORNERS:
         msg = f"fuzzy sets have shape {found.shape}; give (left foot, peak, right foot) of each, shape (..., 3)"
         raise SolverSettingError(msg)
@@ -83,7 +84,7 @@ def membership(values: ArrayLike, sets: ArrayLike) -> FloatArray:
     >>> membership([-5, 0, 0.25, 1], [(-np.inf, 0, 1)]).tolist()
     [[1.0, 1.0, 0.75, 0.0]]
     """
-    points = np.asarray(values, dtype=np.float64)[None, :]
+    points = number_array("values", values)[None, :]
     return possibility(np.stack([points] * CORNERS, axis=-1), triangles(sets)[:, None, :])
 
 
@@ -145,7 +146,7 @@ def about(values: ArrayLike, widths: ArrayLike) -> FloatArray:
     >>> about([5], [1]).tolist()
     [[4.0, 5.0, 6.0]]
     """
-    centres, half = np.asarray(values, dtype=np.float64), np.asarray(widths, dtype=np.float64)
+    centres, half = number_array("values", values), number_array("widths", widths)
     return triangles(np.stack([centres - half, centres, centres + half], axis=-1))
 
 
@@ -192,8 +193,8 @@ class RuleBase:
     def __post_init__(self) -> None:
         """Check the shapes and the sets."""
         conditions, conclusions = triangles(self.conditions), triangles(self.conclusions)
-        grid = np.asarray(self.grid, dtype=np.float64)
-        weights = np.ones(len(conclusions)) if self.weights is None else np.asarray(self.weights, dtype=np.float64)
+        grid = number_array("grid", self.grid)
+        weights = np.ones(len(conclusions)) if self.weights is None else number_array("weights", self.weights)
         if conditions.ndim != 3 or conclusions.shape != (len(conditions), CORNERS) or grid.ndim != 1:  # noqa: PLR2004
             msg = (
                 f"a rule base of conditions {conditions.shape}, conclusions {conclusions.shape} and a grid {grid.shape}"

@@ -216,7 +216,7 @@ NO_RASTERS: list[tuple[Callable[[], object], str]] = [
     (lambda: RasterRisk([[math.nan]], (0, 0, 1, 1), nodata=0), "holds no data"),
     (lambda: RasterRisk([1.0, 2.0], (0, 0, 1, 1)), r"shape \(2,\)"),
     (lambda: RasterRisk(np.empty((0, 3)), (0, 0, 1, 1)), r"shape \(0, 3\)"),
-    (lambda: RasterRisk([["a"]], (0, 0, 1, 1)), "no numbers"),
+    (lambda: RasterRisk([["a"]], (0, 0, 1, 1)), "not an array of numbers"),
     (lambda: RasterRisk([[1.0]], (0, 0, 0, 1)), "bounds"),
     (lambda: RasterRisk([[1.0]], (0, 0, 1, 1), scale=0.0), "raster scale is 0"),
     (lambda: RasterRisk([[1e60]], (0, 0, 1, 1), scale=1e60), "at most 1e.100"),
