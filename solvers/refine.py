@@ -59,7 +59,7 @@ class Refine(Settings):
     max_points: Annotated[int, Whole(2)] = 1000
 
     traits: ClassVar[Traits] = Traits(
-        "refine", "another solver's path, refined in the plane", domain="plane", anytime=True
+        "refine", "another solver's path, refined in the plane", domain="plane", anytime=True, proves=True
     )
 
     def __post_init__(self) -> None:

@@ -12,10 +12,10 @@ from cgla_graph._progress import showing
 from cgla_graph._text import shown
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.problem import BOUND_TOLERANCE, FULL_UP_TO, GraphProblem, Problem
+from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem
 from cgla_graph.model.small_problem import MapKind
-from cgla_graph.model.solution import TOLERANCE, Solution, Status, TracePoint
-from cgla_graph.model.solver import Solver, Traits, run, trivial_solution
+from cgla_graph.model.solution import BOUND_TOLERANCE, TOLERANCE, Solution, Status, TracePoint, refuted
+from cgla_graph.model.solver import Solver, Traits, run, trivial_solution, with_bounds_of
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.warm_up import warm_up, warm_up_restricted
@@ -207,12 +207,15 @@ def proven(
         path = solution.path if solution.status.has_path else None
         own = lower_bound(problem, tolerance, path=path, max_cells=max_cells)
         solution = dataclasses.replace(solution, certificate_seconds=own.seconds)
+    if math.isfinite(solution.claimed_bound):
+        # (the certificate compares the solver's own path)
+        solution = refuted(solution, solve(problem, "hybrid", tolerance=None).cost, "that of hybrid")
     return bounded(solution, own)
 
 
 def bounded(solution: Solution, certificate: "Certificate | None") -> Solution:
     """
-    Attach a certificate to an answer, which fails if its path costs less than the bound.
+    Attach a certificate to an answer, which fails if its path costs less than the bound, or its claim is refuted.
 
     Examples
     --------
@@ -223,6 +226,8 @@ def bounded(solution: Solution, certificate: "Certificate | None") -> Solution:
     0.0
     """
     solution = dataclasses.replace(solution, certificate=certificate)
+    if certificate is not None:
+        solution = refuted(solution, certificate.upper_bound, "that of the certificate")
     if certificate is None or math.isnan(certificate.lower_bound):
         return solution
     if not solution.lower_bound >= certificate.lower_bound:
@@ -277,11 +282,10 @@ def refined(problem: Problem, solution: Solution, *, tolerance: float = 1e-6, ma
         # over rasters, leaving waypoints out at the end may gain more than rounding
         trace = (*trace, TracePoint(seconds, evaluations, answer.cost))
     message = f"refined: {answer.message}"
-    return problem.judge(
-        dataclasses.replace(
-            longer, status=Status.FOUND, path=answer.path, nodes=(), cost=answer.cost, trace=trace, message=message
-        )
+    found = dataclasses.replace(
+        longer, status=Status.FOUND, path=answer.path, nodes=(), cost=answer.cost, trace=trace, message=message
     )
+    return with_bounds_of(found, problem.judge(found))
 
 
 def _solve_in_plane(
@@ -300,9 +304,8 @@ def _solve_in_plane(
     laid = time.perf_counter() - began
     warm_up_restricted(chosen, graph_problem.graph.n_nodes, MapKind.of(problem.model))
     answer = run(chosen, graph_problem, apart=isolated)
-    # a bound of the paths on a graph does not hold for those in the plane
-    build_seconds = laid + answer.build_seconds
-    return problem.judge(dataclasses.replace(answer, build_seconds=build_seconds, lower_bound=math.nan))
+    # a bound of the paths on a graph does not hold for those in the plane: the judge drops it
+    return problem.judge(dataclasses.replace(answer, build_seconds=laid + answer.build_seconds))
 
 
 def hold_affordable_weights(problem: GraphProblem) -> GraphProblem:

@@ -1,8 +1,19 @@
-"""A solver's answer: a status, a path and its numbers."""
+"""
+A solver's answer: a status, a path and its numbers.
 
+A lower bound is proven by whom, and of which paths:
+
+- by a `cgla_graph.Certificate`: of all paths in the plane, on the Earth where the map is in degrees;
+- by a solver of this package whose traits say so (`Traits.proves`), or which ends at the optimum of a graph: of all
+  paths of its domain, that is in the plane or on its graph. A bound of a lattice's paths is none of those in the plane.
+
+Every other bound is a claim, kept as `Solution.claimed_bound`; a feasible path that costs less refutes it (`refuted`).
+"""
+
+import math
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -79,6 +90,8 @@ class TracePoint:
 
 #: Default of the greatest gap between a lower bound and the cost of a path, as a ratio.
 TOLERANCE = 0.005
+#: A path refutes a bound if it costs less by more than this, relative to its cost.
+BOUND_TOLERANCE = 1e-9
 #: Message where the assumption of Theorem 1 fails.
 NEGATIVE_WEIGHTS = "weights below 0, where no search is known to end at the optimum (Theorem 1 needs positive ones)"
 
@@ -103,8 +116,11 @@ class Solution(Plottable):
     clearance
         Least distance to the no-fly area, map units; infinite without one.
     lower_bound
-        A proven lower bound of the cost of every path, on the Earth where the map is in degrees; NaN where the solver
-        gives none.
+        A proven lower bound of the cost of every path, on the Earth where the map is in degrees; NaN where none is
+        proven. On a `GraphProblem`, of every path on the graph.
+    claimed_bound
+        A lower bound that the solver claims and this package has not proven, map units; NaN without one. `gap` does not
+        use it. A feasible path that costs less makes the answer ``FAILED``.
     solver
         Name of the solver.
     seconds
@@ -134,6 +150,7 @@ class Solution(Plottable):
     risk: float = np.inf
     clearance: float = np.nan
     lower_bound: float = np.nan
+    claimed_bound: float = field(default=np.nan, kw_only=True)
     solver: str = ""
     seconds: float = 0.0
     build_seconds: float = 0.0
@@ -210,7 +227,7 @@ class Solution(Plottable):
         ...     file.read_text().split()
         ['x,y', '0.0,0.5', '1.0,1.0']
         """
-        names = ("cost", "length", "risk", "clearance", "lower_bound", "gap")
+        names = ("cost", "length", "risk", "clearance", "lower_bound", "claimed_bound", "gap")
         numbers: dict[str, object] = {"solver": self.solver, "status": self.status.label}
         return save_path(
             file, self.path, self.projection, numbers | {name: float(getattr(self, name)) for name in names}
@@ -223,7 +240,7 @@ class Solution(Plottable):
     @property
     def gap(self) -> float:
         """
-        The greatest possible excess over the optimum, ``cost / lower_bound - 1``; NaN without a bound.
+        The greatest possible excess over the optimum, ``cost / lower_bound - 1``; NaN without a proven bound.
 
         Examples
         --------
@@ -247,3 +264,65 @@ class Solution(Plottable):
         2.0
         """
         return self.build_seconds + self.seconds
+
+
+def with_claims(solution: Solution, problem: object) -> Solution:
+    """
+    Take the bounds of an answer for claims, unless its certificate is of this problem.
+
+    Parameters
+    ----------
+    solution
+        An answer to be judged. If it is the judged answer to another problem, its bounds are of other paths.
+    problem
+        The problem that it is judged on.
+
+    Returns
+    -------
+    solution
+        Without claims that are not finite, and without any where there is no path.
+
+    Examples
+    --------
+    >>> with_claims(Solution(Status.FOUND, cost=2.0, lower_bound=1.5), None)
+    Solution(status=found, cost=2, claimed_bound=1.5)
+    """
+    proof = solution.certificate
+    if proof is not None and proof.problem is problem and not solution.lower_bound > proof.lower_bound:
+        return solution
+    is_other = solution.problem is not None and solution.problem is not problem
+    given = () if is_other or not solution.status.has_path else (solution.lower_bound, solution.claimed_bound)
+    claims = [claim for claim in map(_number, given) if math.isfinite(claim)]
+    return replace(solution, lower_bound=np.nan, claimed_bound=max(claims, default=np.nan), certificate=None)
+
+
+def refuted(solution: Solution, cost: float, whose: str) -> Solution:
+    """
+    Fail an answer whose claimed bound is above the cost of a feasible path.
+
+    Parameters
+    ----------
+    solution
+        The answer.
+    cost
+        The cost of a feasible path of the same problem; infinite without one.
+    whose
+        The path, for the message.
+
+    Examples
+    --------
+    >>> refuted(Solution(Status.FOUND, cost=3.0, claimed_bound=3.0), 2.0, "that of hybrid").message
+    'the solver says that no path costs less than 3, that of hybrid costs 2'
+    """
+    claim = solution.claimed_bound
+    if not claim > cost + BOUND_TOLERANCE * abs(cost):
+        return solution
+    message = f"the solver says that no path costs less than {claim:.9g}, {whose} costs {cost:.9g}"
+    return replace(solution, status=Status.FAILED, claimed_bound=np.nan, message=message)
+
+
+def _number(value: Any) -> float:  # noqa: ANN401 - any answer of a solver
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan

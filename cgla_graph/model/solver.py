@@ -58,6 +58,9 @@ class Traits:
     rasters
         Whether it takes risk on rasters (plane solvers; a graph solver gets only weights). A solver that reasons about
         the places of threats ignores rasters: `run` answers "unsupported" and does not call it.
+    proves
+        Whether the lower bounds of its answers are proven, for its domain. Only solvers of this package are believed:
+        the bounds of others are claims (`Solution.claimed_bound`).
 
     Examples
     --------
@@ -78,6 +81,7 @@ class Traits:
     lazy: bool = False
     isolated: bool = False
     rasters: bool = True
+    proves: bool = False
 
 
 @runtime_checkable
@@ -186,7 +190,8 @@ def run(
     solution
         The judged answer. If start and goal are the same, no solver is called. A solver that needs positive weights
         does not get negative ones, and a solver that ignores rasters gets none. `seconds` is the time to solve, without
-        the solver's own times to build and to certify.
+        the solver's own times to build and to certify. A bound of a solver that is not of this package is a claim; the
+        optimum that an exact solver of this package finds is a proven bound of its graph.
 
     Raises
     ------
@@ -233,7 +238,40 @@ def run(
     answer = dataclasses.replace(answer, solver=traits.name, seconds=solving)
     if isinstance(problem, GraphProblem) and not (traits.lazy and problem.graph.is_implicit):
         answer = dataclasses.replace(answer, evaluations=problem.graph.n_pairs + answer.evaluations)
-    return problem.judge(_on_earth(problem, answer))
+    return _judged(solver, problem, answer)
+
+
+def _judged(solver: Solver, problem: Problem | GraphProblem, answer: Solution) -> Solution:
+    """Judge an answer; of its bounds, believe those of solvers of this package."""
+    traits, ours = solver.traits, isolated.is_ours(solver)
+    if ours and not traits.proves:
+        answer = dataclasses.replace(answer, lower_bound=np.nan)
+    answer = _on_earth(problem, answer) if ours else answer
+    # (without its certificate, a bound is a claim, which is compared with the path)
+    judged = problem.judge(dataclasses.replace(answer, certificate=None))
+    if not ours:
+        return judged
+    if isinstance(problem, GraphProblem) and traits.exact and judged.status is Status.OPTIMAL:
+        return dataclasses.replace(judged, lower_bound=judged.cost)
+    return with_bounds_of(answer, judged) if traits.proves else judged
+
+
+def with_bounds_of(answer: Solution, judged: Solution) -> Solution:
+    """
+    Give a judged answer its bounds back, which the judge took for claims; a failed one gets none.
+
+    Examples
+    --------
+    >>> problem = Problem((0.0, 0.0), (1.0, 0.0))
+    >>> answer = Solution(Status.FOUND, path=np.array([(0, 0), (1, 0)]), cost=1.0, lower_bound=0.5)
+    >>> judged = problem.judge(answer)
+    >>> judged.gap, with_bounds_of(answer, judged).gap
+    (nan, 1.0)
+    """
+    if judged.status is Status.FAILED:
+        return judged
+    names = "lower_bound", "claimed_bound", "certificate"
+    return dataclasses.replace(judged, **{name: getattr(answer, name) for name in names})
 
 
 def _on_earth(problem: Problem | GraphProblem, answer: Solution) -> Solution:
@@ -285,4 +323,4 @@ def trivial_solution(problem: Problem, solver: str) -> Solution:
     answer = Solution(
         Status.OPTIMAL if known else Status.FOUND, path=np.array([problem.start]), cost=0.0, solver=solver
     )
-    return problem.judge(dataclasses.replace(answer, lower_bound=0.0) if known else answer)
+    return dataclasses.replace(problem.judge(answer), lower_bound=0.0 if known else np.nan)

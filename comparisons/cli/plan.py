@@ -203,7 +203,7 @@ def _write(folder: Path, run: "Run", formats: Sequence[str]) -> list[Path]:
 def _print(run: "Run", more: Mapping[str, str]) -> None:
     """Print the numbers of a path, one per line, and `more` lines, which may replace others."""
     from cgla_graph._text import duration, figure, percent, rounded_down
-    from cgla_graph.comparisons.study.rows import bound_note
+    from cgla_graph.comparisons.study.rows import bound_note, claims_note
     from cgla_graph.model.earth import distortion_note
 
     scenario, solution = run.scenario, run.solution
@@ -219,6 +219,7 @@ def _print(run: "Run", more: Mapping[str, str]) -> None:
         "cost": figure(solution.cost, 9) + unit,
         "bound": rounded_down(solution.lower_bound, 9) + unit if math.isfinite(solution.lower_bound) else "",
         "gap": f"{percent(solution.gap)}: {note}" if note and solution.status.has_path else "",
+        "claim": claims_note([run], unit),
         "length": figure(solution.length, 9) + unit,
         "risk": figure(solution.risk, 6),
         "k": f"{scenario.problem.k:g}",

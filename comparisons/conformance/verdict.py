@@ -10,7 +10,8 @@ from cgla_graph._text import ShortRepr
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.conformance.documents import AnswerDocument
 from cgla_graph.comparisons.conformance.suite import Instance
-from cgla_graph.model.problem import BOUND_TOLERANCE, Problem
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import BOUND_TOLERANCE
 
 #: Allowed distance of a path's ends from start and goal, relative to the map's longer side, for rounded numbers.
 END_TOLERANCE = 1e-6

@@ -12,7 +12,7 @@ from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.comparisons.numbers import rounded, rounded_all
 from cgla_graph.comparisons.report.maps import map_document, map_key, path_steps, steps_of
 from cgla_graph.comparisons.statistics.intervals import Estimate, estimate, median_curve, path_cost, to_target
-from cgla_graph.comparisons.study.rows import SHOWN, by_solver, median_run, row, scenario_bound
+from cgla_graph.comparisons.study.rows import SHOWN, by_solver, claims_note, median_run, row, scenario_bound
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario
@@ -65,6 +65,7 @@ def _scenario(scenario: Scenario, runs: Sequence[Run], places: dict[str, int], n
         "bound": rounded(bound, _COST_DIGITS),
         "unsolvable": math.isinf(bound),
         "proof": "" if proof is None else proof.message,
+        "claims": claims_note(runs),
         "ends": steps_of(np.array([problem.start, problem.goal]), problem),
         "cells": [_cell(scenario, places[label], group) for label, group in by_solver(runs).items()],
     }

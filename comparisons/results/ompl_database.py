@@ -71,7 +71,7 @@ CREATE TABLE enums (name VARCHAR(512), value INTEGER, description TEXT, PRIMARY 
 CREATE TABLE runs (id INTEGER PRIMARY KEY AUTOINCREMENT, experimentid INTEGER, plannerid INTEGER,
     time REAL, memory REAL, status ENUM, solved BOOLEAN, correct_solution BOOLEAN,
     solution_length REAL, best_cost REAL,
-    risk REAL, clearance REAL, lower_bound REAL, gap REAL,
+    risk REAL, clearance REAL, lower_bound REAL, claimed_bound REAL, gap REAL,
     seconds REAL, build_seconds REAL, evaluations INTEGER, waypoints INTEGER, seed INTEGER,
     FOREIGN KEY (experimentid) REFERENCES experiments(id) ON DELETE CASCADE,
     FOREIGN KEY (plannerid) REFERENCES plannerConfigs(id) ON DELETE CASCADE);
@@ -82,7 +82,8 @@ CREATE TABLE progress (runid INTEGER, time REAL, best_cost REAL, evaluations INT
 #: The columns of ``runs`` behind OMPL's own three.
 RUN_COLUMNS = (
     *("time", "memory", "status", "solved", "correct_solution", "solution_length", "best_cost"),
-    *("risk", "clearance", "lower_bound", "gap", "seconds", "build_seconds", "evaluations", "waypoints", "seed"),
+    *("risk", "clearance", "lower_bound", "claimed_bound", "gap"),
+    *("seconds", "build_seconds", "evaluations", "waypoints", "seed"),
 )
 #: Greatest whole number of SQLite, and greatest one that a float holds exactly.
 _MOST = 2**63 - 1
@@ -189,6 +190,7 @@ def run_row(run: Run) -> tuple[float | int | None, ...]:
         risk,
         clearance,
         json_number(solution.lower_bound),
+        json_number(solution.claimed_bound),
         json_number(solution.gap) if is_path else None,
         json_number(solution.seconds),
         json_number(solution.build_seconds),

@@ -13,7 +13,7 @@ from cgla_graph._text import duration, figure, percent
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.rows import row
-from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.study.runner import Run, with_refuted_claims
 from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
@@ -102,7 +102,9 @@ def rerun(stored: Stored, number: int) -> Rerun:
     with console.running_solvers(), closing(run_study(alone, workers=1)) as runs:
         now = next(runs)
     solution = bounded(now.solution, before.certificate)
-    return Rerun(before, dataclasses.replace(now, solution=solution, certificate=before.certificate))
+    now = dataclasses.replace(now, scenario=before.scenario, solution=solution, certificate=before.certificate)
+    # a claim is held against the other paths of the study, too
+    return Rerun(before, with_refuted_claims([now, *stored.runs])[0])
 
 
 def find(stored: Stored, number: int) -> Run:

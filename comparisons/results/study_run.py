@@ -15,7 +15,7 @@ from cgla_graph.comparisons.results.lookup import print_leaderboard
 from cgla_graph.comparisons.study import execution, options
 from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun
 from cgla_graph.comparisons.study.rows import by_scenario, certificate_document, rows_of
-from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.study.runner import Run, with_refuted_claims
 from cgla_graph.comparisons.study.store import FILE, PROOF, StudyStore, load, load_study
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.study.study_file import is_study_file, read_study
@@ -303,7 +303,9 @@ def compare_all(request: Request, how: RunOptions) -> Compared:
     else:
         done.missions = [ComparedMission.of(mission) for mission in study.missions]
         order = {cell: number for number, cell in enumerate([*cells, *flights])}
-        done.runs.sort(key=lambda run: order[run.scenario.name, run.solver, run.seed])
+        done.runs = with_refuted_claims(
+            sorted(done.runs, key=lambda run: order[run.scenario.name, run.solver, run.seed])
+        )
         done.flights.sort(key=lambda one: order[one.mission, one.variant, one.solver, one.seed])
     return done
 

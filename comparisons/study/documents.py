@@ -370,9 +370,9 @@ def _certificate(document: Document) -> Certificate:
     return Certificate(**numbers, cells=int(document["cells"]), message=_text(document["message"]))
 
 
-#: The numbers of an answer.
+#: The numbers of an answer. Documents of earlier versions have no claimed bounds.
 SOLUTION_NUMBERS = (
-    *("cost", "length", "risk", "clearance", "lower_bound"),
+    *("cost", "length", "risk", "clearance", "lower_bound", "claimed_bound"),
     *("seconds", "build_seconds", "certificate_seconds"),
 )
 
@@ -406,12 +406,26 @@ def run_document(run: Run) -> Document:
 
 
 def run_from(
-    document: Document, scenario: Scenario, solver: str, seed: int | None, certificate: Certificate | None, number: int
+    document: Document,
+    scenario: Scenario,
+    entrant: Entrant,
+    seed: int | None,
+    certificate: Certificate | None,
+    number: int,
 ) -> Run:
-    """Build the run of a document; a malformed one raises any error."""
+    """
+    Build the run of a document; a malformed one raises any error.
+
+    A plug-in proves no bound: what earlier versions stored as its `lower_bound` is a claim where the certificate does
+    not prove it.
+    """
+    document = {"claimed_bound": encode(math.nan), **document}
     numbers: dict[str, Any] = {name: float(decode(document[name])) for name in SOLUTION_NUMBERS}
+    status = Status[document["status"]]
+    if not entrant.is_built_in:
+        numbers |= _of_plug_in(numbers, certificate, has_path=status.has_path)
     solution = Solution(
-        status=Status[document["status"]],
+        status=status,
         path=np.array(decode(document["path"]), dtype=np.float64).reshape(-1, 2),
         solver=_text(document["solver"]),
         evaluations=int(document["evaluations"]),
@@ -422,9 +436,9 @@ def run_from(
     )
     return Run(
         scenario=scenario,
-        solver=solver,
+        solver=entrant.label,
         seed=seed,
-        exact=bool(document["exact"]),
+        exact=bool(document["exact"]) and entrant.is_built_in,
         solution=solution,
         certificate=certificate,
         settings=_settings(document["settings"]),
@@ -432,6 +446,15 @@ def run_from(
         host=_text(document["host"]),
         number=number,
     )
+
+
+def _of_plug_in(numbers: Mapping[str, float], certificate: Certificate | None, *, has_path: bool) -> dict[str, float]:
+    """Return the bounds of a plug-in's stored answer: the certificate's, and the greatest finite claim."""
+    proven = math.nan if certificate is None else certificate.lower_bound
+    stored = numbers["lower_bound"]
+    given = (numbers["claimed_bound"], stored if stored != proven else math.nan) if has_path else ()
+    claim = max((claim for claim in given if math.isfinite(claim)), default=math.nan)
+    return {"lower_bound": proven, "claimed_bound": claim}
 
 
 def _settings_document(settings: Mapping[str, Any], place: str) -> Any:  # noqa: ANN401 - any JSON value

@@ -79,8 +79,12 @@ class Entrant:
 
     @property
     def is_exact(self) -> bool:
-        """Whether it promises the optimum of the graph that graph solvers share; a refined path leaves that graph."""
-        return not self.refine and self.is_available and registry.traits(self.name).exact
+        """
+        Whether it ends at the optimum of the graph that graph solvers share; a refined path leaves that graph.
+
+        Plug-ins only promise that.
+        """
+        return not self.refine and self.is_built_in and self.is_available and registry.traits(self.name).exact
 
     @property
     def is_available(self) -> bool:

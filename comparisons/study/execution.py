@@ -68,8 +68,9 @@ def run_study(
     Yields
     ------
     run
-        As soon as it is done: with several workers, in no fixed order. A solver that hangs, takes too much memory,
-        crashes or raises gives a run that says so.
+        As soon as it is done: with several workers, in no fixed order; from one that claims a bound on, at the end,
+        when all paths that may refute it are known. A solver that hangs, takes too much memory, crashes or raises gives
+        a run that says so.
 
     Raises
     ------
@@ -88,7 +89,8 @@ def run_study(
     how: dict[str, Any] = {"limits": study.limits, "workers": workers, "scheduler": scheduler, "preload": PRELOAD}
     tasks = study_tasks(study, store)
     with closing(run_tasks(tasks, store, **how)) as results:
-        yield from (result for _, result in waiting("study", results, len(tasks)) if isinstance(result, Run))
+        runs = (result for _, result in waiting("study", results, len(tasks)) if isinstance(result, Run))
+        yield from runner.with_claims_settled(runs)
 
 
 def study_tasks(study: Study, store: ResultStore | None = None) -> list[Task]:

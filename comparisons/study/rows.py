@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from cgla_graph._text import duration, json_number, rounded_down
+from cgla_graph._text import duration, figure, json_number, rounded_down
 from cgla_graph.comparisons.statistics.intervals import path_cost
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.earth import degrees_of
@@ -106,6 +106,7 @@ COMPARED = (
     RunColumn("risk", "number", lambda run, _: run.solution.risk, "risk", "figure", 4, spare=5),
     RunColumn("clearance", "number", lambda run, _: run.solution.clearance, "clearance", "figure", 3, spare=2),
     RunColumn("lower_bound", "number", lambda run, _: run.solution.lower_bound),
+    RunColumn("claimed_bound", "number", lambda run, _: run.solution.claimed_bound),
     RunColumn("gap", "number", _gap, "gap", "percent", spare=9),
     RunColumn("seconds", "number", lambda run, _: run.solution.seconds, "time", "time", spare=8),
     RunColumn("build_seconds", "number", lambda run, _: run.solution.build_seconds, "build", "time-if-any", spare=4),
@@ -271,7 +272,7 @@ def scenario_bound(runs: Iterable[Run]) -> float:
     """
     Return the lower bound of one scenario's cost: the certificate's, else the best that a solver proved, else NaN.
 
-    The certificate comes first, so that one number measures all solvers.
+    The certificate comes first, so that one number measures all solvers. Claimed bounds are no bounds.
     """
     runs = list(runs)
     certified = [run.certificate.lower_bound for run in runs if run.certificate is not None]
@@ -396,6 +397,26 @@ def bound_note(runs: Sequence[Run], unit: str = "") -> str:
     missed = "" if proof.reached else f"; not as tight as asked for: {proof.message}"
     return (
         f"how far above the proven lower bound {rounded_down(bound, 6)}{unit} ({grid}{duration(proof.seconds)}){missed}"
+    )
+
+
+def claims_note(runs: Iterable[Run], unit: str = "") -> str:
+    """
+    Say which bounds solvers claim, in one line; empty where none does.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> claims_note([Run(load_scenario("paper"), "mine", 1, False, Solution(Status.FOUND, claimed_bound=1.5))])
+    'claimed by mine, not proven: no path costs less than 1.50000'
+    """
+    claims: dict[str, float] = {}
+    for run in runs:
+        if math.isfinite(run.solution.claimed_bound):
+            claims[run.solver] = max(run.solution.claimed_bound, claims.get(run.solver, -math.inf))
+    return "; ".join(
+        f"claimed by {name}, not proven: no path costs less than {figure(claim, 6)}{unit}"
+        for name, claim in claims.items()
     )
 
 

@@ -4,7 +4,7 @@ import dataclasses
 import importlib
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,7 +16,7 @@ from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
 from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.small_problem import MapKind
-from cgla_graph.model.solution import TOLERANCE, Solution, Status
+from cgla_graph.model.solution import TOLERANCE, Solution, Status, refuted
 from cgla_graph.scenarios.scenario import Scenario, as_scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.continuous.hybrid import Hybrid
@@ -39,10 +39,11 @@ class Run(ShortRepr):
     seed
         Of a seeded solver; else None.
     exact
-        Whether the solver promises the optimum of the graph that graph solvers share.
+        Whether it is a solver of this package that ends at the optimum of the graph that graph solvers share.
     solution
-        The result; a failure is a result, too. Its lower bound is the certificate's, or the solver's own where that is
-        higher; on a map in longitude and latitude it holds on the Earth.
+        The result; a failure is a result, too. Its lower bound is the certificate's, or that of a solver of this
+        package where it is higher; on a map in longitude and latitude it holds on the Earth. That of a plug-in is a
+        claim.
     certificate
         The lower bound for every path of the scenario; None if none was asked for.
     settings
@@ -92,8 +93,9 @@ def compare(
     Yields
     ------
     run
-        As soon as it is done, scenario by scenario. A solver that raises gives a failed run; so does one whose path
-        undercuts the lower bound, because one of the two must be wrong.
+        As soon as it is done, scenario by scenario; from one that claims a bound on, when its scenario is done, whose
+        other paths may refute it. A solver that raises gives a failed run; so does one whose path undercuts the lower
+        bound, because one of the two must be wrong, and one whose claim is refuted.
 
     Examples
     --------
@@ -120,9 +122,59 @@ def _runs(
         alone = len(entrants) == 1 and tolerance is not None and _is_own(entrants[0], scenario)
         known = run(ground, entrants[0], None) if alone else None
         certificate = None if tolerance is None else certify(scenario, tolerance, known)
-        for entrant in entrants:
-            for seed in seeds_of(scenario, entrant, range(1, n_seeds + 1)):
-                yield run_of(scenario, entrant, seed, known or run(ground, entrant, seed), certificate)
+        made = (
+            run_of(scenario, entrant, seed, known or run(ground, entrant, seed), certificate)
+            for entrant in entrants
+            for seed in seeds_of(scenario, entrant, range(1, n_seeds + 1))
+        )
+        yield from with_claims_settled(made)
+
+
+def with_claims_settled(runs: Iterable[Run]) -> Generator[Run]:
+    """Hand runs on; from the first that claims a bound on, at the end, when the paths that may refute it are known."""
+    held: list[Run] = []
+    best: dict[int, Run] = {}
+    for one in runs:
+        _keep_best(best, one)
+        if held or math.isfinite(one.solution.claimed_bound):
+            held.append(one)
+        else:
+            yield one
+    yield from (_held_against(best, one) for one in held)
+
+
+def with_refuted_claims(runs: Iterable[Run]) -> list[Run]:
+    """
+    Fail the runs that claim a lower bound above the cost of another run's path on the same scenario.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> answers = [Solution(Status.FOUND, cost=3.0, claimed_bound=3.0), Solution(Status.FOUND, cost=2.0)]
+    >>> scenario = load_scenario("paper")
+    >>> runs = [Run(scenario, name, None, False, one) for name, one in zip(("liar", "good"), answers)]
+    >>> with_refuted_claims(runs)[0].solution.message
+    'the solver says that no path costs less than 3, that of good costs 2'
+    """
+    given = list(runs)
+    best: dict[int, Run] = {}
+    for one in given:
+        _keep_best(best, one)
+    return [_held_against(best, one) for one in given]
+
+
+def _keep_best(best: dict[int, Run], one: Run) -> None:
+    """Keep the run with the cheapest path of each scenario."""
+    known = best.get(id(one.scenario))
+    if one.solution.status.has_path and (known is None or one.solution.cost < known.solution.cost):
+        best[id(one.scenario)] = one
+
+
+def _held_against(best: Mapping[int, Run], one: Run) -> Run:
+    known = best.get(id(one.scenario))
+    if known is None or math.isnan(one.solution.claimed_bound):
+        return one
+    return dataclasses.replace(one, solution=refuted(one.solution, known.solution.cost, f"that of {known.solver}"))
 
 
 def _is_own(entrant: Entrant, scenario: Scenario) -> bool:

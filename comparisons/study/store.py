@@ -30,7 +30,7 @@ from cgla_graph.comparisons.study.documents import (
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun, flight_from, mission_digest
 from cgla_graph.comparisons.study.provenance import Session, session
-from cgla_graph.comparisons.study.runner import Run, seeds_of
+from cgla_graph.comparisons.study.runner import Run, seeds_of, with_refuted_claims
 from cgla_graph.comparisons.study.study import Cell, FlightCell, Study, flight_cells
 from cgla_graph.comparisons.workers.tasks import Key
 from cgla_graph.errors import CglaError, OutputError, StudyError
@@ -277,8 +277,9 @@ class Content:
         return {name: certificate_from(document) for name, document in self.proofs.items()}
 
     def runs_of(self, study: Study) -> list[Run]:
-        """Build the runs that are done, in the order of the study."""
+        """Build the runs that are done, in the order of the study; claims that another run refutes fail."""
         scenarios = {scenario.name: scenario for scenario in study.scenarios}
+        entrants = {entrant.label: entrant for entrant in study.entrants}
         proofs = self.certificates()
         scenario_place = {name: place for place, name in enumerate(scenarios)}
         entrant_place = {entrant.label: place for place, entrant in enumerate(study.entrants)}
@@ -288,10 +289,10 @@ class Content:
             (name, label, seed), made = item
             return scenario_place[name], entrant_place[label], seed_place.get(seed, len(seed_place)), made.number
 
-        return [
-            run_from(made.document, scenarios[name], label, seed, proofs.get(name), made.number)
+        return with_refuted_claims(
+            run_from(made.document, scenarios[name], entrants[label], seed, proofs.get(name), made.number)
             for (name, label, seed), made in sorted(self.runs.items(), key=place)
-        ]
+        )
 
     def all_flights(self) -> list[FlightRun]:
         """Build the flights that are done, in the order of the study."""

@@ -7,7 +7,7 @@ from cgla_graph._text import DASH, duration, figure, percent, rounded_down
 from cgla_graph.comparisons.leaderboard.performance import TARGET_PERCENTS, Performance
 from cgla_graph.comparisons.numbers import estimate_cell, or_never, rate_cell
 from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
-from cgla_graph.comparisons.study.rows import Summary, bound_note, summaries
+from cgla_graph.comparisons.study.rows import Summary, bound_note, claims_note, summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.scenarios.scenario import Scenario
@@ -45,7 +45,8 @@ def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[st
     ]
     words = {"solver": lambda one: one.solver, "status": lambda one: one.status}
     numbers = {head: write for head, write in SUMMARY_COLUMNS.items() if head != "runs"}
-    return FittedTable.of(title, found, words, numbers, _SPARE, [*explained, *notes, *remarks])
+    claims = [note for note in [claims_note(runs)] if note]
+    return FittedTable.of(title, found, words, numbers, _SPARE, [*explained, *claims, *notes, *remarks])
 
 
 def performance_table(found: Sequence[Performance]) -> FittedTable:

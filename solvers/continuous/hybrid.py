@@ -98,6 +98,7 @@ class Hybrid(Settings):
         domain="plane",
         anytime=True,
         needs_positive=True,
+        proves=True,
     )
 
     def solve(self, problem: Problem) -> Solution:

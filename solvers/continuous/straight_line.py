@@ -22,7 +22,9 @@ class StraightLine:
     0.8
     """
 
-    traits: ClassVar[Traits] = Traits("straight-line", "start to goal, blind to risk", domain="plane", no_fly=False)
+    traits: ClassVar[Traits] = Traits(
+        "straight-line", "start to goal, blind to risk", domain="plane", no_fly=False, proves=True
+    )
 
     def solve(self, problem: Problem) -> Solution:
         """Return the line; the oracle says whether it may be flown."""

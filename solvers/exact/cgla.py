@@ -51,7 +51,13 @@ class Cgla(Settings):
     time_limit: Positive | None = None
 
     traits: ClassVar[Traits] = Traits(
-        "cgla", "the paper's cost matrix (Eq. 9)", domain="graph", exact=True, needs_positive=True, lazy=True
+        "cgla",
+        "the paper's cost matrix (Eq. 9)",
+        domain="graph",
+        exact=True,
+        needs_positive=True,
+        lazy=True,
+        proves=True,
     )
 
     def solve(self, problem: GraphProblem) -> Solution:

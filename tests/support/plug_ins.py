@@ -113,6 +113,12 @@ def lies(problem, note):
 
 
 @plug_in
+def claims(problem, note):
+    """Says that no path costs less than its note."""
+    return replace(straight(problem), lower_bound=float(note.removeprefix("x")))
+
+
+@plug_in
 def talks(problem, note):
     """Prints to standard output, and past Python too."""
     print("printed by a solver")
@@ -201,7 +207,20 @@ def meets(problem, note):
 '''
 
 NAMES = (
-    *("honest", "sleeps", "hangs", "allocates", "leaves", "segfaults", "raises", "exits", "odd", "nan", "lies"),
+    *(
+        "honest",
+        "sleeps",
+        "hangs",
+        "allocates",
+        "leaves",
+        "segfaults",
+        "raises",
+        "exits",
+        "odd",
+        "nan",
+        "lies",
+        "claims",
+    ),
     *("talks", "gossips", "counts", "meets", "dirties", "disarms", "stops", "steers", "needs"),
 )
 
