@@ -80,6 +80,9 @@ def run_anytime(
         si = ompl_space.space_information(problem, seed, meter)
         pdef = ompl_space.definition(problem, si, objective(si, problem, meter))
         planner = _ready(build(si), pdef)
+        # the first call only takes the start and the goal
+        planner.solve(ob.plannerAlwaysTerminatingCondition())
+        ompl_space.mark_sampler(si, pdef)
         watch = Watch(meter, lambda: float(planner.bestCost().value()))
         watch.improved = True
         while watch.improved:

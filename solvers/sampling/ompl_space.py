@@ -2,8 +2,9 @@
 OMPL's view of a problem: one space, one exact cost, one exact check of motions.
 
 OMPL's own integral objectives ignore what Python overrides, its default check of motions samples (and jumps thin
-walls), and its path simplifiers ignore the objective; none of them is used. Every OMPL object must be built after
-the seed is set and must not outlive the function that uses it.
+walls), and its path simplifiers ignore the objective; none of them is used. Its informed sampler adds a cost-to-go
+that Python cannot set: see `SegmentCost`. Every OMPL object must be built after the seed is set and must not outlive
+the function that uses it.
 """
 
 import math
@@ -36,6 +37,15 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
 
     Its exceptions pass through OMPL to the caller of the planner.
 
+    Lower bounds of costs are lengths: risk is at least 0. Only an improper field may be negative, but not below ``1 -
+    prod(max(1, peak - 1))``. The bounds stay below the costs by more than rounding.
+
+    OMPL's informed sampler (of Informed RRT*, SORRT* and BIT*) draws states until a bound of the way over one, from the
+    start to the goal, is below the best cost. For it, OMPL adds the bound from the start to the state and a cost-to-go,
+    which is 0, because Python cannot set it: nearly all of the map would pass, and BIT* would refuse what is nearer to
+    the start than the goal is. So the bound of the whole way is returned when the sampler asks. It asks from the start
+    of the problem definition, and planners from their own copy of it: `mark_sampler` tells one from the other.
+
     Some planners draw samples until they have some whose lower bound is below the best cost, without asking whether
     they have to stop. Where hardly any sample is, they would never end: so requests for bounds are counted as well.
     """
@@ -48,6 +58,14 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
         self.k = problem.k
         self.field = problem.field.kernel_field()
         self.meter = meter
+        self.start, self.goal = problem.start, problem.goal
+        # the product in Eq. 2 is between this and its negative
+        product = math.prod(max(1.0, threat.peak - 1.0) for threat in problem.field.threats)
+        # each unit of length costs from `least` to `greatest`
+        self.least = max(0.0, 1.0 + problem.k * (1.0 - product))
+        greatest = 1.0 + problem.k * (1.0 + product + sum(raster.greatest for raster in problem.field.rasters))
+        x_min, y_min, x_max, y_max = problem.bounds
+        self.slack = ROUNDING * greatest * math.hypot(x_max - x_min, y_max - y_min)
 
     def stateCost(self, state: Any) -> Any:  # noqa: ANN401, ARG002, N802 - OMPL's name
         """Return 0: all cost is on the way."""
@@ -72,9 +90,14 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
         )
 
     def motionCostHeuristic(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
-        """Return the length of the segment, a lower bound of its cost."""
+        """Return a lower bound of the segment's cost; to OMPL's sampler, one of the whole way over the second state."""
         self.count()
-        return ob.Cost(((first[0] - second[0]) ** 2 + (first[1] - second[1]) ** 2) ** 0.5)
+        x, y = second[0], second[1]
+        if math.isnan(first[0]):
+            length = math.dist(self.start, (x, y)) + math.dist((x, y), self.goal)
+        else:
+            length = math.hypot(first[0] - x, first[1] - y)
+        return ob.Cost(max(0.0, self.least * length - self.slack))
 
     def count(self) -> None:
         """
@@ -94,27 +117,18 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
 
 class PruningCost(SegmentCost):
     """
-    Eq. 5 for BIT*, which prunes vertices by lower bounds.
+    Eq. 5 for planners that prune and sample by lower bounds: a straight line ends the search.
 
-    Where only free space is ahead, the bounds are the costs, up to rounding. BIT* compares them exactly: by one
-    rounding it would prune a vertex of its best path, and crash when asked for that path; or search on for something
-    shorter than a straight line. So the bounds stay below by more than rounding, and a straight line ends the search.
+    BIT* compares costs and bounds exactly. Where only free space is ahead, they are the same up to rounding: without
+    the slack of the bounds, BIT* would prune a vertex of its best path, and crash when asked for that path.
     """
 
-    def __init__(self, si: Any, problem: Problem, meter: Meter, samples_per_batch: int) -> None:  # noqa: ANN401 - OMPL has no type hints
-        """Keep how far below the costs the bounds are."""
+    def __init__(self, si: Any, problem: Problem, meter: Meter, samples_per_batch: int = 0) -> None:  # noqa: ANN401 - OMPL has no type hints
+        """Allow for the bounds of a batch of samples."""
         super().__init__(si, problem, meter)
         self.most_asked += BOUNDS_A_SAMPLE * samples_per_batch
-        x_min, y_min, x_max, y_max = problem.bounds
-        # no segment costs more than this for each unit of its length
-        greatest = 1.0 + problem.k * (1.0 + sum(raster.greatest for raster in problem.field.rasters))
-        self.slack = ROUNDING * greatest * math.hypot(x_max - x_min, y_max - y_min)
-        self.setCostThreshold(ob.Cost(math.dist(problem.start, problem.goal) * (1.0 + ROUNDING)))
-
-    def motionCostHeuristic(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
-        """Return a little less than the length of the segment."""
-        self.count()
-        return ob.Cost(max(0.0, math.hypot(first[0] - second[0], first[1] - second[1]) - self.slack))
+        straight = self.least * math.dist(problem.start, problem.goal)
+        self.setCostThreshold(ob.Cost(straight * (1.0 + ROUNDING)))
 
 
 class ExactMotion(ob.MotionValidator):  # type: ignore[misc]
@@ -185,6 +199,14 @@ def definition(problem: Problem, si: Any, objective: Any) -> Any:  # noqa: ANN40
     pdef.setStartAndGoalStates(ends[0], ends[1])
     pdef.setOptimizationObjective(objective)
     return pdef
+
+
+def mark_sampler(si: Any, pdef: Any) -> None:  # noqa: ANN401 - OMPL has no type hints
+    """Let OMPL's sampler ask for bounds from NaN; planners must have taken their copy of the start before."""
+    marker = si.allocState()
+    marker[0] = marker[1] = math.nan
+    pdef.clearStartStates()
+    pdef.addStartState(marker)
 
 
 def waypoints(problem: Problem, pdef: Any) -> FloatArray:  # noqa: ANN401 - OMPL has no type hints

@@ -51,12 +51,15 @@ class RrtStar(Budgeted):
     traits: ClassVar[Traits] = ompl_traits("rrt-star", "OMPL's RRT* over the same cost", anytime=True)
     #: Its class in `ompl.geometric`.
     ompl_class: ClassVar[str] = "RRTstar"
+    #: Its view of the cost, in `ompl_space`.
+    objective_class: ClassVar[str] = "SegmentCost"
 
     def solve(self, problem: Problem) -> Solution:
         """Grow the tree until the budget is used up."""
-        from cgla_graph.solvers.sampling import ompl_run  # noqa: PLC0415 - needs the optional package
+        from cgla_graph.solvers.sampling import ompl_run, ompl_space  # noqa: PLC0415 - needs the optional package
 
-        return ompl_run.run_anytime(problem, self._planner, self.budget, self.seed)
+        objective = getattr(ompl_space, self.objective_class)
+        return ompl_run.run_anytime(problem, self._planner, self.budget, self.seed, objective)
 
     def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
         from ompl import geometric as og  # noqa: PLC0415 - optional
@@ -73,12 +76,17 @@ class InformedRrtStar(RrtStar):
 
     Once it has a path of cost ``c``, it samples in the ellipse with foci at start and goal whose points lie on paths of
     length at most ``c``. Where risk makes the cost far greater than the length, the ellipse covers the map and nothing
-    is gained.
+    is gained. OMPL draws from the map and rejects what is outside; after 1000 draws outside, it adds no sample in this
+    iteration.
+
+    OMPL's pruning of the tree is off, as it is in that paper: it takes the cost of the straight segment from the start
+    for a bound, and with risk, a way around costs less.
 
     Attributes
     ----------
     iterations, seconds, evaluations, seed, rewire_factor
-        As for `RrtStar`.
+        As for `RrtStar`. Informed RRT* also ends when its path is as short as the straight line, or hardly a sample
+        could improve it.
 
     Raises
     ------
@@ -94,10 +102,17 @@ class InformedRrtStar(RrtStar):
 
     traits: ClassVar[Traits] = ompl_traits("informed-rrt-star", "OMPL's Informed RRT* over the same cost", anytime=True)
     ompl_class: ClassVar[str] = "InformedRRTstar"
+    objective_class: ClassVar[str] = "PruningCost"
+
+    def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
+        planner = super()._planner(si)
+        planner.setTreePruning(False)
+        planner.setNumSamplingAttempts(1000)
+        return planner
 
 
 @dataclass(frozen=True)
-class SorrtStar(RrtStar):
+class SorrtStar(InformedRrtStar):
     """
     OMPL's SORRT* (Gammell, Srinivasa, Barfoot, ICRA 2015): Informed RRT* that takes its samples sorted.
 
@@ -107,7 +122,7 @@ class SorrtStar(RrtStar):
     Attributes
     ----------
     iterations, seconds, evaluations, seed, rewire_factor
-        As for `RrtStar`. SORRT* also ends when hardly a sample could improve the path.
+        As for `InformedRrtStar`.
 
     Raises
     ------

@@ -164,6 +164,126 @@ def test_samples_are_drawn_no_longer_than_the_budget_lasts(
     assert answer.status in {Status.FOUND, Status.NOT_FOUND}
 
 
+# where they sample
+
+#: The ellipse of the first path covers little of the map.
+WALL = cg.Problem((4.0, 4.0), (6.0, 6.0), k=0.0, no_fly=shapely.box(4.5, 3.0, 5.5, 5.5), bounds=(0, 0, 10, 10))
+#: The area is out of the way; with one, OMPL asks whether samples are free.
+THREATENED = cg.Problem(
+    (4.0, 4.0),
+    (6.0, 6.0),
+    cg.RiskField([cg.Threat(5.0, 5.0, 0.4, peak=0.9)]),
+    k=5.0,
+    no_fly=shapely.box(0.1, 9.0, 0.2, 9.2),
+    bounds=(0, 0, 10, 10),
+)
+INFORMED = ("informed-rrt-star", "sorrt-star", "bit-star")
+
+
+def shares_outside(
+    name: str, problem: cg.Problem, monkeypatch: pytest.MonkeyPatch, **settings: Any
+) -> tuple[int, float]:
+    """Count the samples after the first path, and return the share of those outside the ellipse of the best cost."""
+    seen: list[tuple[float, float, float]] = []
+    state = {"best": math.inf, "new": False}
+
+    class Spied(ompl_run.Watch):
+        def __call__(self) -> bool:
+            state.update(best=self.best_cost(), new=True)
+            return super().__call__()
+
+    class Motion(ompl_space.ExactMotion):
+        def checkMotion(self, first: Any, second: Any) -> bool:  # noqa: N802 - OMPL's name
+            # RRT* begins each iteration with the motion to its sample
+            if state["new"] and name != "bit-star":
+                seen.append((second[0], second[1], state["best"]))
+                state["new"] = False
+            return super().checkMotion(first, second)
+
+    class Free(ompl_space.ExactState):
+        def __call__(self, place: Any) -> bool:
+            if name == "bit-star":
+                seen.append((place[0], place[1], state["best"]))
+            return super().__call__(place)
+
+    for module, word, double in [
+        (ompl_run, "Watch", Spied),
+        (ompl_space, "ExactMotion", Motion),
+        (ompl_space, "ExactState", Free),
+    ]:
+        monkeypatch.setattr(module, word, double)
+    assert quick(name, **settings).solve(problem).status is Status.FOUND
+    later = np.array([sample for sample in seen if sample[2] < math.inf])
+    ways = sum(np.hypot(later[:, 0] - x, later[:, 1] - y) for x, y in (problem.start, problem.goal))
+    return len(later), float(np.mean(ways > later[:, 2]))
+
+
+@pytest.mark.parametrize("problem", [WALL, THREATENED])
+@pytest.mark.parametrize("name", [*INFORMED, "rrt-star"])
+def test_after_the_first_path_samples_may_improve_it(
+    name: str, problem: cg.Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    number, outside = shares_outside(name, problem, monkeypatch, iterations=8000 if name == "bit-star" else 400, seed=3)
+    assert number > 200
+    # (the ellipse is an eighth of the map at most)
+    assert outside == 0.0 if name in INFORMED else outside > 0.8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("problem", [WALL, THREATENED])
+def test_samples_of_use_give_shorter_paths(problem: cg.Problem) -> None:
+    cost = {
+        name: np.median([quick(name, iterations=400, seed=seed).solve(problem).cost for seed in range(1, 6)])
+        for name in ("rrt-star", "informed-rrt-star", "sorrt-star")
+    }
+    best = cg.solve(problem, "hybrid").cost
+    for name in ("informed-rrt-star", "sorrt-star"):
+        assert best <= cost[name] < best + 0.5 * (cost["rrt-star"] - best)
+
+
+@given(
+    path=st.lists(points, min_size=3, max_size=6),
+    peaks=st.lists(st.floats(0.1, 4.0), max_size=3),
+    k=st.floats(0.0, 50.0),
+    data=st.data(),
+)
+@usual
+@pytest.mark.filterwarnings("ignore::cgla_graph.model.risk.ImproperFieldWarning")
+def test_no_sample_of_a_path_is_refused_that_costs_less(
+    path: list[Any], peaks: list[float], k: float, data: st.DataObject
+) -> None:
+    assume(path[0] != path[-1])
+    threats = [cg.Threat(*data.draw(points), data.draw(st.floats(0.02, 0.5)), peak=peak) for peak in peaks]
+    problem = cg.Problem(path[0], path[-1], cg.RiskField(threats, improper=True), k=k)
+    meter = Budget().start()
+    si = ompl_space.space_information(problem, 1, meter)
+    objective = ompl_space.SegmentCost(si, problem, meter)
+    costs = [objective.total(np.array(ends)) for ends in pairwise(path)]
+    # OMPL gets no other
+    assume(all(cost >= 0.0 for cost in costs))
+    nowhere = (math.nan, math.nan)
+    assert all(objective.motionCostHeuristic(nowhere, place).value() < sum(costs) for place in path[1:-1])
+    assert all(
+        objective.motionCostHeuristic(*ends).value() <= cost for ends, cost in zip(pairwise(path), costs, strict=True)
+    )
+
+
+@pytest.mark.parametrize("name", ["informed-rrt-star", "sorrt-star"])
+def test_nothing_behind_a_threat_is_pruned(name: str) -> None:
+    # a straight segment from the start to what is behind the threat costs more than the path around it
+    problem = cg.Problem((0.1, 0.5), (0.9, 0.5), cg.RiskField([cg.Threat(0.3, 0.5, 0.1, peak=0.9)]), k=50.0)
+    run = {each: quick(each, iterations=300).solve(problem) for each in ("rrt-star", name)}
+    # each iteration of either adds a node; the fewer nodes, the fewer neighbours are weighed
+    assert run[name].evaluations == run["rrt-star"].evaluations
+
+
+def test_informed_rrt_star_ends_with_a_straight_line() -> None:
+    problem = cg.Problem((0.4, 0.5), (0.5, 0.5))
+    answer = quick("informed-rrt-star", iterations=2000).solve(problem)
+    assert answer.cost == pytest.approx(0.1, rel=1e-12)
+    assert answer.evaluations < 1000
+
+
 # the same path again
 
 
