@@ -15,7 +15,7 @@ from cgla_graph.errors import GraphError, ProblemError
 from cgla_graph.model import graph_kernels
 from cgla_graph.model.adjacency import Node
 from cgla_graph.model.graph import GeometricGraph
-from cgla_graph.model.weights import beyond_holding
+from cgla_graph.model.weights import beyond_holding, reject_overflow
 
 Schedule: TypeAlias = Literal["label-setting", "synchronous", "random", "given"]
 #: Label setting over the nodes that may be on one optimum, as `restricted_optimum` does on lattices of any size.
@@ -220,8 +220,9 @@ def cost_matrix(
     NodeNotFoundError
         If target, source or a node of the order is not in the graph.
     GraphError
-        If the schedule is unknown, source, order or seed do not fit it, or an implicit complete graph has so many
-        nodes that computing all its weights takes hours (`cgla_graph.model.weights.MOST_HELD`).
+        If the schedule is unknown, source, order or seed do not fit it, an implicit complete graph has so many nodes
+        that computing all its weights takes hours (`cgla_graph.model.weights.MOST_HELD`), or the weights along a least
+        path add up to more than the largest float.
 
     Examples
     --------
@@ -238,13 +239,18 @@ def cost_matrix(
     at = graph.index_of(target)
     start = -1 if source is None else graph.index_of(source)
     if schedule == "label-setting":
-        return _label_setting(graph, at, start, rng)
-    if schedule == "synchronous":
-        return _synchronous(graph, at)
-    if rng is not None:
-        return _given(graph, at, "random", iter(lambda: int(rng.integers(graph.n_nodes)), -1))
-    nodes = [graph.index_of(node) for node in (() if order is None else order)]
-    return _given(graph, at, "given", nodes)
+        matrix = _label_setting(graph, at, start, rng)
+    elif schedule == "synchronous":
+        matrix = _synchronous(graph, at)
+    elif rng is not None:
+        matrix = _given(graph, at, "random", iter(lambda: int(rng.integers(graph.n_nodes)), -1))
+    else:
+        matrix = _given(graph, at, "given", [graph.index_of(node) for node in (() if order is None else order)])
+    # an early stop is followed by no further sums
+    stopped = start >= 0 and np.isfinite(matrix.values[start])
+    if matrix.converged or (schedule == "label-setting" and not stopped):
+        reject_overflow(matrix.values, graph.weights_to)
+    return matrix
 
 
 def _check(

@@ -536,6 +536,14 @@ class GeometricGraph(ShortRepr):
         return self.n_edges if self.is_sparse else self.n_nodes * (self.n_nodes - 1) // 2
 
     @property
+    def greatest_weight(self) -> float:
+        """The greatest weight of an edge; 0 where the weights were not given, but are of Eq. 5."""
+        if self.model is not None:
+            return 0.0
+        weights = self.weights.rows.data if isinstance(self.weights, SparseWeights) else self.weights.matrix()
+        return float(weights[np.isfinite(weights)].max(initial=0.0))
+
+    @property
     def has_proper_field(self) -> bool:
         """Whether no weight can be below 0: weights were given and checked, or no threat peaks above 1."""
         return self.model is None or self.model.field.is_proper

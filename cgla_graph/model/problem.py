@@ -2,14 +2,16 @@
 
 import dataclasses
 import math
+import sys
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy  # (its modules are imported when they are first used)
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
@@ -29,6 +31,7 @@ from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import RiskField, SmallSpreadWarning, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, refuted, with_claims
+from cgla_graph.model.weights import refuse_sum, reject_overflow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -539,9 +542,22 @@ class GraphProblem(Plottable):
         ------
         NodeNotFoundError
             If a node is not in the graph.
+        GraphError
+            If the weights add up to more than the largest float.
         """
         indices = [self.graph.index_of(node) for node in nodes]
-        return float(sum(self.graph.weight(i, j) for i, j in pairwise(indices)))
+        weights = [self.graph.weight(i, j) for i, j in pairwise(indices)]
+        total = float(sum(weights))
+        if total == np.inf and np.isfinite(weights).all():
+            refuse_sum()
+        return total
+
+    def _reject_overflow(self) -> None:
+        """Raise an error if there is a path after all, whose cost is beyond the largest float."""
+        if self.graph.n_nodes * self.graph.greatest_weight > sys.float_info.max:
+            search: Any = scipy.sparse.csgraph.dijkstra
+            values = search(self.graph.to_csgraph(), indices=self.graph.index_of(self.source))
+            reject_overflow(values, self.graph.weights_from)
 
     def with_weights_held(self) -> "GraphProblem":
         """Return the problem on the graph with all its weights held in memory, for several solvers to share."""
@@ -561,6 +577,8 @@ class GraphProblem(Plottable):
         """
         solution = replace(with_claims(solution, self), problem=self)
         if not solution.status.has_path:
+            if solution.status is Status.NO_PATH:
+                self._reject_overflow()
             return replace(solution, cost=np.inf, length=np.inf, risk=np.inf)
         nodes = tuple(solution.nodes)
         if not nodes or (nodes[0], nodes[-1]) != (self.source, self.target):

@@ -6,11 +6,13 @@ asked.
 """
 
 import math
+import sys
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NoReturn, Protocol
 
 import numpy as np
 import scipy  # (its modules are imported when they are first used: hints that name them are in quotes)
@@ -23,6 +25,8 @@ from cgla_graph.model.cost_model import CostModel
 MOST_HELD = 25_000
 #: Up to so many nodes, free memory is not checked (288 MB).
 ALWAYS_HELD = 6000
+#: A smaller sum and any weight do not add up to infinity: half of the last digit of the largest float.
+SAFE = 2.0**969
 
 
 class Weights(Protocol):
@@ -274,6 +278,38 @@ def free_memory() -> float:
             taken = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
             free = min(free, max(0.0, limit - taken))
     return free
+
+
+def reject_overflow(values: FloatArray, line: Callable[[int], FloatArray]) -> None:
+    """
+    Raise an error if a search found no way for a node only because its least cost is beyond the largest float.
+
+    Parameters
+    ----------
+    values
+        The least costs of a finished search, shape ``(n,)``; infinite where it found no way.
+    line
+        Gives the weights of the edges between one node and all, shape ``(n,)``: `GeometricGraph.weights_to` for costs
+        to a target, `GeometricGraph.weights_from` for those from a source.
+
+    Raises
+    ------
+    GraphError
+        If an edge joins a node without a value to one that has one.
+    """
+    finite = np.isfinite(values)
+    for index in np.nonzero(finite & (values >= SAFE))[0].tolist():
+        if (np.isfinite(line(index)) & ~finite).any():
+            refuse_sum()
+
+
+def refuse_sum() -> NoReturn:
+    """Raise the error of a sum of weights that is beyond the largest float."""
+    msg = (
+        f"the weights along a path add up to more than {sys.float_info.max:.2g}, the largest float; divide all weights "
+        "by one number, or give infinity where there is no edge"
+    )
+    raise GraphError(msg)
 
 
 def _spread(rows: "scipy.sparse.csr_array", index: int) -> FloatArray:

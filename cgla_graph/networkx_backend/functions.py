@@ -24,7 +24,7 @@ from cgla_graph.model import graph_kernels
 from cgla_graph.model.adjacency import Node, compressed
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
-from cgla_graph.model.weights import SparseWeights
+from cgla_graph.model.weights import SparseWeights, reject_overflow
 from cgla_graph.restricted.restricted import can_restrict, restricted_optimum
 
 #: Most edges of a graph that is converted without being asked: a networkx graph takes about a kilobyte an edge.
@@ -233,6 +233,7 @@ def _search(
     roots = np.array([_index(graph, source, complaint) for source in sources], dtype=np.int64)
     count_edges = weight is None or weight != (G.weight if isinstance(G, ConvertedGraph) else "weight")
     limit = np.inf if cutoff is None else float(cutoff)
+    end = None if goal is None else _find(graph, goal)
     if isinstance(graph.weights, SparseWeights):
         rows = graph.weights.rows
         search: Any = csgraph.dijkstra
@@ -245,9 +246,10 @@ def _search(
             min_only=True,
         )
     else:
-        end = None if goal is None else _find(graph, goal)
         found = None if end is None or count_edges else _restricted(graph, roots, end)
         values, before = found or _settle(graph, roots, end, limit, towards=towards, count_edges=count_edges)
+    if not count_edges and limit == np.inf and (end is None or not np.isfinite(values[end])):
+        reject_overflow(values, graph.weights_to if towards else graph.weights_from)
     beyond = values > limit
     beyond[roots] = False
     values[beyond] = np.inf
