@@ -76,8 +76,20 @@ def lacking(packages: Iterable[str]) -> str | None:
     >>> lacking(["numpy"]) is None, lacking(["no_such_package"])
     (True, 'needs no_such_package, which is not installed (pip install no_such_package)')
     """
-    found = [_OF_PIP.get(package, package) for package in packages if not _is_installed(package)]
+    found = [distribution_of(package) for package in packages if not _is_installed(package)]
     return f"needs {', '.join(found)}, which is not installed (pip install {' '.join(found)})" if found else None
+
+
+def distribution_of(package: str) -> str:
+    """
+    Return the name of a package for pip, by the name of its module.
+
+    Examples
+    --------
+    >>> distribution_of("skimage"), distribution_of("ompl")
+    ('scikit-image', 'ompl')
+    """
+    return _OF_PIP.get(package, package)
 
 
 def entry_points(group: str) -> "Iterable[EntryPoint]":

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
 
+from cgla_graph.errors import UnknownSolverError, WorkerError
+
 
 class Failure(Enum):
     """Kinds of failure of a call."""
@@ -14,6 +16,13 @@ class Failure(Enum):
     OUT_OF_MEMORY = "it needed more memory than it may take"
     CRASHED = "its process died"
     RAISED = "it raised an exception"
+    NOT_MADE = "it could not be made"
+    LOST = "the process that made it was lost"
+
+    @property
+    def is_environment(self) -> bool:
+        """Whether it says nothing of the call itself, which may be made again when its environment is mended."""
+        return self in {Failure.NOT_MADE, Failure.LOST}
 
 
 @dataclass(frozen=True)
@@ -57,7 +66,7 @@ class Reply(NamedTuple):
         try:
             return Outcome(pickle.loads(self.body))  # noqa: S301 - from a process that this one started
         except Exception as error:  # noqa: BLE001 - a value may be anything
-            return Outcome(None, Failure.RAISED, f"its return value cannot be read: {one_line(error)}")
+            return Outcome(None, Failure.NOT_MADE, f"its return value cannot be read: {one_line(error)}")
 
 
 def packed(function: Callable[..., Any], args: tuple[Any, ...]) -> bytes | Outcome:
@@ -65,7 +74,26 @@ def packed(function: Callable[..., Any], args: tuple[Any, ...]) -> bytes | Outco
     try:
         return pickle.dumps((function, args), pickle.HIGHEST_PROTOCOL)
     except Exception as error:  # noqa: BLE001 - arguments may be anything
-        return Outcome(None, Failure.RAISED, f"its arguments cannot be sent: {one_line(error)}")
+        return Outcome(None, Failure.NOT_MADE, f"its arguments cannot be sent: {one_line(error)}")
+
+
+def failure_by(error: BaseException) -> Failure:
+    """
+    Tell what a call does from what its environment does, by the exception that it raised.
+
+    A module or a solver that is missing, a file, device or connection that fails and lost workers are the
+    environment's; a `TimeoutError` is the call's own.
+
+    Examples
+    --------
+    >>> failure_by(FileNotFoundError()).is_environment, failure_by(ValueError()).is_environment
+    (True, False)
+    """
+    if isinstance(error, MemoryError):
+        return Failure.OUT_OF_MEMORY
+    is_system = isinstance(error, OSError) and not isinstance(error, TimeoutError)
+    outside = is_system or isinstance(error, ImportError | UnknownSolverError | WorkerError)
+    return Failure.NOT_MADE if outside else Failure.RAISED
 
 
 def one_line(error: BaseException) -> str:

@@ -34,6 +34,8 @@ _HINTS = {
     "SIGABRT": ", as compiled code does when it runs out of memory",
     "SIGKILL": ", which may mean that memory ran out",
 }
+#: Signals by which others end a process: the system when memory runs out, an administrator, a batch system.
+_FROM_OUTSIDE = {"SIGKILL", "SIGTERM", "SIGHUP", "SIGINT", "SIGPWR"}
 #: Whether workers are forked from a server that has loaded all modules; on Windows each is started anew.
 _forks = hasattr(os, "fork")
 
@@ -193,7 +195,7 @@ class _Process:
 
     def _end(self) -> Reply:
         """Return why it died; wait a moment, so that a process that is ending by itself gets its own exit code."""
-        connection.wait([self.sentinel], GRACE)
+        ended = connection.wait([self.sentinel], GRACE)
         self.kill()
         code = self._exit_code()
         if code >= 0:
@@ -204,7 +206,9 @@ class _Process:
             name = f"signal {-code}"
         if name == "SIGALRM":
             return _lost(Failure.TIMED_OUT, "stopped at its time limit")
-        return _lost(Failure.CRASHED, f"its process died of {name}{_HINTS.get(name, '')}")
+        # (only of a process that was forked is it known that it was not killed here)
+        failure = Failure.LOST if _forks and ended and name in _FROM_OUTSIDE else Failure.CRASHED
+        return _lost(failure, f"its process died of {name}{_HINTS.get(name, '')}")
 
     def _word(self, seconds: float) -> tuple[Any, ...] | None:
         """Wait for the next message of the process; None if it dies, or its end of the pipe is closed."""

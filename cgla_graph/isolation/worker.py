@@ -22,7 +22,7 @@ from typing import Any, NoReturn, TypeAlias
 
 from cgla_graph import _progress
 from cgla_graph.isolation.limits import set_expendable
-from cgla_graph.isolation.outcome import Failure, Reply, one_line
+from cgla_graph.isolation.outcome import Failure, Reply, failure_by, one_line
 
 #: One end of a pipe.
 Line: TypeAlias = Any
@@ -218,11 +218,12 @@ def make_call(call: bytes) -> Reply:
     try:
         function: Callable[..., Any]
         function, args = pickle.loads(call)  # noqa: S301 - from the process that started this one
-        return Reply(pickle.dumps(function(*args), pickle.HIGHEST_PROTOCOL))
-    except MemoryError as error:
-        return Reply(failure=Failure.OUT_OF_MEMORY, message=one_line(error))
     except BaseException as error:  # noqa: BLE001 - the next call is made in any case
-        return Reply(failure=Failure.RAISED, message=one_line(error))
+        return Reply(failure=Failure.NOT_MADE, message=one_line(error))
+    try:
+        return Reply(pickle.dumps(function(*args), pickle.HIGHEST_PROTOCOL))
+    except BaseException as error:  # noqa: BLE001 - the same
+        return Reply(failure=failure_by(error), message=one_line(error))
 
 
 def use_up() -> None:

@@ -15,6 +15,8 @@ from cgla_graph.cost_to_go.repair import lazy_cost_matrix, linked, repair, rewei
 from cgla_graph.errors import CglaError
 from cgla_graph.fusion.fusion import fused_graph
 from cgla_graph.fusion.raster_search import RasterGuide
+from cgla_graph.isolation.limits import is_expendable
+from cgla_graph.isolation.outcome import failure_by, one_line
 from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.uav import Uav
 from cgla_graph.model.adjacency import Node
@@ -130,10 +132,11 @@ class Replanner:
             if (stepper := self.stepper) is not None:
                 return self._step(problem, stepper)
             return self._judged(problem, self._solve(problem, situation))
-        except CglaError as error:
-            return Solution(Status.FAILED, message=str(error))
-        except Exception as error:  # noqa: BLE001 - a mission survives any solver
-            return Solution(Status.FAILED, message=f"{type(error).__name__}: {error}".splitlines()[0])
+        except Exception as error:
+            if is_expendable() and failure_by(error).is_environment:
+                # (a worker's flight says nothing of the solver then)
+                raise
+            return Solution(Status.FAILED, message=str(error) if isinstance(error, CglaError) else one_line(error))
 
     @property
     def _is_fused(self) -> bool:

@@ -34,11 +34,15 @@ LONGEST = 600.0
 #: By how much a run may exceed its setting ``seconds``: seconds, and a share of the setting, added up.
 GRACE, GRACE_SHARE = 2.0, 0.1
 
-_STATUS = {
+#: Statuses of runs that failed.
+STATUS_OF = {
     Failure.TIMED_OUT: Status.TIMED_OUT,
     Failure.OUT_OF_MEMORY: Status.OUT_OF_MEMORY,
     Failure.CRASHED: Status.CRASHED,
     Failure.RAISED: Status.FAILED,
+    Failure.NOT_MADE: Status.UNAVAILABLE,
+    # (of a single run that is lost, nothing else is known)
+    Failure.LOST: Status.CRASHED,
 }
 #: Held while the worker works.
 _working = threading.Lock()
@@ -81,7 +85,7 @@ def run(solver: Any, problem: Problem | GraphProblem, *, apart: bool = False) ->
     """
     answer, seconds = made(solver, "solve", (problem,), apart=apart)
     if isinstance(answer, Outcome):
-        return Solution(_STATUS[cast("Failure", answer.failure)], message=why_lost(solver, answer)), seconds
+        return Solution(STATUS_OF[cast("Failure", answer.failure)], message=why_lost(solver, answer)), seconds
     if not isinstance(answer, Solution):
         msg = f"{solver.traits.name} answers with a {type(answer).__name__}; have its solve return a Solution"
         raise SolverFaultError(msg)
@@ -104,7 +108,7 @@ def made(solver: Any, method: str, args: tuple[Any, ...], *, apart: bool = False
     limit = limit_of(solver)
     with _working:
         outcome = _worker().make(_make, (solver, method, args, limit), limit + PREPARATION, _progress.tell_inside)
-    if outcome.failure is Failure.RAISED:
+    if outcome.failure in {Failure.RAISED, Failure.NOT_MADE}:
         # (an exception of the solver itself is returned as a value)
         remedy = "define its class, and those in its problem, in a module that can be imported"
         msg = f"{solver.traits.name} runs in a process of its own: {outcome.message}; {remedy}"
@@ -160,7 +164,7 @@ def lost(outcome: Outcome, limits: Limits) -> tuple[Status, str]:
         message = f"stopped after {limits.seconds:g} s, the limit of a run"
     elif outcome.failure is Failure.OUT_OF_MEMORY:
         message = limits.spent_memory(message)
-    return _STATUS[outcome.failure], message
+    return STATUS_OF[outcome.failure], message
 
 
 def why_lost(solver: Any, outcome: Outcome) -> str:  # noqa: ANN401 - of either kind

@@ -50,7 +50,7 @@ class Status(Enum):
     TIMED_OUT = "the run was stopped at its time limit"
     OUT_OF_MEMORY = "the run was stopped at its memory limit"
     CRASHED = "the solver took its process down"
-    UNAVAILABLE = "the solver needs a package that is not installed"
+    UNAVAILABLE = "the solver lacks a package or a file that it needs"
 
     @property
     def label(self) -> str:

@@ -103,6 +103,9 @@ def compare(
     else:
         study_run.print_compared(request, done)
         console.out_files(done.written, study.out)
+    if done.failure is not None:
+        console.say(f"cgla: {done.failure}")
+        raise typer.Exit(console.MISSING)
     if done.interrupted:
         raise console.InterruptedRunError(study_run.kept_note(request, how, done))
     if done.left:

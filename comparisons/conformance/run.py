@@ -16,7 +16,7 @@ from cgla_graph.comparisons.conformance.documents import read_answer
 from cgla_graph.comparisons.conformance.suite import Instance, chosen
 from cgla_graph.comparisons.conformance.verdict import Result, Verdict, judged
 from cgla_graph.comparisons.workers.pool import Call, isolated
-from cgla_graph.errors import CglaError
+from cgla_graph.errors import CglaError, WorkerError
 from cgla_graph.isolation.command import GRACE, MOST_OUTPUT, CommandResult, End, run_command
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.isolation.outcome import Failure, Outcome
@@ -181,6 +181,9 @@ def results_of(
 
 def _result(instance: Instance, outcome: Outcome, limits: Limits, command: Sequence[str]) -> Result:
     """Turn the outcome of a call into a result."""
+    if outcome.failure is not None and outcome.failure.is_environment:
+        msg = f"{instance.name}: the command could not be run: {outcome.message}; mend that, and begin again"
+        raise WorkerError(msg)
     if outcome.failure is not None:
         return Result(instance, _FAILED[outcome.failure], outcome.message)
     spoken: CommandResult = outcome.value

@@ -10,14 +10,14 @@ import shapely
 
 from cgla_graph.comparisons.numbers import plain_json
 from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.execution import check_lacking_here, check_made
 from cgla_graph.comparisons.study.flight_run import FlightRun, Track
 from cgla_graph.comparisons.study.mission_run import team_totals
-from cgla_graph.comparisons.study.runner import reason
+from cgla_graph.comparisons.study.runner import reason, status_by
 from cgla_graph.comparisons.study.store import FLIGHT
 from cgla_graph.comparisons.study.study import FlightCell, Study
 from cgla_graph.comparisons.workers.tasks import Results, Task
-from cgla_graph.errors import CglaError
-from cgla_graph.isolation.limits import Limits, limited
+from cgla_graph.isolation.limits import Limits, is_expendable, limited
 from cgla_graph.isolation.outcome import Outcome
 from cgla_graph.isolation.worker import use_up
 from cgla_graph.mission.mission import Mission
@@ -26,6 +26,7 @@ from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
 from cgla_graph.model.isolated import lost
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.mission_file import MissionFile
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.warm_up import shortened
@@ -87,9 +88,12 @@ def _flight_task(cell: FlightCell, mission: MissionFile, entrant: Entrant) -> Ta
 
     def flight_of(outcome: Outcome, limits: Limits, _: Results) -> FlightRun:
         """Return a flight, or the reason why there is none."""
+        check_made(outcome)
         if outcome.failure is not None:
             status, message = lost(outcome, limits)
             return FlightRun(*cell, n_uavs, status.label, message)
+        if outcome.value["status"] == Status.UNAVAILABLE.label:
+            check_lacking_here(entrant, outcome.value["message"])
         return FlightRun(*cell, n_uavs, **outcome.value)
 
     return Task((FLIGHT, *cell), _fly, (mission, cell.variant, entrant, cell.seed), flight_of)
@@ -122,19 +126,20 @@ def _warm_up(entrant: Entrant) -> None:
 
 def _run(mission: MissionFile, variant: str, entrant: Entrant, seed: int | None) -> Mapping[str, Any]:
     """Fly one variant with one solver; an exception becomes its answer."""
-    missing = registry.missing(entrant.name)
-    if missing is not None:
-        return {"status": "unavailable", "message": missing}
-    settings = entrant.settings_on(None) | ({} if seed is None else {"seed": seed})
     try:
+        missing = registry.missing(entrant.name)
+        if missing is not None:
+            return {"status": Status.UNAVAILABLE.label, "message": missing}
+        settings = entrant.settings_on(None) | ({} if seed is None else {"seed": seed})
         solver = registry.get(entrant.name, **settings)
         alone = dataclasses.replace(mission, variants={variant: mission.variants[variant]})
         (built,) = alone.missions(lambda _: solver, solver=entrant.label).values()
         return _answer(built.fly())
-    except CglaError as error:
-        return {"status": "failed", "message": " ".join(str(error).split())}
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - a comparison survives any solver
-        return {"status": "failed", "message": reason(error)}
+    except BaseException as error:
+        # (as of runs on maps)
+        if not (isinstance(error, Exception | SystemExit) or is_expendable()):
+            raise
+        return {"status": status_by(error).label, "message": reason(error)}
 
 
 def _answer(flight: Flight) -> Mapping[str, Any]:

@@ -21,7 +21,7 @@ from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.study.study_file import is_study_file, read_study
 from cgla_graph.comparisons.tables.flights import print_flights
 from cgla_graph.comparisons.workers.tasks import run_tasks
-from cgla_graph.errors import CglaError
+from cgla_graph.errors import CglaError, WorkerError
 from cgla_graph.model.cost_model import n_cores
 from cgla_graph.scenarios.mission_file import MissionFile, is_mission_file, load_mission
 
@@ -96,6 +96,8 @@ class Compared:
         Whether Ctrl-C ended it.
     left
         Number of runs and flights that the study in the folder still lacks.
+    failure
+        Why runs could not be made, which says nothing of their solvers; None if all were made.
     """
 
     runs: list[Run] = field(default_factory=list)
@@ -104,6 +106,7 @@ class Compared:
     written: list[Path] = field(default_factory=list)
     interrupted: bool = False
     left: int = 0
+    failure: WorkerError | None = None
 
     @property
     def all_found(self) -> bool:
@@ -263,7 +266,7 @@ def compare_all(request: Request, how: RunOptions) -> Compared:
     OutputError
         If something cannot be written, or another process writes the same study.
     CglaError
-        If the study that is there is another one, or the cluster cannot be reached.
+        If the study that is there is another one, or nothing could be made, as without a cluster that can be reached.
     """
     done, study = Compared(), request.study
     cells, flights = list(study.cells()), list(study.flights())
@@ -278,6 +281,7 @@ def compare_all(request: Request, how: RunOptions) -> Compared:
             workers=workers,
             scheduler=how.scheduler,
             preload=(*execution.PRELOAD, *(mission_compare.PRELOAD if flights else ())),
+            solvers=execution.solvers_of(study),
         )
         try:
             proven = [] if study.tolerance is None else [scenario.problem.model for scenario in study.scenarios]
@@ -291,6 +295,11 @@ def compare_all(request: Request, how: RunOptions) -> Compared:
                         tick(": ".join((task.key[1], task.key[-2])))
         except KeyboardInterrupt:
             done.interrupted = True
+        except WorkerError as error:
+            # (what is done is shown first)
+            done.failure = error
+    if done.failure is not None and not (done.runs or done.flights):
+        raise done.failure
     if how.folder is not None:
         stored = load(how.folder)
         done.runs, done.missions, done.flights = stored.runs, stored.missions, stored.flights

@@ -25,6 +25,7 @@ from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import PROOF, RUN
 from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.comparisons.workers.tasks import Results, ResultStore, Task, run_tasks
+from cgla_graph.errors import WorkerError
 from cgla_graph.isolation.limits import Limits, limited
 from cgla_graph.isolation.outcome import Failure, Outcome
 from cgla_graph.isolation.worker import use_up
@@ -76,8 +77,9 @@ def run_study(
     ------
     OutputError
         If the store cannot be written.
-    CglaError
-        If the cluster cannot be reached.
+    WorkerError
+        If workers do not start, or the cluster cannot be reached; at the end, if runs could not be made (see
+        `cgla_graph.comparisons.workers.tasks.run_tasks`).
 
     Examples
     --------
@@ -87,10 +89,26 @@ def run_study(
     [('cgla', 'optimal')]
     """
     how: dict[str, Any] = {"limits": study.limits, "workers": workers, "scheduler": scheduler, "preload": PRELOAD}
+    how["solvers"] = solvers_of(study)
     tasks = study_tasks(study, store)
     with closing(run_tasks(tasks, store, **how)) as results:
         runs = (result for _, result in waiting("study", results, len(tasks)) if isinstance(result, Run))
         yield from runner.with_claims_settled(runs)
+
+
+def solvers_of(study: Study) -> list[str]:
+    """
+    List the names of the solvers that runs and flights of a study need: its own that can run here, and their bases.
+
+    Examples
+    --------
+    >>> solvers_of(Study([], [Entrant.parse("refine:base='dijkstra'")]))
+    ['hybrid', 'refine', 'dijkstra']
+    """
+    entrants = [entrant for entrant in (*study.entrants, *study.mission_entrants) if entrant.is_available]
+    named = [name for one in entrants for name in (one.name, one.settings.get("base")) if isinstance(name, str)]
+    # (hybrid finds the path that a proof begins with)
+    return list(dict.fromkeys(["hybrid", *named]))
 
 
 def study_tasks(study: Study, store: ResultStore | None = None) -> list[Task]:
@@ -113,6 +131,7 @@ def study_tasks(study: Study, store: ResultStore | None = None) -> list[Task]:
 def _proof_task(name: str, packed: Callable[[str], "Packed"], tolerance: float) -> Task:
     def certificate(outcome: Outcome, limits: Limits, _: Results) -> Certificate:
         """Return a scenario's proof, or a certificate that says why there is none."""
+        check_made(outcome)
         if outcome.failure is None:
             proof: Certificate = outcome.value
             return proof
@@ -131,9 +150,12 @@ def _run_task(
     def run_of(outcome: Outcome, limits: Limits, done: Results) -> Run:
         """Make a run of a worker's answer."""
         how: dict[str, Any] = {}
+        check_made(outcome)
         if outcome.failure is None:
             answer: Answer = outcome.value
             solution = answer.solution
+            if solution.status is Status.UNAVAILABLE:
+                check_lacking_here(entrant, f"{solution.message} (on {answer.host})")
             if solution.status.has_path and not entrant.is_built_in:
                 # a plug-in may have changed the problem that its answer was judged by
                 solution = scenario.problem.judge(solution)
@@ -146,6 +168,36 @@ def _run_task(
         return runner.run_of(scenario, entrant, cell.seed, solution, next(iter(done.values()), None), **how)
 
     return Task((RUN, *cell), run, lambda _: (packed(cell.scenario), entrant, cell.seed), run_of, proof)
+
+
+def check_made(outcome: Outcome) -> None:
+    """
+    Refuse an outcome that is not a solver's: what solvers raise is an answer, so all other exceptions are not theirs.
+
+    Raises
+    ------
+    WorkerError
+        With the exception that the call raised.
+
+    Examples
+    --------
+    >>> check_made(Outcome(failure=Failure.CRASHED))
+    """
+    if outcome.failure in {Failure.RAISED, Failure.OUT_OF_MEMORY}:
+        raise WorkerError(outcome.message)
+
+
+def check_lacking_here(entrant: Entrant, message: str) -> None:
+    """
+    Refuse a worker's answer that a solver cannot run there, unless it cannot run here either.
+
+    Raises
+    ------
+    WorkerError
+        With the worker's reason.
+    """
+    if entrant.is_available:
+        raise WorkerError(message)
 
 
 class Packed(NamedTuple):
@@ -218,10 +270,10 @@ def run(packed: Packed, entrant: Entrant, seed: int | None, limits: Limits) -> A
         runner.warm_up([entrant], kind, n_nodes)
         _ready.add((entrant.label, n_nodes > FULL_UP_TO, kind))
     with limited(limits.seconds, limits.megabytes) as usage:
-        solution = runner.run(ground, entrant, seed)
+        solution = runner.answer_of(entrant, lambda: plain(runner.run(ground, entrant, seed)))
     if solution.status is Status.OUT_OF_MEMORY:
         solution = dataclasses.replace(solution, message=limits.spent_memory(solution.message))
-    return Answer(plain(solution), usage.megabytes, socket.gethostname())
+    return Answer(solution, usage.megabytes, socket.gethostname())
 
 
 def _shared_graph(packed: Packed) -> runner.SharedGraph:
@@ -240,6 +292,11 @@ def plain(solution: Solution) -> Solution:
 
     Values that are no numbers become NaN (counts: 0), because a solver may answer anything.
 
+    Raises
+    ------
+    ValueError, TypeError
+        If its status is none, or its path has no coordinates.
+
     Examples
     --------
     >>> plain(Solution(Status.FOUND, cost="dear", message="a\nb")).message
@@ -247,7 +304,7 @@ def plain(solution: Solution) -> Solution:
     """
     numbers: dict[str, Any] = {name: _number(getattr(solution, name)) for name in SOLUTION_NUMBERS}
     return Solution(
-        status=solution.status,
+        status=Status(solution.status),
         path=np.array(solution.path, dtype=np.float64).reshape(-1, 2),
         solver=str(solution.solver),
         evaluations=_count(solution.evaluations),

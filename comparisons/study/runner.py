@@ -14,6 +14,9 @@ from cgla_graph._text import ShortRepr
 from cgla_graph.certificate.certificate import Certificate, load_kernels, prove
 from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
 from cgla_graph.errors import CglaError
+from cgla_graph.isolation.limits import is_expendable
+from cgla_graph.isolation.outcome import failure_by, one_line
+from cgla_graph.model.isolated import STATUS_OF
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import TOLERANCE, Solution, Status, refuted
@@ -226,7 +229,9 @@ def certify(scenario: Scenario, tolerance: float, known: Solution | None = None)
         path = best.path if best.status.has_path else None
         proof = prove(scenario.problem, path, tolerance=tolerance)
         return dataclasses.replace(proof, seconds=time.perf_counter() - began)
-    except Exception as error:  # noqa: BLE001 - a comparison survives any certificate
+    except Exception as error:
+        if failure_by(error).is_environment:
+            raise
         return no_certificate(tolerance, reason(error), time.perf_counter() - began)
 
 
@@ -245,8 +250,8 @@ def no_certificate(tolerance: float, why: str, seconds: float) -> Certificate:
 
 def reason(error: BaseException) -> str:
     """Return the first line of an exception's message, after its type's name unless it is one of our errors."""
-    text = str(error) if isinstance(error, CglaError) else f"{type(error).__name__}: {error}"
-    return next(iter(text.splitlines()), "")
+    text = one_line(error)
+    return text.partition(": ")[2] or text if isinstance(error, CglaError) else text
 
 
 @dataclass(eq=False)
@@ -296,15 +301,26 @@ def run(ground: SharedGraph, entrant: Entrant, seed: int | None) -> Solution:
 
 def answer_of(entrant: Entrant, answer: Callable[[], Solution]) -> Solution:
     """Return what a call of a solver returns; a missing package or an exception becomes an answer, too."""
-    missing = registry.missing(entrant.name)
-    if missing is not None:
-        return Solution(Status.UNAVAILABLE, solver=entrant.name, message=missing)
     try:
-        return answer()
-    except MemoryError as error:
-        return Solution(Status.OUT_OF_MEMORY, solver=entrant.name, message=reason(error))
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - a comparison survives any solver
-        return Solution(Status.FAILED, solver=entrant.name, message=reason(error))
+        missing = registry.missing(entrant.name)
+        return Solution(Status.UNAVAILABLE, solver=entrant.name, message=missing) if missing else answer()
+    except BaseException as error:
+        # (in a worker, Ctrl-C is the solver's own)
+        if not (isinstance(error, Exception | SystemExit) or is_expendable()):
+            raise
+        return Solution(status_by(error), solver=entrant.name, message=reason(error))
+
+
+def status_by(error: BaseException) -> Status:
+    """
+    Return the status of a run that an exception ended.
+
+    Examples
+    --------
+    >>> status_by(MemoryError()).label, status_by(ModuleNotFoundError()).label, status_by(ValueError()).label
+    ('out-of-memory', 'unavailable', 'failed')
+    """
+    return STATUS_OF[failure_by(error)]
 
 
 def _solve(problem: Problem, entrant: Entrant, settings: dict[str, Any], **how: Any) -> Solution:  # noqa: ANN401 - as `solve`

@@ -5,16 +5,23 @@ Dask schedules calls and repeats those of lost machines. Killing one of its work
 Dask's workers make no call themselves: each of their threads uses a worker process of ours.
 """
 
+import asyncio
+import importlib.metadata
+import queue
 import socket
 import threading
+import time
 import uuid
+import warnings
 from collections import defaultdict
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
+from cgla_graph._text import listed
+from cgla_graph.comparisons.workers.environment import MISSING, differences, needed_by
 from cgla_graph.comparisons.workers.pool import AHEAD, Call, NextCall
 from cgla_graph.errors import WorkerError
 from cgla_graph.isolation.outcome import Failure, Outcome, Reply, one_line, packed
@@ -22,17 +29,22 @@ from cgla_graph.isolation.process import WorkerProcess
 
 #: Seconds that a scheduler may take to answer.
 CONNECT_SECONDS = 10.0
+#: Seconds that a scheduler may be without workers, and until that is said.
+WORKER_SECONDS, QUIET_SECONDS = 30.0, 3.0
+#: Seconds between two looks at workers while no call ends.
+GLANCE = 1.0
 
 
 def spread(
-    next_call: NextCall, *, scheduler: str, seconds: float, preload: Sequence[str] = ()
+    next_call: NextCall, *, scheduler: str, seconds: float, preload: Sequence[str] = (), solvers: Sequence[str] = ()
 ) -> Generator[tuple[Call, Outcome]]:
     """
     Make calls on a Dask cluster, and yield each outcome as soon as it is known.
 
-    All machines need the same version of this package and of the packages that calls use. Machines may come and go:
-    calls of a lost machine start again on another one, and a call that ends several machines has crashed. Without
-    machines, calls wait. Other programs on the cluster are not affected.
+    All machines need the same Python and the same versions of this package, of the packages that results depend on and
+    of plug-in solvers; this is checked before the first call, and on machines that come later. Machines may come and
+    go: calls of a lost machine start again on another one; if several machines are lost with a call, it is not made.
+    Calls wait for a machine for half a minute, which a warning says. Other programs on the cluster are not affected.
 
     Parameters
     ----------
@@ -44,6 +56,8 @@ def spread(
         Wall-clock time after which a call is killed that no `limited` has stopped, above 0.
     preload
         Modules to load before the first call.
+    solvers
+        Names of the solvers that calls use.
 
     Yields
     ------
@@ -53,14 +67,16 @@ def spread(
     Raises
     ------
     WorkerError
-        If Dask is not installed, the scheduler cannot be reached or is lost, or its machines lack what they need.
+        If Dask is not installed, the scheduler cannot be reached, has no workers or is lost, or workers lack what
+        they need.
     """
     dask = _dask()
     client = _connect(dask, scheduler)
-    study = uuid.uuid4().hex
+    study, wanted = uuid.uuid4().hex, needed_by(solvers)
     under_way: dict[str, tuple[Call, Any]] = {}
-    ended = dask.as_completed(loop=client.loop)
+    ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
     try:
+        _check_workers(client, scheduler, study, wanted)
         while True:
             capacity = _capacity(client)
             while len(under_way) < capacity and (call := next_call()) is not None:
@@ -68,12 +84,13 @@ def spread(
                 if isinstance(payload, Outcome):
                     yield call, payload
                     continue
-                future = client.submit(_run, study, payload, seconds, tuple(preload), key=f"cgla-{uuid.uuid4().hex}")
+                arguments = (study, wanted, payload, seconds, tuple(preload))
+                future = client.submit(_run, *arguments, key=f"cgla-{uuid.uuid4().hex}")
                 under_way[future.key] = call, future
-                ended.add(future)
+                future.add_done_callback(ended.put)
             if not under_way:
                 return
-            call, future = under_way.pop(next(ended).key)
+            call, future = under_way.pop(_next(client, scheduler, ended).key)
             yield call, _outcome(dask, future)
     except (CancelledError, OSError) as error:
         msg = f"the Dask scheduler at {scheduler!r} is lost ({type(error).__name__}); start one, and go on (--resume)"
@@ -110,6 +127,57 @@ def _ring(dask: Any, scheduler: str) -> None:  # noqa: ANN401 - a module that ha
             raise OSError(msg)
 
 
+def _check_workers(client: Any, scheduler: str, study: str, wanted: Mapping[str, str]) -> None:  # noqa: ANN401 - a client that has no types
+    """Wait for workers, and check that they have what this program has."""
+    if not client.nthreads():
+        # (clusters that grow with their work need some)
+        asked = client.submit(socket.gethostname, pure=False)
+        _await_workers(client, scheduler, time.monotonic())
+        del asked
+    own, lacking = wanted["cgla-graph"], {}
+    if own != MISSING:
+        # (functions of this package can be sent only to workers that have it)
+        there = client.run(importlib.metadata.version, "cgla-graph", on_error="return")
+        lacking = {where: f"cgla-graph {_text(one)} (wanted: {own!r})" for where, one in there.items() if one != own}
+    if not lacking:
+        there = client.run(_lacking_text, study, dict(wanted), on_error="return")
+        lacking = {where: _text(one) for where, one in there.items() if one}
+    if lacking:
+        said = [f"{where}: {why}" for where, why in lacking.items()]
+        msg = f"workers of the Dask cluster differ from this program ({listed(said, 2)}); install the same there"
+        raise WorkerError(msg)
+
+
+def _text(answer: object) -> str:
+    """Return what a worker answered, which may be an exception."""
+    return one_line(answer) if isinstance(answer, BaseException) else str(answer)
+
+
+def _await_workers(client: Any, scheduler: str, since: float) -> None:  # noqa: ANN401 - the same
+    """Wait until the cluster has a worker; it has had none since a moment."""
+    is_said = False
+    while not client.nthreads():
+        waited = time.monotonic() - since
+        if waited > WORKER_SECONDS:
+            msg = f"the Dask scheduler at {scheduler!r} has no workers; `dask worker {scheduler}` starts one"
+            raise WorkerError(msg)
+        if waited > QUIET_SECONDS and not is_said:
+            left = WORKER_SECONDS - waited
+            warnings.warn(f"the Dask scheduler has no workers; waiting up to {left:.0f} s for one", stacklevel=2)
+            is_said = True
+        time.sleep(min(GLANCE, WORKER_SECONDS / 10.0))
+
+
+def _next(client: Any, scheduler: str, ended: "queue.SimpleQueue[Any]") -> Any:  # noqa: ANN401 - the same
+    """Wait for the next call to end, as long as there are workers."""
+    while True:
+        began = time.monotonic()
+        with suppress(queue.Empty):
+            return ended.get(timeout=GLANCE)
+        if client.status == "running" and not client.nthreads():
+            _await_workers(client, scheduler, began)
+
+
 def _capacity(client: Any) -> int:  # noqa: ANN401 - a client that has no types
     """Count the calls that may be queued at once; at least one, because some clusters grow with their work."""
     n_threads: int = sum(client.nthreads().values())
@@ -123,7 +191,8 @@ def _outcome(dask: Any, future: Any) -> Outcome:  # noqa: ANN401 - a module and 
         return reply.outcome()
     except dask.KilledWorker as error:
         n_lost = error.allowed_failures + 1
-        return Outcome(None, Failure.CRASHED, f"{n_lost} workers of the cluster died of it, one after the other")
+        said = f"{n_lost} workers of the cluster were lost while they made it, one after the other; see their logs"
+        return Outcome(None, Failure.LOST, said)
     except (CancelledError, OSError, WorkerError):
         raise
     except Exception as error:
@@ -153,15 +222,32 @@ class _Processes:
         self.all: list[WorkerProcess] = []
         self.free: list[WorkerProcess] = []
         self.over = False
+        #: how this machine differs from the program; None before that is known
+        self.lacking: str | None = None
 
 
-_STOPPED = Reply(failure=Failure.CRASHED, message="its study was stopped")
+_STOPPED = Reply(failure=Failure.LOST, message="its study was stopped")
 _lock = threading.Lock()
 _processes: defaultdict[str, _Processes] = defaultdict(_Processes)
 
 
-def _run(study: str, call: bytes, seconds: float, preload: tuple[str, ...]) -> Reply:
+async def _lacking_text(study: str, wanted: Mapping[str, str]) -> str:
+    """Say how this machine differs from the program, without keeping Dask's worker from its own work."""
+    return await asyncio.to_thread(_lacking, study, wanted)
+
+
+def _lacking(study: str, wanted: Mapping[str, str]) -> str:
+    """Say how this machine differs from the program; it is looked at once."""
+    mine = _processes[study]
+    if mine.lacking is None:
+        mine.lacking = differences(wanted)
+    return mine.lacking
+
+
+def _run(study: str, wanted: Mapping[str, str], call: bytes, seconds: float, preload: tuple[str, ...]) -> Reply:
     """Make a call in a worker process of ours."""
+    if lacking := _lacking(study, wanted):
+        return Reply(failure=Failure.NOT_MADE, message=lacking)
     with _lock:
         mine = _processes[study]
         if not mine.over and not mine.free:
@@ -174,6 +260,8 @@ def _run(study: str, call: bytes, seconds: float, preload: tuple[str, ...]) -> R
         return worker.run(call, seconds)
     except CancelledError:
         return _STOPPED
+    except (OSError, WorkerError) as error:
+        return Reply(failure=Failure.NOT_MADE, message=f"on {socket.gethostname()}: {one_line(error)}")
     finally:
         with _lock:
             mine.free.append(worker)

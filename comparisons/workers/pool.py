@@ -14,7 +14,7 @@ from concurrent.futures import CancelledError
 from contextlib import suppress
 from typing import Any, NamedTuple, TypeAlias
 
-from cgla_graph.isolation.outcome import Failure, Outcome, one_line
+from cgla_graph.isolation.outcome import Outcome, failure_by, one_line
 from cgla_graph.isolation.process import WorkerProcess
 
 #: Calls that wait for each worker, so that it stays busy while the caller handles an outcome.
@@ -168,10 +168,8 @@ def here(next_call: NextCall) -> Generator[tuple[Call, Outcome]]:
     while (call := next_call()) is not None:
         try:
             outcome = Outcome(call.function(*call.args))
-        except MemoryError as error:
-            outcome = Outcome(None, Failure.OUT_OF_MEMORY, one_line(error))
         except (Exception, SystemExit) as error:  # noqa: BLE001 - as in a worker, except Ctrl-C
-            outcome = Outcome(None, Failure.RAISED, one_line(error))
+            outcome = Outcome(None, failure_by(error), one_line(error))
         yield call, outcome
 
 

@@ -12,8 +12,10 @@ from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, Protocol, TypeAlias, cast
 
+from cgla_graph._text import counted
 from cgla_graph.comparisons.workers.cluster import spread
 from cgla_graph.comparisons.workers.pool import Call, NextCall, here, isolated
+from cgla_graph.errors import WorkerError
 from cgla_graph.isolation.limits import NO_LIMITS, PREPARATION, Limits
 from cgla_graph.isolation.outcome import Outcome
 
@@ -60,8 +62,8 @@ class Task:
         Picklable arguments, or a function that makes them of the results of `needs`, called in this process right
         before the task starts.
     result
-        Makes the result to store of the outcome (failures included), the limits and the results of `needs`; called in
-        this process.
+        Makes the result to store of the outcome (failures included, except those of the environment), the limits and
+        the results of `needs`; called in this process. It raises a `WorkerError` if the outcome is none of the call.
     needs
         Keys of tasks that end before this one starts.
     """
@@ -81,6 +83,7 @@ def run_tasks(
     workers: int = 1,
     scheduler: str | None = None,
     preload: Sequence[str] = (),
+    solvers: Sequence[str] = (),
 ) -> Generator[tuple[Task, Any]]:
     """
     Run the tasks that are not in the store yet; of those that are ready, the first in order starts first.
@@ -101,6 +104,8 @@ def run_tasks(
         Address of a Dask scheduler whose cluster runs the tasks instead.
     preload
         Modules that workers load before the first task.
+    solvers
+        Names of the solvers that tasks run; the machines of a cluster need the same ones.
 
     Yields
     ------
@@ -114,7 +119,8 @@ def run_tasks(
     OutputError
         If the store cannot be written.
     WorkerError
-        If workers do not start, or the cluster cannot be reached.
+        If workers do not start, or the cluster cannot be reached. At the end, if tasks could not be made because of
+        their environment: these have no results, are not stored, and are made when they are asked for again.
 
     Examples
     --------
@@ -138,23 +144,38 @@ def run_tasks(
         return Call(task.key, task.function, (*given, held))
 
     # the end of the iteration ends the workers
-    with closing(_made(next_call, held, min(workers, len(agenda.left)), scheduler, preload)) as outcomes:
+    how: dict[str, Any] = {"scheduler": scheduler, "preload": preload, "solvers": solvers}
+    with closing(_made(next_call, held, min(workers, len(agenda.left)), **how)) as outcomes:
         for call, outcome in outcomes:
             task = agenda.left[cast("Key", call.key)]
-            result = task.result(outcome, held, agenda.needed(task))
+            if outcome.failure is not None and outcome.failure.is_environment:
+                agenda.give_up(task, outcome.message)
+                continue
+            try:
+                result = task.result(outcome, held, agenda.needed(task))
+            except WorkerError as error:
+                agenda.give_up(task, str(error))
+                continue
             if store is not None:
                 result = store.add(task.key, result)
             agenda.end(task, result)
             yield task, result
+    agenda.check_all_made()
 
 
 def _made(
-    next_call: NextCall, limits: Limits, workers: int, scheduler: str | None, preload: Sequence[str]
+    next_call: NextCall,
+    limits: Limits,
+    workers: int,
+    *,
+    scheduler: str | None,
+    preload: Sequence[str],
+    solvers: Sequence[str],
 ) -> Generator[tuple[Call, Outcome]]:
     """Make calls on a cluster, in worker processes, or (0 workers) in this process."""
     seconds = limits.seconds + PREPARATION
     if scheduler is not None:
-        return spread(next_call, scheduler=scheduler, seconds=seconds, preload=preload)
+        return spread(next_call, scheduler=scheduler, seconds=seconds, preload=preload, solvers=solvers)
     if workers == 0:
         return here(next_call)
     return isolated(next_call, workers=workers, seconds=seconds, preload=preload)
@@ -182,11 +203,35 @@ class _Agenda:
             raise ValueError(msg) from error
         #: a heap of places and keys
         self._ready: list[tuple[int, Key]] = []
+        #: why tasks could not be made, by key; without a reason, they need one of the others
+        self._given_up: dict[Key, str] = {}
 
     def next_task(self) -> Task | None:
-        for key in self._order.get_ready():
-            heapq.heappush(self._ready, (self._places[key], key))
-        return self.left[heapq.heappop(self._ready)[1]] if self._ready else None
+        while self._order.is_active():
+            for key in self._order.get_ready():
+                heapq.heappush(self._ready, (self._places[key], key))
+            if not self._ready:
+                return None
+            task = self.left[heapq.heappop(self._ready)[1]]
+            if self._given_up.keys().isdisjoint(task.needs):
+                return task
+            self.give_up(task)
+        return None
+
+    def give_up(self, task: Task, why: str = "") -> None:
+        """Mark a task as one that could not be made."""
+        self._given_up[task.key] = why
+        del self.left[task.key]
+        self._order.done(task.key)
+
+    def check_all_made(self) -> None:
+        """Raise a `WorkerError` if a task was given up."""
+        if self._given_up:
+            (_, *names), why = next(iter(self._given_up.items()))
+            task = ", ".join(str(name) for name in names if name is not None)
+            n_tasks = counted(len(self._given_up), "task")
+            msg = f"{n_tasks} could not be made, {task} because: {why}; mend that, and make them again (--resume)"
+            raise WorkerError(msg)
 
     def needed(self, task: Task) -> Results:
         return {key: self._results[key] if key in self._results else self._kept(key) for key in task.needs}

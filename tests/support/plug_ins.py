@@ -195,6 +195,15 @@ def counts(problem, note):
 
 
 @plug_in
+def lacks(problem, note):
+    """Raises the error that its note names, until the file is there that it names besides."""
+    error, _, file = note.partition("@")
+    if not Path(file or "missing").exists():
+        raise eval(error)
+    return straight(problem)
+
+
+@plug_in
 def meets(problem, note):
     """Comes back only if another one is on its way at the same time."""
     folder = Path(note)
@@ -207,21 +216,8 @@ def meets(problem, note):
 '''
 
 NAMES = (
-    *(
-        "honest",
-        "sleeps",
-        "hangs",
-        "allocates",
-        "leaves",
-        "segfaults",
-        "raises",
-        "exits",
-        "odd",
-        "nan",
-        "lies",
-        "claims",
-    ),
-    *("talks", "gossips", "counts", "meets", "dirties", "disarms", "stops", "steers", "needs"),
+    *("honest", "sleeps", "hangs", "allocates", "leaves", "segfaults", "raises", "exits", "odd", "nan", "lies"),
+    *("talks", "gossips", "counts", "meets", "dirties", "disarms", "stops", "steers", "needs", "claims", "lacks"),
 )
 
 

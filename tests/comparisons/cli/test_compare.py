@@ -166,6 +166,26 @@ def test_a_solver_that_was_not_installed_is_tried_again(
     assert {run.solution.status.label for run in load(Path("out")).runs} == {"found"}
 
 
+def test_runs_that_the_environment_stops_are_an_error_and_are_resumed(
+    cgla: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plug_ins.install(tmp_path, monkeypatch)
+    file = tmp_path / "file"
+    words = ("compare", "one-threat", "--no-certificate", "--out", "out")
+    solver = f"lacks:note={f'ModuleNotFoundError(3)@{file}'!r}"
+    answer = cgla(*words, "--solvers", f"{solver},straight-line")
+    assert answer.code == 1
+    assert "1 task could not be made, one-threat" in answer.err
+    assert "ModuleNotFoundError: 3" in answer.err
+    assert "straight-line" in answer.out
+    assert cells("out") == [("one-threat", "straight-line", None)]
+    file.touch()
+    assert cgla("compare", "--resume", "--out", "out").code == 0
+    assert load(Path("out")).is_complete
+    # where nothing else is made, there is nothing to show
+    assert cgla(*words, "--overwrite", "--solvers", f"lacks:note={'OSError(28)'!r}").code == 2
+
+
 def test_a_message_cannot_steer_the_terminal(cgla: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plug_ins.install(tmp_path, monkeypatch)
     text = cgla("compare", "one-threat", "--solvers", "steers,cgla", "--no-certificate").out

@@ -14,7 +14,9 @@ from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.comparisons.study.store import StudyStore, load
 from cgla_graph.comparisons.study.study import Study
+from cgla_graph.errors import WorkerError
 from cgla_graph.isolation.limits import Limits
+from cgla_graph.isolation.outcome import Outcome
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
 
@@ -174,3 +176,66 @@ def test_an_answer_becomes_plain() -> None:
     assert (type(answer.cost), answer.cost, answer.message, answer.evaluations) == (float, 0.5, "a b", 0)
     assert math.isnan(answer.trace[0].cost)
     assert dataclasses.replace(answer, trace=()).path.shape == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("error", "workers"),
+    [
+        ("ModuleNotFoundError('No module named numpyy')", 0),
+        ("ImportError('libgone.so cannot be opened')", 0),
+        ("FileNotFoundError(2, 'No such file or directory')", 0),
+        ("OSError(28, 'No space left on device')", 0),
+        ("PermissionError(13, 'Permission denied')", 0),
+        pytest.param("OSError(24, 'Too many open files')", 1, marks=pytest.mark.slow),
+    ],
+)
+def test_errors_of_the_environment_are_no_results(
+    error: str, workers: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are made again, and the other solvers' runs are made in any case."""
+    plug_ins.install(tmp_path, monkeypatch)
+    file = tmp_path / "file"
+    asked = study(f"lacks:note={f'{error}@{file}'!r}", "cgla")
+    with StudyStore.create(tmp_path, asked) as store, pytest.raises(WorkerError, match="1 task could not be made"):
+        list(run_study(asked, store=store, workers=workers))
+    assert [run.solver for run in load(tmp_path).runs] == ["cgla"]
+    file.touch()
+    with StudyStore.resume(tmp_path, asked) as store:
+        (run,) = run_study(asked, store=store, workers=workers)
+    assert run.solution.status is Status.FOUND
+    assert load(tmp_path).is_complete
+
+
+@pytest.mark.parametrize(
+    "error", ["ValueError(1)", "TimeoutError(2)", "KeyError(3)", "RuntimeError('4')", "Exception()"]
+)
+def test_errors_of_a_solver_are_results(error: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plug_ins.install(tmp_path, monkeypatch)
+    (run,) = run_study(study(f"lacks:note={error!r}"), workers=0)
+    assert run.solution.status is Status.FAILED
+    assert run.solution.message.startswith(error.partition("(")[0])
+
+
+def test_a_solver_that_is_missing_on_the_worker_only_is_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that is missing here too has a row that says so."""
+    asked = study("straight-line")
+    outcome = Outcome(execution.Answer(Solution(Status.UNAVAILABLE, message="needs numpyy"), 1.0, "far"))
+    (task,) = execution.study_tasks(asked)
+    with pytest.raises(WorkerError, match=r"needs numpyy \(on far\)"):
+        task.result(outcome, Limits(), {})
+    monkeypatch.setattr(Entrant, "is_available", property(lambda _: False))
+    assert task.result(outcome, Limits(), {}).solution.status is Status.UNAVAILABLE
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        Solution(Status.NOT_FOUND, path="nowhere"),  # type: ignore[arg-type]
+        Solution("found"),  # type: ignore[arg-type]
+        Solution(Status.NOT_FOUND, trace=(lambda: 3,)),  # type: ignore[arg-type]
+    ],
+)
+def test_an_answer_that_makes_no_sense_is_the_solvers(answer: Solution, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(execution.runner, "run", lambda *_: answer)
+    (run,) = run_study(study("straight-line"), workers=0)
+    assert run.solution.status is Status.FAILED

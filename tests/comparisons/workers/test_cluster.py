@@ -11,11 +11,13 @@ import threading
 import time
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import awkward_calls
+import plug_ins
 import pytest
 from awkward_calls import alive, until
 
@@ -25,6 +27,7 @@ from cgla_graph.comparisons.study.store import StudyStore, load
 from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.comparisons.workers import cluster
 from cgla_graph.comparisons.workers.cluster import CONNECT_SECONDS, spread
+from cgla_graph.comparisons.workers.environment import needed_by
 from cgla_graph.comparisons.workers.pool import Call, NextCall, isolated
 from cgla_graph.errors import CglaError, WorkerError
 from cgla_graph.isolation.outcome import Failure, Outcome
@@ -168,7 +171,8 @@ def test_a_study_is_the_same_on_a_cluster_that_loses_a_worker(tmp_path: Path) ->
 
 @pytest.mark.slow
 @needs_dask
-def test_what_takes_workers_down_has_crashed_and_a_study_leaves_nothing(awkward: ModuleType, tmp_path: Path) -> None:
+@pytest.mark.filterwarnings("ignore:the Dask scheduler has no workers")
+def test_a_call_that_loses_workers_is_not_made_and_a_study_leaves_nothing(awkward: ModuleType, tmp_path: Path) -> None:
     calls = [
         Call("child", awkward.leave_child),
         Call("pid", awkward.where),
@@ -178,8 +182,8 @@ def test_what_takes_workers_down_has_crashed_and_a_study_leaves_nothing(awkward:
     ]
     with Cluster(tmp_path, 1) as machines:
         found = outcomes(spread(one_by_one(calls), scheduler=machines.address, seconds=60.0))
-        assert found["worker"].failure is Failure.CRASHED
-        assert found["worker"].message == "2 workers of the cluster died of it, one after the other"
+        assert found["worker"].failure is Failure.LOST
+        assert found["worker"].message.startswith("2 workers of the cluster were lost while they made it")
         pids = [found[key].value for key in ("child", "pid", "after")]
         assert all(until(lambda pid=pid: not alive(pid)) for pid in pids)  # type: ignore[misc]
         machines.wait(1)
@@ -230,3 +234,76 @@ def test_without_dask_the_remedy_is_told(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(CglaError, match=re.escape("pip install 'cgla-graph[distributed]'")):
         next(spread(lambda: None, scheduler="127.0.0.1:8786", seconds=1.0))
+
+
+class OddCluster:
+    """Stands for a client whose workers answer what they are told to."""
+
+    def __init__(self, n_workers: int, *answers: object) -> None:
+        self.n_workers, self.answers, self.asked = n_workers, list(answers), 0
+
+    def nthreads(self) -> dict[str, int]:
+        return dict.fromkeys(range(self.n_workers), 1)  # type: ignore[arg-type]
+
+    def submit(self, *_: object, **__: object) -> None:
+        self.asked += 1
+
+    def run(self, *_: object, **__: object) -> dict[str, object]:
+        return {"tcp://a": self.answers.pop(0)}
+
+
+@pytest.mark.parametrize(
+    ("answers", "words"),
+    [
+        (["0.0.1"], "cgla-graph 0.0.1 (wanted: "),
+        ([PackageNotFoundError("cgla-graph")], "PackageNotFoundError"),
+        ([None, "host has numpy 1.0 (wanted: '2.0')"], "host has numpy 1.0"),
+        ([None, ModuleNotFoundError("no module")], "ModuleNotFoundError: no module"),
+    ],
+)
+def test_workers_that_differ_are_an_error_before_the_first_call(answers: list[object], words: str) -> None:
+    wanted = needed_by(["cgla"])
+    own = [answer or wanted["cgla-graph"] for answer in answers]
+    with pytest.raises(WorkerError, match=re.escape(words)) as told:
+        cluster._check_workers(OddCluster(1, *own), "here", "study", wanted)
+    assert "tcp://a" in str(told.value)
+    assert "install the same there" in str(told.value)
+
+
+def test_a_scheduler_without_workers_is_an_error_after_a_wait_that_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "WORKER_SECONDS", 0.2)
+    monkeypatch.setattr(cluster, "QUIET_SECONDS", 0.0)
+    empty = OddCluster(0)
+    with (
+        pytest.warns(UserWarning, match="no workers; waiting up to"),
+        pytest.raises(WorkerError, match="'here' has no workers; `dask worker here` starts one"),
+    ):
+        cluster._check_workers(empty, "here", "study", needed_by([]))
+    # clusters that grow with their work were given some
+    assert empty.asked == 1
+
+
+def test_a_worker_that_differs_makes_no_call() -> None:
+    reply = cluster._run("other", {"numpy": "0.1"}, b"", 1.0, ())
+    assert reply.failure is Failure.NOT_MADE
+    assert "(wanted: '0.1')" in reply.message
+
+
+@pytest.mark.slow
+@needs_dask
+def test_a_study_with_a_plug_in_is_not_begun_on_workers_without_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the plug-in there, it is complete."""
+    site = plug_ins.install(tmp_path, monkeypatch)
+    study = Study([random_scenario(1, resolution=6)], [Entrant.parse("honest")], tolerance=None)
+    monkeypatch.delenv("PYTHONPATH")
+    with Cluster(tmp_path, 1) as parts, StudyStore.create(tmp_path, study) as store:
+        with pytest.raises(WorkerError, match=r"solver honest none \(wanted: 'odd-solvers 1.0'\)"):
+            list(run_study(study, store=store, scheduler=parts.address))
+        assert not load(tmp_path).runs
+    monkeypatch.setenv("PYTHONPATH", str(site))
+    with Cluster(tmp_path, 1) as parts, StudyStore.resume(tmp_path, study) as store:
+        (run,) = run_study(study, store=store, scheduler=parts.address)
+    assert run.solution.status.label == "found"
+    assert load(tmp_path).is_complete

@@ -1,6 +1,7 @@
 """Tasks with dependencies: each runs once, after those that it needs, and finished ones do not run again."""
 
 import random
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from strategies import few
 
 from cgla_graph.comparisons.workers.tasks import Key, Results, Task, run_tasks
+from cgla_graph.errors import WorkerError
 from cgla_graph.isolation.limits import NO_LIMITS, Limits
 from cgla_graph.isolation.outcome import Failure, Outcome
 
@@ -99,3 +101,41 @@ def test_a_failure_is_a_result_of_what_its_task_makes_of_it() -> None:
     assert here == (Failure.RAISED, "ValueError: within inf", NO_LIMITS)
     ((_, there),) = run_tasks([task], limits=Limits(seconds=5.0), workers=1)
     assert there == (Failure.RAISED, "ValueError: within 5.0", Limits(seconds=5.0))
+
+
+def lacks(file: str, error: type[Exception], _: Limits) -> int:
+    """Raise an error until a file is there."""
+    if not Path(file).exists():
+        raise error
+    return 1
+
+
+@pytest.mark.parametrize(
+    ("error", "workers"),
+    [
+        (ModuleNotFoundError, 0),
+        (FileNotFoundError, 0),
+        (WorkerError, 0),
+        pytest.param(ModuleNotFoundError, 2, marks=pytest.mark.slow),
+    ],
+)
+def test_tasks_that_the_environment_stops_are_made_the_next_time(
+    error: type[Exception], workers: int, tmp_path: Path
+) -> None:
+    """The others are made, but for those that need them; at the end, an error says so."""
+    file = tmp_path / "file"
+
+    def tasks() -> list[Task]:
+        return [
+            Task(("n", "needing"), summed, lambda done: (done["n", "lacking"],), needs=[("n", "lacking")]),
+            Task(("n", "lacking"), lacks, (str(file), error)),
+            Task(("n", "other"), summed, (1,)),
+        ]
+
+    kept = Kept()
+    with pytest.raises(WorkerError, match=f"^2 tasks could not be made, lacking because: {error.__name__}; .*--resume"):
+        list(run_tasks(tasks(), kept, limits=Limits(), workers=workers))
+    assert kept == {("n", "other"): 2}
+    file.touch()
+    list(run_tasks(tasks(), kept, limits=Limits(), workers=workers))
+    assert kept == {("n", "other"): 2, ("n", "lacking"): 1, ("n", "needing"): 2}
