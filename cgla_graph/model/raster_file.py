@@ -1,16 +1,15 @@
 """Readers of raster files (GeoTIFF, ESRI ASCII grids, CSV, NumPy), and their projection from degrees to metres."""
 
 import gzip
-import io
 import math
 import os
-import zipfile
 import zlib
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import IO, Any, Literal, NoReturn, TypeAlias, TypeVar, get_args
+from typing import Any, Literal, NoReturn, TypeAlias, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +17,10 @@ from numpy.typing import NDArray
 from cgla_graph._text import place, shown
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph._validate import bounds_box, non_negative_number
-from cgla_graph.errors import ProblemError
+from cgla_graph.errors import FileFormatError, ProblemError
 from cgla_graph.model.earth import LocalProjection, wrapped
+from cgla_graph.untrusted.arrays import ArrayHeader, archive_names, read_archive, read_elements, read_header
+from cgla_graph.untrusted.numbers import decimal
 
 Kind: TypeAlias = Literal["density", "count"]
 Coordinates: TypeAlias = Literal["plane", "lonlat"]
@@ -30,6 +31,8 @@ GEOTIFF = (".tif", ".tiff")
 ENDINGS = (*GEOTIFF, ".asc", ".npy", ".npz", ".csv", ".csv.gz")
 #: Characters a line of text at most, and characters a cell.
 LONGEST_LINE, CHARACTERS = 1 << 24, 32
+#: Characters of numbers in texts: digits of other scripts and underscores are none.
+_CHARACTERS = set("0123456789.eE+-nNaAiIfFtTyY")
 #: EPSG codes of degrees on WGS84, or on a datum within a metre or two of it.
 WGS84 = (4326, 4979, 4258, 4269)
 #: Metres from the origin of a projection; beyond this it distorts areas by more than a percent.
@@ -314,11 +317,13 @@ def _read_safely(file: Path, read: Callable[[], ReadT]) -> ReadT:
     """Read from a file; turn errors into a `ProblemError` of one line."""
     try:
         return read()
-    except (EOFError, zipfile.BadZipFile, zlib.error, UnicodeDecodeError) as error:
+    except FileFormatError as error:
+        raise ProblemError(str(error)) from error
+    except (EOFError, zlib.error, UnicodeDecodeError) as error:
         _fail(file, f"it is damaged or of another kind ({_line(error)})", "write it once more")
     except (OSError, MemoryError) as error:
         _fail(file, f"it cannot be read ({_line(error)})", "write it once more, or check who may read it")
-    except (ValueError, TypeError, KeyError, OverflowError, NotImplementedError, SyntaxError) as error:
+    except (ValueError, TypeError, KeyError, OverflowError, NotImplementedError) as error:
         if isinstance(error, ProblemError):
             raise
         _fail(file, f"it is damaged or of another kind ({_line(error)})", "write it once more")
@@ -466,63 +471,48 @@ def _lines(file: Path, most: int) -> Iterator[str]:
 
 def _parsed(file: Path, words: list[str], where: str) -> FloatArray:
     """Return words as numbers."""
-    try:
-        return np.array(words, dtype=np.float64)
-    except ValueError:
-        for index, word in enumerate(words):
-            _number(file, f"{where}, number {index},", word)
-        raise
+    # (NumPy reads more than decimal numbers, and makes those infinite that are too large)
+    with suppress(ValueError):
+        if not set().union(*words) - _CHARACTERS:
+            values = np.array(words, dtype=np.float64)
+            if not np.isinf(values).any():
+                return values
+    return np.array([_number(file, f"{where}, number {index},", word) for index, word in enumerate(words)])
 
 
 def _number(file: Path, name: str, word: str) -> float:
+    """Return a word as a number; NaN is one here."""
+    if word.lower().lstrip("+-") == "nan":
+        return math.nan
     try:
-        return float(word)
-    except ValueError:
-        _fail(file, f"{name} is {shown(word)}, which is no number", "write numbers alone")
+        return decimal(word, or_infinite=True)
+    except ValueError as error:
+        wrong, _, remedy = str(error).partition("; ")
+        _fail(file, f"{name} is {shown(word)}, which {wrong}", remedy)
 
 
 def _npy(file: Path, most: int) -> FloatArray:
     """Read an array of NumPy, whose header is checked first; never a pickle."""
     with file.open("rb") as stream:
-        shape = _shape(file, stream, most)
-        at = stream.tell()
-        size = file.stat().st_size
-        needed = at + math.prod(shape[0]) * shape[1].itemsize
-    if size < needed:
-        _fail(file, f"it has {size} bytes instead of {needed}", "it is cut off: write it once more")
-    return np.array(np.load(file, mmap_mode="r", allow_pickle=False), dtype=np.float64)
+        header = read_header(stream, str(file), "iuf")
+        _check_header(file, header, most)
+        return read_elements(stream, header, str(file)).astype(np.float64, order="C")
 
 
 def _npz(file: Path, most: int) -> FloatArray:
     """Read the only array of an archive, or the one named values."""
-    with zipfile.ZipFile(file) as archive:
-        names = [name for name in archive.namelist() if name.endswith(".npy")]
-        chosen = "values.npy" if "values.npy" in names else names[0] if len(names) == 1 else None
-        if chosen is None:
-            _fail(file, f"it holds {len(names)} arrays", "save one alone, or call it values")
-        with archive.open(chosen) as member:
-            shape, kind = _shape(file, member, most)
-            size = math.prod(shape) * kind.itemsize
-            declared = archive.getinfo(chosen).file_size
-            if declared < size:
-                _fail(file, f"its array has {declared} bytes instead of {size}", "it is cut off: write it once more")
-        with archive.open(chosen) as member:
-            return np.array(np.load(io.BytesIO(member.read(size + (1 << 16))), allow_pickle=False), dtype=np.float64)
+    names = archive_names(file)
+    chosen = "values" if "values" in names else names[0] if len(names) == 1 else None
+    if chosen is None:
+        _fail(file, f"it holds {len(names)} arrays", "save one alone, or call it values")
+    read = read_archive(file, [chosen], kinds="iuf", check=lambda header: _check_header(file, header, most))
+    return read[chosen].astype(np.float64, order="C")
 
 
-def _shape(file: Path, stream: IO[bytes], most: int) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Read the header of an array of NumPy, and check it."""
-    version = np.lib.format.read_magic(stream)
-    readers = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
-    if version not in readers:
-        _fail(file, f"its header is of version {version}", "save it with numpy.save")
-    shape, _, kind = readers[version](stream)
-    if kind.kind not in "iuf":
-        _fail(file, f"it holds the type {kind}", "give integers or floats")
-    if len(shape) != 2:  # noqa: PLR2004 - rows and columns
-        _fail(file, f"its array has shape {shape}", "give shape (rows, columns)")
-    _require_size(file, shape[0], shape[1], most)
-    return shape, kind
+def _check_header(file: Path, header: ArrayHeader, most: int) -> None:
+    if len(header.shape) != 2:  # noqa: PLR2004 - rows and columns
+        _fail(file, f"its array has shape {header.shape}", "give shape (rows, columns)")
+    _require_size(file, *header.shape, most)
 
 
 def _require_size(file: Path, rows: int, columns: int, most: int) -> None:

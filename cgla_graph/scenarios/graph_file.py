@@ -24,7 +24,7 @@ from cgla_graph.scenarios.edge_list import EdgeList, fail, read_edge_list, read_
 from cgla_graph.scenarios.graph_endings import ENDINGS, MOST_TEXT
 from cgla_graph.scenarios.matrix_market import read_entries, read_head
 from cgla_graph.scenarios.node_link import read_node_link
-from cgla_graph.scenarios.text_files import read_text
+from cgla_graph.scenarios.text_files import read_text, require_file
 from cgla_graph.untrusted.arrays import read_archive
 from cgla_graph.untrusted.numbers import decimal
 
@@ -172,10 +172,7 @@ def read_graph(path: Path, *, weight: str | None = None, directed: bool = False)
 
 def _size(path: Path, most: int) -> int:
     """Return the size of a file, which must be there and not too large."""
-    if not path.is_file():
-        there = "this is no file" if path.exists() else "there is no such file"
-        msg = f"{path}: {there}: check the name and the folder"
-        raise ScenarioError(msg)
+    require_file(path)
     size = path.stat().st_size
     if size > most:
         msg = f"{path}: {size / 1e6:.0f} MB are more than the {most / 1e6:.0f} that are read; give the weights as .npz"
@@ -271,7 +268,7 @@ def _matrix_market(path: Path, _weight: str | None, _directed: bool) -> GraphFil
 
 def _npz(path: Path, _weight: str | None, _directed: bool) -> GraphFile:
     _size(path, MOST_BYTES)
-    words = read_archive(path, MOST_BYTES, ("format", "shape"), "biufSU")
+    words = read_archive(path, ("format", "shape"), most=MOST_BYTES, kinds="biufSU")
     form = words["format"].item() if words.get("format", np.zeros(2)).size == 1 else b""
     form = form.decode("latin-1") if isinstance(form, bytes) else str(form)
     if "format" not in words or "shape" not in words:
@@ -280,7 +277,7 @@ def _npz(path: Path, _weight: str | None, _directed: bool) -> GraphFile:
         fail(path, f"it is a matrix of format {shown(form)}", "save it as csr, csc or coo")
     shape = _whole(path, "shape", words["shape"]).ravel().tolist()
     _check_shape(path, shape)
-    parts = read_archive(path, MOST_BYTES, ("data", "indices", "indptr", "row", "col", "coords"))
+    parts = read_archive(path, ("data", "indices", "indptr", "row", "col", "coords"))
     if "coords" in parts and parts["coords"].shape[:1] == (2,):
         parts["row"], parts["col"] = parts["coords"]
     needed = ("row", "col", "data") if form == "coo" else ("indptr", "indices", "data")

@@ -27,7 +27,7 @@ from cgla_graph.scenarios.map_tables import RasterTable
 from cgla_graph.scenarios.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, load_scenario, scenario_of
 from cgla_graph.scenarios.table_faults import faults
-from cgla_graph.scenarios.text_files import scenario_errors
+from cgla_graph.scenarios.text_files import require_file, scenario_errors
 from cgla_graph.untrusted.files import kind_of
 
 #: The complete graph of a grid map joins its cells up to this many; a larger map gets a lattice of 50 a side.
@@ -210,6 +210,7 @@ def raster_scenario(
     ScenarioError
         If something is missing or malformed.
     """
+    require_file(path)
     if start is None or goal is None:
         msg = f"{path}: a raster has no ends; give --start and --goal (longitude, latitude where it has degrees)"
         raise ScenarioError(msg)

@@ -29,6 +29,7 @@ from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
 from cgla_graph.scenarios.table_faults import faults
 from cgla_graph.scenarios.text_files import scenario_errors
+from cgla_graph.untrusted.numbers import parse_float
 
 #: Spreads around the centre of a threat that a box around threats holds, so that there is room to fly around it; and
 #: spreads beyond which its risk does not count.
@@ -507,7 +508,7 @@ def read_table(text: str, kind: type[AnyTable], *, place: str, command: str) -> 
     20
     """
     try:
-        document = tomllib.loads(text)
+        document = tomllib.loads(text, parse_float=parse_float)
     except (ValueError, RecursionError) as error:
         msg = f"{place}: not TOML that can be read: {error}"
         raise ScenarioError(msg) from error

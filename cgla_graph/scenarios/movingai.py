@@ -15,7 +15,7 @@ import numpy as np
 
 from cgla_graph._text import shown
 from cgla_graph.scenarios.grid_map import GridMap, check_on_map
-from cgla_graph.scenarios.text_files import fail, read_text
+from cgla_graph.scenarios.text_files import fail, is_file, read_text
 
 FREE = ".GS"
 BLOCKED = "@OTW"
@@ -169,7 +169,7 @@ def map_beside(scen_path: str | os.PathLike[str], row: GridRow) -> Path:
     own = scen.name.removesuffix(".scen")
     # Old files were written on Windows, with its separator.
     names = [re.split(r"[/\\]", row.map_name)[-1], own if own.endswith(".map") else f"{own}.map"]
-    found = [scen.parent / name for name in names if _is_file(scen.parent / name)]
+    found = [scen.parent / name for name in names if is_file(scen.parent / name)]
     if not found:
         wrong = f"row {row.index} names the map {shown(row.map_name)}, which is not in the same folder"
         fail(f"{shown(os.fspath(scen_path))}: {wrong}", " or ".join(map(shown, names)), "put the map there")
@@ -212,14 +212,6 @@ def check_row(row: GridRow, grid: GridMap) -> None:
         check_on_map(grid, column, line, what, remedy)
         if grid.blocked[line, column]:
             fail(f"{where}: {what} (column {column}, row {line}) is blocked", "a free cell", remedy)
-
-
-def _is_file(path: Path) -> bool:
-    """Return whether a file exists; False for names that no file can have."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
 
 
 def _lines(path: str | os.PathLike[str], file: str) -> list[str]:

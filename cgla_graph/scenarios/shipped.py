@@ -1,13 +1,16 @@
 """Shipped scenarios and missions, by name; they are listed without being built."""
 
 import difflib
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
-from cgla_graph._text import shown
+from cgla_graph._text import place, shown
 from cgla_graph.errors import MissionError, ScenarioError
+from cgla_graph.scenarios.text_files import is_file
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,10 @@ class ShippedFiles:
     def text(self, name: str, hint: str = "") -> str:
         """Return the file of a name; for an unknown name, the error gives the `hint`, near names, or all names."""
         order = self.names()
+        if name not in order and re.search(r"\.[A-Za-z]\w{0,9}$", name):
+            there = f"a {self.kind} is no such file" if is_file(Path(name)) else "there is no such file"
+            msg = f"{place(name)}: {there}: check the name and the folder; a {self.kind} ends in {self.endings}"
+            raise self.error(msg)
         if name not in order:
             near = difflib.get_close_matches(name, order, n=3, cutoff=0.4)
             remedy = hint or (f"did you mean {' or '.join(near)}?" if near else f"shipped: {', '.join(order)}.")

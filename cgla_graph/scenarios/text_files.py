@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NoReturn
 
@@ -27,6 +27,45 @@ def scenario_errors(where: object) -> Iterator[None]:
     except CglaError as error:
         msg = f"{where}: {error}"
         raise ScenarioError(msg) from error
+
+
+def require_file(path: Path) -> None:
+    """
+    Check that a file is there, before anything else is said about it.
+
+    Raises
+    ------
+    ScenarioError
+        If there is none, or it is a folder or a device.
+
+    Examples
+    --------
+    >>> require_file(Path("roads.json"))
+    Traceback (most recent call last):
+    cgla_graph.errors.ScenarioError: roads.json: there is no such file: check the name and the folder
+    """
+    there = "there is no such file"
+    with suppress(OSError, ValueError):
+        if path.is_file():
+            return
+        there = "this is no file" if path.exists() else there
+    msg = f"{place(path)}: {there}: check the name and the folder"
+    raise ScenarioError(msg)
+
+
+def is_file(path: Path) -> bool:
+    """
+    Return whether a file is there; False for names that no file can have.
+
+    Examples
+    --------
+    >>> is_file(Path("x" * 9999))
+    False
+    """
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def read_text(path: str | os.PathLike[str], file: str, what: str) -> str:

@@ -1,12 +1,12 @@
 """Reader of NumPy's arrays (``.npy``, ``.npz``) that evaluates no text and loads no pickled objects."""
 
-import lzma
 import math
 import re
 import struct
 import zipfile
 import zlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgla_graph._text import cut, shown
-from cgla_graph.errors import FileFormatError
+from cgla_graph.errors import CglaError
 from cgla_graph.untrusted.files import fault
 
-#: Errors of `zipfile` and its decompressors for damaged archives.
+#: Errors of `zipfile` and zlib for damaged archives.
 ZIP_FAULTS = (
-    *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, EOFError, OSError),
+    *(zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError),
     *(RuntimeError, NotImplementedError, ValueError, OverflowError, LookupError),
 )
 #: Bytes of a header at most.
@@ -89,9 +89,9 @@ def read_header(stream: IO[bytes], file: str, kinds: str = "biuf") -> ArrayHeade
     except (TypeError, ValueError, LookupError, OverflowError):
         fault(file, f"its header, {shown(text.decode('latin-1').strip())}, is damaged", "save it with numpy.save")
     if dtype.kind == "O":
-        fault(file, "it holds pickled objects, which are never loaded (allow_pickle)", "save an array of numbers")
+        fault(file, "it holds the type object, which is never loaded (allow_pickle)", "save an array of numbers")
     if dtype.kind not in kinds:
-        fault(file, f"its elements are of type {dtype}", "save an array of numbers")
+        fault(file, f"it holds the type {dtype}", "save an array of numbers")
     return ArrayHeader(dtype, shape, by_columns)
 
 
@@ -111,8 +111,26 @@ def read_elements(stream: IO[bytes], header: ArrayHeader, file: str) -> NDArray[
     return elements.reshape(header.shape, order="F" if header.by_columns else "C")
 
 
+def archive_names(path: Path) -> list[str]:
+    """
+    List the arrays of a ``.npz`` file.
+
+    Raises
+    ------
+    FileFormatError
+        If it is no archive, or is damaged.
+    """
+    with _archive(path) as archive:
+        return [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
+
+
 def read_archive(
-    path: Path, most: int, names: Iterable[str] | None = None, kinds: str = "biuf"
+    path: Path,
+    names: Iterable[str],
+    *,
+    most: float = math.inf,
+    kinds: str = "biuf",
+    check: Callable[[ArrayHeader], None] | None = None,
 ) -> dict[str, NDArray[Any]]:
     """
     Read arrays of a ``.npz`` file.
@@ -121,12 +139,14 @@ def read_archive(
     ----------
     path
         The file.
-    most
-        Bytes of all its members at most, unpacked.
     names
-        The arrays that are read, where they are there; all if left out.
+        The arrays that are read, where they are there.
+    most
+        Bytes of all members of the archive at most, unpacked.
     kinds
         As in `read_header`.
+    check
+        Called with the header of each array before its elements are read.
 
     Returns
     -------
@@ -138,28 +158,45 @@ def read_archive(
     FileFormatError
         If it is no archive, is too large or damaged, or an array is malformed.
     """
-    file = str(path)
+    with _archive(path) as archive:
+        if (size := sum(part.file_size for part in archive.infolist())) > most:
+            wrong = f"unpacked it has {size / 1e6:.0f} MB, more than the {most / 1e6:.0f} that are read"
+            fault(str(path), wrong, "give a smaller one")
+        there = {part.filename.removesuffix(".npy"): part for part in archive.infolist()}
+        return {name: _member(archive, there[name], f"{path}: {name}", kinds, check) for name in names if name in there}
+
+
+@contextmanager
+def _archive(path: Path) -> Iterator[zipfile.ZipFile]:
+    """Open an archive, and turn errors while it is read into those of a file."""
     try:
         with zipfile.ZipFile(path) as archive:
-            if (size := sum(part.file_size for part in archive.infolist())) > most:
-                wrong = f"unpacked it has {size / 1e6:.0f} MB, more than the {most / 1e6:.0f} that are read"
-                fault(file, wrong, "give a smaller one")
-            there = {part.filename.removesuffix(".npy"): part for part in archive.infolist()}
-            return {
-                name: _member(archive, there[name], f"{file}: {name}", kinds)
-                for name in (there if names is None else names)
-                if name in there
-            }
+            yield archive
+    except CglaError:
+        raise
     except ZIP_FAULTS as error:
-        if isinstance(error, FileFormatError):
-            raise
-        fault(file, f"it cannot be read as an archive ({cut(error)})", "write it once more")
+        fault(
+            str(path),
+            f"it cannot be read as an archive: it is damaged or of another kind ({cut(error)})",
+            "write it once more",
+        )
 
 
-def _member(archive: zipfile.ZipFile, part: zipfile.ZipInfo, file: str, kinds: str) -> NDArray[Any]:
+def _member(
+    archive: zipfile.ZipFile,
+    part: zipfile.ZipInfo,
+    file: str,
+    kinds: str,
+    check: Callable[[ArrayHeader], None] | None,
+) -> NDArray[Any]:
     """Read one array of an archive."""
+    # (the memory of other methods has no bound)
+    if part.compress_type not in {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}:
+        fault(file, "its compression is not supported", "write it with numpy.savez")
     with archive.open(part) as stream:
         header = read_header(stream, file, kinds)
+        if check is not None:
+            check(header)
         if header.size > part.file_size:
             wrong = f"it has {part.file_size} bytes instead of {header.size}"
             fault(file, wrong, "it is cut off: write it once more")

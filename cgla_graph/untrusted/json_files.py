@@ -6,10 +6,10 @@ from typing import NoReturn
 
 import numpy as np
 
-from cgla_graph._text import cut, shown
+from cgla_graph._text import shown
 from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import FilePath, fault, read_bytes, text_of
-from cgla_graph.untrusted.numbers import in_range
+from cgla_graph.untrusted.numbers import parse_float
 
 #: Greatest depth of nested objects and lists.
 DEEPEST = 64
@@ -126,10 +126,9 @@ def _one_value_a_key(pairs: list[tuple[str, object]]) -> dict[str, object]:
 def _number(text: str) -> float:
     """Return a float; refuse one that is too large."""
     try:
-        return in_range(text)
+        return parse_float(text)
     except ValueError as error:
-        msg = f"{cut(text)} {error}"
-        raise _RefusedError(msg) from error
+        raise _RefusedError(str(error)) from error
 
 
 def _no_constant(name: str) -> NoReturn:

@@ -3,6 +3,8 @@
 import math
 import re
 
+from cgla_graph._text import cut
+
 _DECIMAL = re.compile(r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?+")
 _INFINITE = re.compile(r"([+-]?)inf(?:inity)?", re.IGNORECASE)
 
@@ -64,6 +66,30 @@ def in_range(text: str) -> float:
         msg = "is too large for a number; give one of at most 1.8e308"
         raise ValueError(msg)
     return value
+
+
+def parse_float(text: str) -> float:
+    """
+    Return a float for `json` and `tomllib`, which call this by the same name.
+
+    Raises
+    ------
+    ValueError
+        If it is too large for a float.
+
+    Examples
+    --------
+    >>> import tomllib
+    >>> tomllib.loads("k = 1e400", parse_float=parse_float)
+    Traceback (most recent call last):
+        ...
+    ValueError: 1e400 is too large for a number; give one of at most 1.8e308
+    """
+    try:
+        return in_range(text)
+    except ValueError as error:
+        msg = f"{cut(text)} {error}"
+        raise ValueError(msg) from error
 
 
 def is_infinite(text: str) -> bool:

@@ -458,9 +458,10 @@ def naming_graphs(command: str, specs: Sequence[str]) -> Iterator[None]:
         yield
     except CglaError as error:
         from cgla_graph.scenarios.graph_endings import is_graph_file
+        from cgla_graph.scenarios.text_files import is_file
 
         for spec in specs:
-            if is_graph_file(spec):
+            if is_file(Path(spec)) and is_graph_file(spec):
                 msg = f"{spec} is a graph; plan between two of its nodes: cgla graph {command} {spec} --from A --to B"
                 raise CglaError(msg) from error
         raise

@@ -16,6 +16,7 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios.loading import AREAS, RASTERS, holds_areas, open_scenarios
 from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.scenarios.text_files import require_file
 
 if TYPE_CHECKING:
     from cgla_graph.scenarios.mission_file import MissionFile
@@ -201,6 +202,7 @@ class MapOptions:
         settings = {name: value for name, value in self.raster.items() if value is not None}
         zones = {name: value for name, value in self.zones.items() if value is not None}
         if is_raster(spec):
+            require_file(Path(spec))
             if self.k is None:
                 msg = f"{spec}: a raster has no risk weight; give --k K, what a unit of risk is worth in length"
                 raise CglaError(msg)

@@ -6,7 +6,7 @@ import json
 import math
 import struct
 import zipfile
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -21,11 +21,15 @@ from scipy import sparse
 from strategies import few, networks, usual, weight_matrices
 
 from cgla_graph._types import FloatArray
-from cgla_graph.errors import ScenarioError
+from cgla_graph.comparisons.study.options import MapOptions
+from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.scenarios import graph_file
 from cgla_graph.scenarios.graph_endings import is_graph_file
 from cgla_graph.scenarios.graph_file import read_graph
+from cgla_graph.scenarios.loading import open_scenarios
+from cgla_graph.scenarios.mission_file import load_mission
+from cgla_graph.scenarios.scenario import load_scenario
 
 Edges = dict[tuple[str, str], float]
 
@@ -340,7 +344,7 @@ GOOD = {"format": b"csr", "shape": [2, 2], "data": [1.0], "indices": [1], "indpt
         pytest.param({"shape": [1, 2], "indptr": [0, 1]}, "1 x 2", id="not square"),
         pytest.param({"format": b"sql"}, "of format 'sql'", id="unknown format"),
         pytest.param({"format": b"dia", "offsets": [0], "data": [[1.0, 1.0]]}, "of format 'dia'", id="dia"),
-        pytest.param({"data": [1j]}, "elements are of type complex128", id="complex"),
+        pytest.param({"data": [1j]}, "it holds the type complex128", id="complex"),
         pytest.param({"data": [np.nan]}, "from 0 to 1 has weight nan", id="nan"),
         pytest.param({"data": np.array([{"code": 1}])}, "allow_pickle", id="pickled object"),
         pytest.param({"format": np.array({"code": 1})}, "allow_pickle", id="pickled format"),
@@ -397,3 +401,19 @@ def test_infinite_weights_are_no_edges(tmp_path: Path) -> None:
     read = read_graph(tmp_path / "a.csv")
     assert (read.n_edges, len(read.labels)) == (1, 3)
     assert math.isinf(read.graph().weight(0, 1))
+
+
+@pytest.mark.parametrize("name", ["missing.json", "no/where.npy", "missing.geojson", "missing.csv", "missing.txt"])
+def test_what_is_not_there_is_no_such_file(name: str) -> None:
+    """Through every door that takes a name or a file."""
+    calls: list[Callable[[], object]] = [
+        lambda: list(open_scenarios(name)),
+        lambda: load_scenario(name),
+        lambda: load_mission(name),
+        lambda: list(MapOptions().open(name)),
+    ]
+    if Path(name).suffix in {".json", ".csv"}:
+        calls.append(lambda: read_graph(Path(name)))
+    for call in calls:
+        with pytest.raises(CglaError, match=f"{name}: there is no such file"):
+            call()
