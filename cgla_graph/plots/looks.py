@@ -10,6 +10,7 @@ from cgla_graph._text import counted, figure
 from cgla_graph._types import FloatArray
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.plots.page import plain
+from cgla_graph.plots.standing_out import standing_out
 
 #: Offset into a pattern of dashes, and the lengths of dashes and gaps in line widths (None: no gaps).
 Dashes: TypeAlias = tuple[float, tuple[float, ...] | None]
@@ -31,8 +32,6 @@ GREY = "0.62"
 _INFEASIBLE_COLOUR = "#D55E00"
 #: Infeasible paths have dashes of these lengths; further ones have more and more dots between the dashes.
 _INFEASIBLE_DASHES = (6.0, 3.0, 9.0)
-#: Up to `MOST_COLOURED` paths are all in colour; of more, the `BEST` best ones and those that the user names.
-MOST_COLOURED, BEST = len(COLOURS), 5
 
 
 def dashes_of(number: int) -> Dashes:
@@ -119,8 +118,6 @@ def labelled_paths(
     """
     Choose how paths look: the same in each picture of them.
 
-    Up to `MOST_COLOURED` are all in colour. Of more, the `BEST` best with a path are, and those that are named.
-
     Parameters
     ----------
     solutions
@@ -128,7 +125,7 @@ def labelled_paths(
     ranked
         The labels, the best first; None: by cost.
     named
-        Labels of those that are always in colour.
+        Labels of those that are always in colour (see `standing_out`).
     notes
         Texts after the costs in the legend, by label.
 
@@ -145,8 +142,9 @@ def labelled_paths(
     """
     if ranked is None:
         ranked = sorted(solutions, key=lambda one: (not solutions[one].status.has_path, solutions[one].cost))
-    best = [label for label in ranked if solutions[label].status.has_path][:BEST]
-    chosen = [label for label in solutions if len(solutions) <= MOST_COLOURED or label in {*best, *named}]
+    best = [label for label in ranked if solutions[label].status.has_path]
+    coloured = {*standing_out({label: solutions[label].solver for label in ranked}, best), *named}
+    chosen = [label for label in solutions if label in coloured]
     places = {label: number for number, label in enumerate(solutions)}
     looks = dict(zip(chosen, _looks(places[label] for label in chosen), strict=True))
     return [LabelledPath(one, solutions[one], looks.get(one), (notes or {}).get(one, "")) for one in ranked]

@@ -44,7 +44,7 @@ def compare(
         int | None, option("--pictures N", "draw the first N scenarios (default: 20; for a study file: 0)", min=0)
     ] = None,
     highlight: Annotated[
-        str | None, option("--highlight A,B", "draw these solvers in colour (default: the best 5 of more than 8)")
+        str | None, option("--highlight A,B", "draw these in colour, besides the best and those of the paper")
     ] = None,
     strict: Annotated[bool, option("--strict", "exit with 1 if a run has no path")] = False,
     example: Annotated[bool, option("--example", "print an example of a study file")] = False,

@@ -35,6 +35,7 @@ from cgla_graph.comparisons.study.rows import by_scenario, by_solver
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.comparisons.tables.overview import overview
+from cgla_graph.plots.standing_out import standing_out
 
 NOTES = (
     ("cost", "Length plus k times the risk of a path, re-evaluated by the oracle; no solver is trusted about its own."),
@@ -123,12 +124,17 @@ def _document(stored: Stored, found: Sequence[LeaderboardRow], *, live: bool) ->
     places = {label: number for number, label in enumerate(solvers)}
     ranked = [places[one.solver] for one in found]
     names = [group[0].scenario.name for group in groups]
+    known = {run.solver: run.solution.solver for run in runs}
+    with_path = {run.solver for run in runs if run.solution.status.has_path}
+    order = [one.solver for one in found]
+    first = standing_out({label: known[label] for label in order}, [label for label in order if label in with_path])
     return {
         "live": live,
         "runs": len(runs) + len(stored.flights),
         "complete": stored.is_complete,
         "solvers": solvers,
         "order": ranked,
+        "first": [places[label] for label in first],
         "names": names,
         "statuses": statuses_document(),
         "rerun": rerun_command(stored.folder),

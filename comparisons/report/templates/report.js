@@ -6,9 +6,9 @@
     remembered, setTheme, mapCanvases, riskBar, pointsOf, DASHES, SVG_DASHES,
   } = drawing;
   const MARKERS = ['circle', 'square', 'diamond', 'triangle-up', 'x', 'cross', 'star'];
-  const MOST_BANDS = 6, FIRST_SHOWN = 8, POLL = 2000, PAPER = 660;
+  const MOST_BANDS = 6, POLL = 2000, PAPER = 660;
   const state = {
-    data: JSON.parse($('#data').textContent), scenario: null, shown: null,
+    data: JSON.parse($('#data').textContent), scenario: null, shown: new Set(), chosen: false,
     sort: { column: null, down: false }, filter: { text: '', scenario: '', solver: '', status: '' }, page: 0, size: 25, print: null,
   };
 
@@ -252,6 +252,7 @@
     if (focused) all('input[type=checkbox]').find(box => box.dataset.key === focused)?.focus();
   }
   function choose(names) {
+    state.chosen = true;
     state.shown = new Set(names);
     for (const box of all('.legend input')) box.checked = state.shown.has(box.value);
     redraw();
@@ -370,7 +371,7 @@
   function fill() {
     const { data } = state;
     haystacks = null;
-    state.shown ??= new Set(data.order.slice(0, FIRST_SHOWN).map(place => data.solvers[place]));
+    if (!state.chosen) state.shown = new Set(data.first.map(place => data.solvers[place]));
     options($('#scenario'), data.scenarios.map((one, i) => [String(i), one.name]));
     options($('#filter-scenario'), data.names.map(name => [name, name]), 'all');
     options($('#filter-solver'), data.solvers.map(name => [name, name]), 'all');

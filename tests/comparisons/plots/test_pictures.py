@@ -204,6 +204,44 @@ def test_of_many_solvers_the_best_five_and_the_named_are_in_colour() -> None:
     assert "nothing: stuck" in labels(map_figure(where, runs, {"nothing"}))
 
 
+QUESTION = ["cgla", "dijkstra", "rrt-star", "ompl-prm-star", "eight-direction", "bcv-style"]
+
+
+def coloured(figure: Figure) -> list[str]:
+    """Return the solvers that have rows of their own in the legend, in order."""
+    return [label.split(": ")[0] for label in labels(figure) if ": " in label]
+
+
+@pytest.mark.parametrize("suffix", ["", ":seed=3", "+refine"])
+def test_of_many_solvers_those_of_the_paper_and_the_best_are_in_colour(suffix: str) -> None:
+    where = scenario(k=1.0)
+    names = [f"{name}{suffix}" for name in QUESTION]
+    # none of them is among the best five
+    runs = [run(where, name, [START, (0.01 * i, 0.9), GOAL]) for i, name in enumerate(names)] + fan(where, 12)
+    figure = map_figure(where, runs)
+    assert coloured(figure) == ["solver-11", *reversed(names)]
+    lines = [line for line in paths(figure) if to_hex(line.get_color()) != to_hex(GREY)]
+    assert len({to_hex(line.get_color()) for line in lines}) == 7
+    assert labels(figure)[7] == "11 others"
+    assert_tidy(figure)
+    traces = traces_figure([traced(where, [one.solution.cost], one.solver) for one in runs])
+    assert set(coloured(traces)) >= {*names, "solver-11"}
+    assert "11 others" in labels(traces)
+
+
+def test_of_many_entrants_of_a_solver_the_best_one_is_in_colour() -> None:
+    where = scenario(k=1.0)
+    runs = [
+        dataclasses.replace(one, solution=dataclasses.replace(one.solution, solver="rrt-star" if i < 9 else "voronoi"))
+        for i, one in enumerate(fan(where, 14))
+    ]
+    # and of those of the paper, one without a path as well; the others are the next best ones
+    runs += [run(where, "cgla", (), status=Status.STUCK)]
+    names = ["solver-13", "solver-12", "solver-11", "solver-8", "cgla"]
+    assert coloured(map_figure(where, runs)) == names
+    assert coloured(map_figure(where, runs, {"solver-0"})) == [*names[:4], "solver-0", "cgla"]
+
+
 def test_thirty_solvers_have_a_short_legend_over_time_as_well() -> None:
     runs = [traced(MAP, [3.0, 1.2 + 0.01 * i], f"anytime-{i}") for i in range(15)]
     runs += [run(MAP, f"once-{i}", cost=1.1 + 0.1 * i, seconds=0.1 + i) for i in range(15)]

@@ -246,6 +246,24 @@ def test_a_study_without_runs(runs: list[Run]) -> None:
     assert empty.data["scenarios"] == empty.data["order"] == []
 
 
+def test_of_many_solvers_those_of_the_paper_and_the_best_are_shown_first(runs: list[Run]) -> None:
+    labels = [*(f"solver-{i}" for i in range(12)), "mine", "cgla", "bcv-style", "rrt-star:iterations=50"]
+    found = [
+        Run(
+            runs[0].scenario,
+            label,
+            None,
+            exact=False,
+            solution=Solution(Status.FOUND, np.array([(0, 0), (1, 1)]), cost=1.0 + i),
+        )
+        for i, label in enumerate(labels)
+    ]
+    found[12] = dataclasses.replace(found[12], solution=dataclasses.replace(found[12].solution, solver="dijkstra"))
+    data = Page(report_html(stored_of(found))).data
+    assert [data["solvers"][place] for place in data["first"]] == ["solver-0", *labels[12:]]
+    assert Page(report_html(stored_of(found[:8]))).data["first"] == list(range(8))
+
+
 def test_scenarios_of_one_map_share_it(runs: list[Run]) -> None:
     run = runs[0]
     problem = dataclasses.replace(run.scenario.problem, k=3.0)
