@@ -22,6 +22,8 @@ from cgla_graph.model.risk import RiskField
 
 #: Below this many nodes, threads cost more than they save.
 THREADED_FROM = 200
+#: Areas that are found by identity.
+RECENT = 4
 
 
 @dataclass(frozen=True)
@@ -160,14 +162,26 @@ def indexed_area(no_fly: BaseGeometry | None) -> NoFlyArea:
     >>> indexed_area(None) is indexed_area(None)
     True
     """
+    global _recent  # noqa: PLW0603 - a cache
+    # (hashing thousands of polygons takes milliseconds)
+    for known, area in _recent:
+        if known is no_fly:
+            return area
     # other objects are refused with a message of ours, not by the cache
-    is_area = isinstance(cast("object", no_fly), BaseGeometry | None)
-    return _indexed(no_fly) if is_area else NoFlyArea(no_fly)
+    if not isinstance(cast("object", no_fly), BaseGeometry | None):
+        return NoFlyArea(no_fly)
+    area = _indexed(no_fly)
+    _recent = ((no_fly, area), *_recent[: RECENT - 1])
+    return area
 
 
 @lru_cache(maxsize=16)
 def _indexed(no_fly: BaseGeometry | None) -> NoFlyArea:
     return NoFlyArea(no_fly)
+
+
+#: The areas that were asked for last, which are found without hashing them.
+_recent: tuple[tuple[BaseGeometry | None, NoFlyArea], ...] = ()
 
 
 def n_cores() -> int:

@@ -65,7 +65,7 @@ class NoFlyArea:
     __slots__ = ("_edges", "_geometry", "_kernel_arrays", "_thinnest")
 
     def __init__(self, geometry: BaseGeometry | None) -> None:
-        self._geometry = _union(geometry)
+        self._geometry = checked_union(geometry)
         self._edges = _edges(self._geometry)
         self._edges.setflags(write=False)
         self._kernel_arrays = _index(self._edges)
@@ -288,7 +288,7 @@ def _points(values: ArrayLike, name: str) -> FloatArray:
     return points
 
 
-def _union(geometry: BaseGeometry | None) -> Polygon | MultiPolygon:
+def checked_union(geometry: BaseGeometry | None) -> Polygon | MultiPolygon:
     """Return the checked, flat, oriented union of the polygons of a geometry."""
     polygons = [] if geometry is None else polygons_of(geometry)
     if not polygons:

@@ -22,7 +22,7 @@ from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
 from cgla_graph._validate import bounds_box, clearance_of, point, point_array, unmasked
 from cgla_graph.errors import NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import CornerRule, Node
-from cgla_graph.model.clearance import ROUNDING, widened
+from cgla_graph.model.clearance import ROUNDING, closed_area, joined, stretches, widened, widest_gap
 from cgla_graph.model.cost_model import CostModel, indexed_area
 from cgla_graph.model.earth import LocalProjection, project_area, projected_bounds
 from cgla_graph.model.graph import GeometricGraph
@@ -88,7 +88,10 @@ class Problem(Plottable):
     bounds
         ``(x_min, y_min, x_max, y_max)``, map units; no path may leave them.
     no_fly
-        Shapely polygons that no path may cross; touching their boundary is allowed. None: no such area.
+        Shapely polygons that no path may cross; touching their boundary is allowed. None: no such area. The border of
+        the map is no passage: where an area meets it, in a point too, or is nearer than 1e-9 of the map's longer side,
+        the area closes it, and no path may pass between them (`model`). Between areas that meet in a point, or are
+        near each other, a path may pass.
     clearance
         Least distance of every path from the no-fly area, map units, at least 0. Solvers keep out of the area widened
         by it, with polygons for round corners (`model`), so that they stay up to 0.12 % farther away; the oracle
@@ -143,8 +146,8 @@ class Problem(Plottable):
     def _too_near(self, name: str) -> str:
         """Return why start or goal may not be where it is."""
         place = getattr(self, name)
-        away = self.area.path_clearance([place])
-        if away == 0.0 and self.area.contains(place):
+        away = self.area_as_given.path_clearance([place])
+        if self.area.contains(place):
             return f"{name} {place} is inside the no-fly area; move it to the boundary or outside"
         return (
             f"{name} {place} is {away:.6g} from the no-fly area, and the clearance is {self.clearance:g} (at round "
@@ -168,13 +171,19 @@ class Problem(Plottable):
     @cached_property
     def model(self) -> CostModel:
         """The cost of segments: infinite where one comes nearer to the no-fly area than the clearance."""
+        return CostModel(self.field, self.k, closed_area(self.no_fly, self.bounds, self.clearance))
+
+    @cached_property
+    def area(self) -> NoFlyArea:
+        """The area that no path may cross: the no-fly area, joined with the outside where it closes the border."""
         if self.clearance == 0.0 or self.no_fly is None:
-            return CostModel(self.field, self.k, self.no_fly)
-        return CostModel(self.field, self.k, widened(self.no_fly, self.clearance))
+            return self.model.area
+        closing = [box for distance in (0.0, self.clearance) for box in stretches(self.no_fly, self.bounds, distance)]
+        return indexed_area(joined(self.no_fly, closing))
 
     @property
-    def area(self) -> NoFlyArea:
-        """The no-fly area itself, without the clearance around it."""
+    def area_as_given(self) -> NoFlyArea:
+        """The no-fly area as it was given, to measure distances from and to draw."""
         return indexed_area(self.no_fly)
 
     def relaxed(self) -> "Problem":
@@ -191,8 +200,10 @@ class Problem(Plottable):
         """
         if self.clearance == 0.0 or self.no_fly is None:
             return self
-        least = self.clearance - self._slack
+        # (what closes the border at less than `least` is nearer than the clearance)
+        least = self.clearance - self._slack - 12.0 * widest_gap(self.bounds)
         closed = widened(self.no_fly, least, inside=True) if least > 0.0 else self.no_fly
+        closed = joined(closed, stretches(self.no_fly, self.bounds, self.clearance))
         return replace(self, no_fly=closed, clearance=0.0)
 
     @property
@@ -374,7 +385,7 @@ class Problem(Plottable):
             starts = ends = waypoints
         length = float(np.hypot(*(ends - starts).T).sum())
         risk = float(self.field.line_integral(starts, ends).sum())
-        clearance = self.area.path_clearance(waypoints)
+        clearance = (self.area if self.clearance == 0.0 else self.area_as_given).path_clearance(waypoints)
         return Evaluation(
             length=length,
             risk=risk,

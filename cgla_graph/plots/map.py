@@ -240,7 +240,8 @@ class BaseMap:
             place = np.multiply(end, scale)
             yield draw_mark(self.axes, place, marker, size, markeredgecolor="black", clip_on=False, zorder=5), name
         if not problem.area.is_empty:
-            clip_to_bounds(self.axes, problem.bounds, draw_area(self.axes, problem.area.geometry, scale), scale)
+            area = draw_area(self.axes, problem.area_as_given.geometry, scale)
+            clip_to_bounds(self.axes, problem.bounds, area, scale)
             yield area_key(), "no-fly area"
         if problem.clearance > 0.0 and not problem.area.is_empty:
             look: dict[str, Any] = {"color": "0.35", "linestyle": (0, (2, 2)), "linewidth": 0.8}

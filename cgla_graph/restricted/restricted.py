@@ -55,6 +55,7 @@ from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph.certificate.certificate import LEAST_SHRINK
 from cgla_graph.cost_to_go.cost_matrix import RESTRICTED, CostMatrix
 from cgla_graph.errors import GraphError
+from cgla_graph.model.clearance import closed_area
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem
@@ -226,7 +227,12 @@ class _Search:
         self.shape = graph.lattice_shape
         self.step = self.lattice.spacing
         self.origin = _point(self.lattice.points[0])
-        self.bounds = (*_point(self.positions.min(axis=0)), *_point(self.positions.max(axis=0)))
+        low, high = self.positions.min(axis=0), self.positions.max(axis=0)
+        no_fly = None if graph.model is None else graph.model.no_fly
+        if closed_area(no_fly, (*_point(low), *_point(high))) is not no_fly:
+            # (the nodes' box is not the border of a map: areas that end on it leave a passage)
+            low, high = low - max(self.step), high + max(self.step)
+        self.bounds = (*_point(low), *_point(high))
         width, height = self.shape
         self.primitive = restricted_kernels.coprime_steps(width, height)
         self.upper, self.best = math.inf, np.empty(0, dtype=np.int64)

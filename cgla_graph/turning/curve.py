@@ -189,7 +189,7 @@ class Curve(ShortRepr):
             kind = "arc" if self.pieces[number, RADIUS] > 0.0 else "line"
             violations.append(f"{kind} {number} {'leaves the bounds' if why == LEAVES else 'crosses the no-fly area'}")
         if why != CROSSES:
-            edges = problem.area.edges
+            edges = problem.area_as_given.edges
             clearance = curve_kernels.curve_clearance(self.pieces, np.array(edges)) if len(edges) else math.inf
             if clearance < problem.clearance - slack:
                 violations.append(

@@ -85,7 +85,7 @@ def _no_fly(problem: Problem) -> dict[str, Any]:
     """Draw the no-fly area by its outlines; one of too many corners by a raster of the share of each cell it covers."""
     if problem.no_fly is None:
         return {"no_fly": [], "walls": None}
-    area = shapely.intersection(shapely.force_2d(problem.area.geometry), shapely.box(*problem.bounds))
+    area = shapely.intersection(problem.area_as_given.geometry, shapely.box(*problem.bounds))
     outlines = _outlines(area, problem)
     return {"no_fly": outlines or [], "walls": _walls(area, problem) if outlines is None else None}
 
