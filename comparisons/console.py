@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from cgla_graph.model.cost_model import CostModel
 
 
-#: Exit statuses: done, a result is missing or a claim does not hold, wrong input, Ctrl-C.
-DONE, MISSING, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+#: Exit statuses: done, a result is missing or a claim does not hold, wrong input (Ctrl-C: `interrupts.INTERRUPTED`).
+DONE, MISSING, WRONG_INPUT = 0, 1, 2
 #: Width and height of output that goes to no terminal.
 PAGE = (160, 50)
 #: The message where kernels are missing.

@@ -14,6 +14,7 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli import completion
 from cgla_graph.comparisons.cli.commands import CommandGroup, renamed
 from cgla_graph.comparisons.cli.options import option
+from cgla_graph.comparisons.interrupts import INTERRUPTED, held, is_interrupt
 
 app = typer.Typer(cls=CommandGroup, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -62,7 +63,7 @@ def main() -> None:
         # a terminal that cannot show a character gets an escape instead of a failure
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    with warnings.catch_warnings():
+    with held(), warnings.catch_warnings():
         warnings.showwarning = _say_warning
         code = _run(renamed(sys.argv[1:]) or ["--help"])
     # the process may go on, in tests and if Python calls this
@@ -76,13 +77,10 @@ def _run(words: list[str]) -> int:
     from cgla_graph.errors import CglaError
 
     try:
-        code = app(words, standalone_mode=False)
-        # typer turns Ctrl-C into this code
-        if code == console.INTERRUPTED:
-            console.say("cgla: interrupted")
+        code = _called(words)
     except console.InterruptedRunError as error:
         console.say(f"cgla: interrupted: {error}")
-        code = console.INTERRUPTED
+        code = INTERRUPTED
     except CglaError as error:
         console.say(f"cgla: {' '.join(str(error).split())}")
         code = console.WRONG_INPUT
@@ -91,7 +89,7 @@ def _run(words: list[str]) -> int:
         code = console.WRONG_INPUT
     except KeyboardInterrupt:
         console.say("cgla: interrupted")
-        code = console.INTERRUPTED
+        code = INTERRUPTED
     except console.ReaderGoneError:
         console.forget_stdout()
         code = console.DONE
@@ -100,3 +98,19 @@ def _run(words: list[str]) -> int:
         console.forget_stdout()
         code = console.WRONG_INPUT
     return int(code or console.DONE)
+
+
+def _called(words: list[str]) -> int | None:
+    """Call a command; an exception that Ctrl-C caused becomes `KeyboardInterrupt`."""
+    try:
+        code: int | None = app(words, standalone_mode=False)
+    except console.InterruptedRunError:
+        raise
+    except BaseException as error:
+        if is_interrupt(error):
+            raise KeyboardInterrupt from None
+        raise
+    # typer turns Ctrl-C into this code
+    if code == INTERRUPTED:
+        raise KeyboardInterrupt
+    return code

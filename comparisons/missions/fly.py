@@ -116,11 +116,13 @@ class StopRequest:
     def __init__(self) -> None:
         self.is_made = False
         self.waits = False
+        self._before: Any = signal.default_int_handler
 
     def _ask(self, number: int, frame: FrameType | None) -> None:
-        del number, frame
         if self.is_made or not self.waits:
-            raise KeyboardInterrupt
+            # (of the command line it raises KeyboardInterrupt, though not amid an import)
+            (self._before if callable(self._before) else signal.default_int_handler)(number, frame)
+            return
         self.is_made = True
         console.say("cgla: finishing this tick; Ctrl-C again stops at once")
 
@@ -130,11 +132,11 @@ class StopRequest:
         if threading.current_thread() is not threading.main_thread():
             yield self
             return
-        before = signal.signal(signal.SIGINT, self._ask)
+        self._before = signal.signal(signal.SIGINT, self._ask)
         try:
             yield self
         finally:
-            signal.signal(signal.SIGINT, before)
+            signal.signal(signal.SIGINT, self._before)
 
 
 @dataclass
