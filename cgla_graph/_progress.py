@@ -14,7 +14,7 @@ from functools import partial
 from io import StringIO
 from typing import TYPE_CHECKING, Any, Protocol, TextIO, TypeVar, cast
 
-from cgla_graph._text import shown
+from cgla_graph._text import printable, shown
 from cgla_graph.errors import ProgressError
 
 if TYPE_CHECKING:
@@ -232,7 +232,7 @@ class _Line(threading.Thread):
     def text(self) -> str:
         """Return the whole state in one line."""
         doing = "compiling kernels, once after an installation" if _is_compiling() else self.inner
-        return ": ".join(filter(None, (self.what, self.at, doing)))
+        return " ".join(printable(": ".join(filter(None, (self.what, self.at, doing)))).split())
 
     def run(self) -> None:
         """Draw the line until the computation is over, and remove it."""

@@ -1,7 +1,9 @@
 """Short texts of values, for messages and the `repr` of dataclasses, without slow imports."""
 
 import dataclasses
+import json
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from decimal import ROUND_FLOOR, Decimal
@@ -13,6 +15,14 @@ from typing import Any
 MOST, TAIL = 100, 20
 #: Most characters of a path in a message: only paths far longer than usual are cut.
 MOST_OF_PATH = 180
+#: Most characters of a message of a solver or of an exception.
+MOST_OF_MESSAGE = 1000
+#: Characters that steer a terminal, reorder a line or cannot be seen: controls but for line breaks and tabs,
+#: directions, separators of lines, tags and surrogates.
+_HIDDEN = re.compile(
+    "[\\0-\\x08\\x0b-\\x1f\\x7f-\\x9f\\xad\\u061c\\u180e\\u200b\\u200e\\u200f\\u2028-\\u202e\\u2060-\\u206f\\ufeff\\ufff9-\\ufffb"
+    "\\U000e0000-\\U000e007f\\ud800-\\udfff]"
+)
 #: Most characters of a whole `repr`, and of the value of one field.
 MOST_OF_REPR, MOST_OF_FIELD = 300, 80
 #: Most names in a sentence.
@@ -113,6 +123,47 @@ def cut(text: object, most: int = MOST) -> str:
     """
     line = " ".join(str(text).split())
     return line if len(line) <= most else f"{line[: most - TAIL - 1]}…{line[-TAIL:]}"
+
+
+def printable(text: str) -> str:
+    r"""
+    Escape the characters of a text that could steer a terminal, reorder a line or hide; line breaks and tabs stay.
+
+    All text of others goes through it before it is printed: names, labels, messages, names of files.
+
+    Examples
+    --------
+    >>> print(printable("\x1b[2Jgone \u202edetrever"))
+    \x1b[2Jgone \u202edetrever
+    """
+    return _HIDDEN.sub(lambda found: repr(found[0])[1:-1], text)
+
+
+def escaped_in_json(text: str) -> str:
+    r"""
+    Escape the same characters in JSON, which reads the same then.
+
+    Examples
+    --------
+    >>> print(escaped_in_json('"\x9b"'))
+    "\u009b"
+    """
+    return _HIDDEN.sub(lambda found: json.dumps(found[0])[1:-1], text)
+
+
+def remark(text: object) -> str:
+    r"""
+    Write a message of a solver or of a library: printable, in one line, and cut in the middle if it is very long.
+
+    Examples
+    --------
+    >>> remark("a\nb\x07"), len(remark("long" * 10**6))
+    ('a b\\x07', 1000)
+    """
+    whole = str(text)
+    # (the ends are enough of a text of any size)
+    ends = whole if len(whole) <= 4 * MOST_OF_MESSAGE else whole[: 2 * MOST_OF_MESSAGE] + whole[-MOST_OF_MESSAGE:]
+    return cut(printable(ends), MOST_OF_MESSAGE)
 
 
 def place(where: object) -> str:

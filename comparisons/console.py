@@ -44,13 +44,20 @@ LONGEST_WAIT = 300.0
 
 def out(text: str) -> None:
     """
-    Write to standard output, at once.
+    Write to standard output, at once; characters that would steer a terminal are escaped.
 
     Raises
     ------
     ReaderGoneError
         If its reader has gone.
     """
+    from cgla_graph._text import printable  # noqa: PLC0415 - TAB completes at once
+
+    _write(printable(text))
+
+
+def _write(text: str) -> None:
+    """Write to standard output as it is (errors as `out`)."""
     if cast("object", sys.stdout) is None:
         # it was closed before we began, as by ``cgla compare >&-``
         raise ReaderGoneError
@@ -63,7 +70,7 @@ def out(text: str) -> None:
 
 def out_lines(lines: Mapping[str, str]) -> None:
     """Write a line for each key that has a text (errors as `out`)."""
-    out("".join(f"{key:10} {text}\n" for key, text in lines.items() if text))
+    out("".join(f"{key:10} {' '.join(text.splitlines())}\n" for key, text in lines.items() if text))
 
 
 def out_json(document: Any) -> None:  # noqa: ANN401 - any JSON
@@ -72,14 +79,17 @@ def out_json(document: Any) -> None:  # noqa: ANN401 - any JSON
 
 
 def json_text(document: Any) -> str:  # noqa: ANN401 - any JSON
-    """Write a JSON document as text, with a line a value."""
-    return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+    """Write a JSON document as text, with a line a value; what would steer a terminal is escaped as JSON has it."""
+    from cgla_graph._text import escaped_in_json  # noqa: PLC0415 - TAB completes at once
+
+    return escaped_in_json(json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1)) + "\n"
 
 
 def out_files(written: Sequence[Path], folder: Path | None = None) -> None:
     """Name the files that were written to a folder, by default that of the first one (errors as `out`)."""
     if written:
-        out(f"written to {folder or written[0].parent}: {', '.join(path.name for path in written)}\n")
+        names = ", ".join(" ".join(path.name.splitlines()) for path in written)
+        out(f"written to {folder or written[0].parent}: {names}\n")
 
 
 def out_table(table: "RenderableType") -> None:
@@ -89,20 +99,26 @@ def out_table(table: "RenderableType") -> None:
     A table that cannot be made that narrow runs over: numbers are not cut (errors as `out`).
     """
     from rich.console import Console  # noqa: PLC0415 - `cgla --help` answers at once
+    from rich.segment import Segment, Segments  # noqa: PLC0415 - the same
+
+    from cgla_graph._text import printable  # noqa: PLC0415 - the same
 
     width, height = shutil.get_terminal_size(PAGE)
     # with both given, rich believes them of any terminal
     console = Console(width=width, height=height)
+    # (colours are added to the printable text)
+    parts = [Segment(printable(part.text), part.style) for part in console.render(table)]
     with console.capture() as capture:
-        console.print(table, crop=False)
-    out(capture.get())
+        console.print(Segments(parts), crop=False, end="")
+    _write(capture.get())
 
 
 def say(text: str) -> None:
     """Write a line to standard error, above any progress."""
     from cgla_graph._progress import say_above  # noqa: PLC0415 - TAB completes at once
+    from cgla_graph._text import printable  # noqa: PLC0415 - the same
 
-    say_above(text)
+    say_above(printable(text))
 
 
 @contextmanager

@@ -6,7 +6,11 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
 
+from cgla_graph._text import remark
 from cgla_graph.errors import UnknownSolverError, WorkerError
+
+#: Characters of an exception's text in which its first line is looked for.
+MOST_LOOKED_AT = 10_000
 
 
 class Failure(Enum):
@@ -98,7 +102,7 @@ def failure_by(error: BaseException) -> Failure:
 
 def one_line(error: BaseException) -> str:
     r"""
-    Describe an exception in one line.
+    Describe an exception in one line, printable and not too long.
 
     Examples
     --------
@@ -109,5 +113,6 @@ def one_line(error: BaseException) -> str:
         text = str(error)
     except Exception:  # noqa: BLE001 - the exception may be broken itself
         text = ""
-    first = next(iter(text.splitlines()), "")
-    return f"{type(error).__name__}: {first}" if first else type(error).__name__
+    # (of a text of any size, the first line is looked for at its beginning)
+    first = next(iter(text[:MOST_LOOKED_AT].splitlines()), "")
+    return remark(f"{type(error).__name__}: {first}" if first else type(error).__name__)

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, Any, cast
 
 from cgla_graph import _progress
 from cgla_graph.errors import SolverFaultError, SolverSettingError
-from cgla_graph.isolation.limits import PREPARATION, Limits, is_expendable, limited_time
+from cgla_graph.isolation.limits import MEGABYTE, PREPARATION, Limits, is_expendable, limited_time
 from cgla_graph.isolation.outcome import Failure, Outcome, one_line
 from cgla_graph.model import risk_kernels
 from cgla_graph.model.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.small_problem import MapKind, load_oracle, small_problem
-from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solution import MOST_WAYPOINTS, Solution, Status, contained
 from cgla_graph.model.unchanged import unchanged
 
 if TYPE_CHECKING:
@@ -44,6 +44,8 @@ STATUS_OF = {
     # (of a single run that is lost, nothing else is known)
     Failure.LOST: Status.CRASHED,
 }
+#: Most bytes of an answer that is sent, and of an exception; of a larger exception, its type and first line are sent.
+MOST_OF_ANSWER, MOST_OF_ERROR = 64 * MEGABYTE, MEGABYTE
 #: Held while the worker works.
 _working = threading.Lock()
 
@@ -182,7 +184,11 @@ def _timed(solver: Any, method: str, args: tuple[Any, ...]) -> tuple[Any, float]
     with nullcontext() if is_ours(solver) else unchanged(args[0], solver.traits.name):
         began = time.perf_counter()
         value = getattr(solver, method)(*args)
-        return value, time.perf_counter() - began
+        seconds = time.perf_counter() - began
+    if isinstance(value, Solution):
+        n_nodes = args[0].graph.n_nodes if isinstance(args[0], GraphProblem) else 0
+        value = contained(value, max(MOST_WAYPOINTS, n_nodes))
+    return value, seconds
 
 
 def is_ours(solver: object) -> bool:
@@ -228,10 +234,20 @@ def _make(solver: Any, method: str, args: tuple[Any, ...], limit: float) -> byte
             import_module(package)
         _warm_up(MapKind.of(problem.graph.model if isinstance(problem, GraphProblem) else problem.model))
         with limited_time(limit):
-            return pickle.dumps((_timed(solver, method, args), None), pickle.HIGHEST_PROTOCOL)
+            answer = pickle.dumps((_timed(solver, method, args), None), pickle.HIGHEST_PROTOCOL)
+        return _checked(solver, answer)
     except BaseException as error:  # noqa: BLE001 - the worker serves the next run
         error.add_note(f"In the solver's own process:\n{''.join(traceback.format_exception(error))}")
         return _sendable(error)
+
+
+def _checked(solver: Any, answer: bytes) -> bytes:  # noqa: ANN401 - of either kind
+    """Return an answer that is not too large to be sent; fields of a class of the solver's own may hold anything."""
+    if len(answer) > MOST_OF_ANSWER:
+        sizes = f"{len(answer) / MEGABYTE:,.0f} MB; at most {MOST_OF_ANSWER // MEGABYTE} MB are taken"
+        msg = f"the answer of {solver.traits.name} takes {sizes}: have it return the path, and no data besides"
+        raise SolverFaultError(msg)
+    return answer
 
 
 @cache
@@ -251,6 +267,8 @@ def _sendable(error: BaseException) -> bytes:
         return words
     try:
         reply = pickle.dumps((None, error))
+        if len(reply) > MOST_OF_ERROR:
+            return words
         pickle.loads(reply)  # noqa: S301 - written one line above
     except Exception:  # noqa: BLE001 - pickling may raise anything
         return words

@@ -12,7 +12,7 @@ Every other bound is a claim, kept as `Solution.claimed_bound`; a feasible path 
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
@@ -22,6 +22,7 @@ import numpy as np
 
 from cgla_graph._display import Plottable
 from cgla_graph._lazy import function_above
+from cgla_graph._text import remark
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.adjacency import Node
@@ -88,6 +89,8 @@ class TracePoint:
     cost: float
 
 
+#: Most waypoints of a solver's path, and most points of its trace.
+MOST_WAYPOINTS, MOST_TRACE = 100_000, 100_000
 #: Default of the greatest gap between a lower bound and the cost of a path, as a ratio.
 TOLERANCE = 0.005
 #: A path refutes a bound if it costs less by more than this, relative to its cost.
@@ -326,3 +329,43 @@ def _number(value: Any) -> float:  # noqa: ANN401 - any answer of a solver
         return float(value)
     except (TypeError, ValueError, OverflowError):
         return math.nan
+
+
+def contained(solution: Solution, most_nodes: int = MOST_WAYPOINTS) -> Solution:
+    """
+    Return an answer of limited size, so that no process has to send, hold or store an endless one.
+
+    A path above the limit makes the answer a failure; of a longer trace the first points and the last one are kept, and
+    a message becomes one line (`cgla_graph._text.remark`).
+
+    Parameters
+    ----------
+    solution
+        A solver's answer.
+    most_nodes
+        Most nodes of its path on a graph.
+
+    Examples
+    --------
+    >>> contained(Solution(Status.FOUND, path=np.zeros((3_000_000, 2)))).message
+    'its path has 3,000,000 waypoints; at most 100,000 are taken: leave out those between which it is straight'
+    """
+    message = remark(solution.message)
+    trace = solution.trace
+    if _count(trace) > MOST_TRACE:
+        trace = (*trace[: MOST_TRACE - 1], trace[-1])
+    n_points, n_nodes = _count(solution.path), _count(solution.nodes)
+    if n_points <= MOST_WAYPOINTS and n_nodes <= most_nodes:
+        return replace(solution, trace=trace, message=message)
+    long, most = (n_points, MOST_WAYPOINTS) if n_points > MOST_WAYPOINTS else (n_nodes, most_nodes)
+    if solution.status.has_path:
+        remedy = "leave out those between which it is straight" if long == n_points else "visit no node twice"
+        message = f"its path has {long:,} waypoints; at most {most:,} are taken: {remedy}"
+    status = Status.FAILED if solution.status.has_path else solution.status
+    return replace(solution, status=status, path=np.empty((0, 2)), nodes=(), trace=trace, message=message)
+
+
+def _count(points: Any) -> int:  # noqa: ANN401 - what a solver answers
+    """Count points, of an array by its size: its shape may be wrong."""
+    size = getattr(points, "size", None)
+    return size // 2 if isinstance(size, int) else len(points) if isinstance(points, Sized) else 0

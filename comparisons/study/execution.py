@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cgla_graph._progress import waiting
+from cgla_graph._text import remark
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.documents import SOLUTION_NUMBERS
@@ -309,18 +310,13 @@ def plain(solution: Solution) -> Solution:
         solver=str(solution.solver),
         evaluations=_count(solution.evaluations),
         trace=tuple(_trace(solution.trace)),
-        message=_visible(" ".join(str(solution.message).split())),
+        message=remark(solution.message),
         **numbers,
     )
 
 
 def _trace(points: Iterable[TracePoint]) -> Iterable[TracePoint]:
     return (TracePoint(_number(one.seconds), _count(one.evaluations), _number(one.cost)) for one in points)
-
-
-def _visible(text: str) -> str:
-    """Escape control characters."""
-    return "".join(one if one.isprintable() else repr(one)[1:-1] for one in text)
 
 
 def _number(value: Any) -> float:  # noqa: ANN401 - any answer of a solver

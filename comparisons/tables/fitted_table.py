@@ -1,5 +1,6 @@
 """Tables that fit the terminal: they leave out whole columns, and say so, but cut no number in two."""
 
+import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Self, TypeVar
@@ -8,6 +9,8 @@ from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions
 from rich.table import Table
 from rich.text import Text
+
+from cgla_graph._text import printable
 
 T = TypeVar("T")
 #: Columns of words are folded to this many characters before a column of numbers is left out, ...
@@ -78,7 +81,13 @@ class FittedTable:
         return cls(title, (*left,), (*right,), spare, notes, [[write(item) for write in writers] for item in items])
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table]:
-        """Yield the table with as many columns as there is room for."""
+        """Yield the table with as many columns as there is room for; all text is printable."""
+        rows: list[Sequence[str]] = [[printable(cell) for cell in row] for row in self.rows]
+        notes = [printable(note) for note in self.notes]
+        yield dataclasses.replace(self, title=printable(self.title), notes=notes, rows=rows).fitted(options)
+
+    def fitted(self, options: ConsoleOptions) -> Table:
+        """Return the table with as many columns as there is room for."""
         heads = [*self.left, *self.right]
         cells = [[head, *(row[number] for row in self.rows)] for number, head in enumerate(heads)]
         widths = dict(zip(heads, (_widest(column) for column in cells), strict=True))
@@ -92,7 +101,7 @@ class FittedTable:
         table = self._without(missing, folded)
         # rich would cut numbers
         table.width = width if width > options.max_width else None
-        yield table
+        return table
 
     def _ways(self) -> Iterator[tuple[Sequence[str], int]]:
         """List what can be tried, the best first: the columns left out, and the width of words."""

@@ -17,15 +17,16 @@ import numpy as np
 import pytest
 import shapely
 from awkward_calls import alive, until
-from awkward_solvers import Awkward, Own
+from awkward_solvers import Awkward, Endless, Own
 
 import cgla_graph as cg
 from cgla_graph import _progress
+from cgla_graph._text import MOST_OF_MESSAGE
 from cgla_graph.errors import ProblemError, SolverFaultError, SolverSettingError, WorkerError
 from cgla_graph.isolation import process
 from cgla_graph.isolation.process import WorkerProcess
 from cgla_graph.model import isolated
-from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solution import MOST_TRACE, MOST_WAYPOINTS, Solution, Status
 from cgla_graph.solvers import registry
 
 PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), no_fly=shapely.box(0.4, 0.0, 0.6, 0.3))
@@ -289,3 +290,42 @@ with get_context("fork").Pool(2) as pool:
     processes = {*map(int, out.split())}
     assert (len(processes), errors) == (3, "")
     assert until(lambda: not any(map(alive, processes)))
+
+
+# answers without an end
+
+
+@pytest.mark.parametrize("what", ["path", "list", "wide", "nodes"])
+def test_an_endless_path_is_a_failure(what: str) -> None:
+    answer = cg.solve(PROBLEM, Endless(what=what))
+    assert (answer.status, len(answer.path), len(answer.nodes)) == (Status.FAILED, 0, 0)
+    assert f"its path has {3 * MOST_WAYPOINTS:,} waypoints; at most {MOST_WAYPOINTS:,} are taken" in answer.message
+
+
+def test_of_an_endless_trace_or_message_the_ends_are_kept() -> None:
+    answer = cg.solve(PROBLEM, Endless(what="trace"))
+    assert (answer.status, len(answer.trace)) == (Status.FOUND, MOST_TRACE)
+    said = cg.solve(PROBLEM, Endless(what="message")).message
+    assert (said[:9], len(said), "…" in said) == ("\\x1b[2J l", MOST_OF_MESSAGE, True)
+    without = cg.solve(PROBLEM, Endless(what="no path"))
+    assert (without.status, len(without.path)) == (Status.NOT_FOUND, 0)
+
+
+def test_no_endless_answer_leaves_the_solvers_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The user's process would have to hold it."""
+    sent: list[int] = []
+    own = isolated.pickle.loads
+    monkeypatch.setattr(isolated.pickle, "loads", lambda data: (sent.append(len(data)), own(data))[1])
+    for what in ("path", "list", "nodes", "message"):
+        cg.solve(PROBLEM, Endless(what=what), isolated=True)
+    with pytest.raises(RuntimeError, match="ValueError: long"):
+        cg.solve(PROBLEM, Endless(what="raises"), isolated=True)
+    assert len(sent) >= 5
+    assert max(sent) < 10**5
+
+
+def test_an_answer_with_endless_fields_of_its_own_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(isolated, "MOST_OF_ANSWER", 2**20)
+    assert isolated._checked(Own(), b"1" * 2**20)
+    with pytest.raises(SolverFaultError, match="takes 3 MB; at most 1 MB are taken"):
+        isolated._checked(Own(), b"1" * 3 * 2**20)

@@ -1,6 +1,7 @@
 """A solver that does whatever it is told, in a process of its own: in a module, so that it can be sent there."""
 
 import ctypes
+import dataclasses
 import os
 import signal
 import sys
@@ -14,7 +15,7 @@ import numpy as np
 from cgla_graph._progress import showing
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solution import MOST_WAYPOINTS, Solution, Status, TracePoint
 from cgla_graph.model.solver import Traits
 
 
@@ -87,3 +88,33 @@ class Own(Awkward):
     """The same, as a user writes it: it asks for no process of its own."""
 
     traits: ClassVar[Traits] = Traits("own", "does what it is told, here", domain="plane")
+
+
+@dataclass(frozen=True)
+class Endless(Own):
+    """Answers more than there is room for."""
+
+    what: str = ""
+
+    def solve(self, problem: Problem) -> Solution:
+        rows = 3 * MOST_WAYPOINTS
+        path = np.array([problem.start, problem.goal])
+        if self.what == "raises":
+            raise ValueError("long" * 10**6)
+        if self.what == "path":
+            path = np.linspace(problem.start, problem.goal, rows)
+        if self.what == "list":
+            path = [problem.start] * rows  # type: ignore[assignment]
+        answer = Solution(Status.FOUND, path=path, cost=1.0)
+        if self.what == "wide":
+            answer = dataclasses.replace(answer, path=np.zeros((2, rows)))
+        if self.what == "no path":
+            answer = dataclasses.replace(answer, status=Status.NOT_FOUND, path=np.zeros((rows, 2)))
+        if self.what == "nodes":
+            answer = dataclasses.replace(answer, nodes=range(rows))
+        if self.what == "trace":
+            cost = problem.evaluate(path).cost
+            answer = dataclasses.replace(answer, cost=cost, trace=(TracePoint(0.0, 0, cost),) * rows)
+        if self.what == "message":
+            answer = dataclasses.replace(answer, cost=problem.evaluate(path).cost, message="\x1b[2J\n" + "long" * 10**6)
+        return answer

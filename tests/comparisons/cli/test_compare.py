@@ -188,9 +188,10 @@ def test_runs_that_the_environment_stops_are_an_error_and_are_resumed(
 
 def test_a_message_cannot_steer_the_terminal(cgla: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plug_ins.install(tmp_path, monkeypatch)
-    text = cgla("compare", "one-threat", "--solvers", "steers,cgla", "--no-certificate").out
-    assert "\x1b" not in text
-    assert "\\x1b[2J" in text
+    for words in (("compare", "--solvers", "steers,cgla"), ("plan", "--solver", "steers")):
+        text = cgla(words[0], "one-threat", *words[1:], "--no-certificate").out
+        assert "\x1b" not in text
+        assert "\\x1b[2J" in text
 
 
 @pytest.mark.slow

@@ -190,7 +190,7 @@ def test_where_nothing_helps_numbers_run_over(width: int, numbers: Sequence[str]
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("COLUMNS", str(width))
         written: list[str] = []
-        patch.setattr(console, "out", written.append)
+        patch.setattr(console, "_write", written.append)
         console.out_table(table)
     _, rows = lines_of("".join(written))
     assert rows[0][1] == numbers[0]
