@@ -17,7 +17,8 @@ class BitStar(Budgeted):
     OMPL's BIT* (Gammell, Barfoot, Srinivasa, IJRR 39(5), 2020): batches of samples, searched like by A*.
 
     The lengths of segments are its heuristic, so that it weighs few segments; where risk makes the cost far greater
-    than the length, it looks at many edges before it weighs one.
+    than the length, it looks at many edges before it weighs one. Once it has a path, it samples in the ellipse of
+    `InformedRrtStar`.
 
     Attributes
     ----------
