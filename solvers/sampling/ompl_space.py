@@ -8,6 +8,7 @@ the function that uses it.
 """
 
 import math
+import sys
 from itertools import pairwise
 from typing import Any
 
@@ -24,9 +25,9 @@ from cgla_graph.solvers.budget import BudgetSpentError, Meter
 #: After so many states in a row inside no-fly areas, the map counts as having no free place.
 MAX_REJECTIONS = 100_000
 #: A search may ask for so many lower bounds of costs for each segment that it weighs, and for so many more in all.
-BOUNDS_A_SEGMENT, MORE_BOUNDS = 2000, 500_000
-#: And for so many more for each sample of a batch.
-BOUNDS_A_SAMPLE = 100
+BOUNDS_A_SEGMENT, MORE_BOUNDS = 5, 500_000
+#: One that compares bounds before it weighs, for so many for each segment, and more for each sample of a batch.
+BOUNDS_A_COMPARED_SEGMENT, BOUNDS_A_SAMPLE = 2000, 100
 #: Rounding of sums of costs, as a share of the greatest of them.
 ROUNDING = 1e-12
 
@@ -54,7 +55,7 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
         """Keep the kernel's view of the problem."""
         super().__init__(si)
         self.asked = 0
-        self.most_asked = MORE_BOUNDS
+        self.most_asked, self.for_a_segment = MORE_BOUNDS, BOUNDS_A_SEGMENT
         self.k = problem.k
         self.field = problem.field.kernel_field()
         self.meter = meter
@@ -74,7 +75,7 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
     def motionCost(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
         """Return Eq. 5 of the segment."""
         self.meter.charge()
-        self.asked = max(0, self.asked - BOUNDS_A_SEGMENT)
+        self.asked = max(0, self.asked - self.for_a_segment)
         cost = risk_kernels.segment_cost(first[0], first[1], second[0], second[1], self.k, self.field)
         # RRT* would crash the process, BIT* would never end
         if not cost >= 0.0:
@@ -124,11 +125,14 @@ class PruningCost(SegmentCost):
     """
 
     def __init__(self, si: Any, problem: Problem, meter: Meter, samples_per_batch: int = 0) -> None:  # noqa: ANN401 - OMPL has no type hints
-        """Allow for the bounds of a batch of samples."""
+        """Allow for the bounds of a batch of samples, if the planner searches by them (0: it does not)."""
         super().__init__(si, problem, meter)
-        self.most_asked += BOUNDS_A_SAMPLE * samples_per_batch
+        if samples_per_batch:
+            self.for_a_segment = BOUNDS_A_COMPARED_SEGMENT
+            self.most_asked += BOUNDS_A_SAMPLE * samples_per_batch
         straight = self.least * math.dist(problem.start, problem.goal)
-        self.setCostThreshold(ob.Cost(straight * (1.0 + ROUNDING)))
+        # costs have to be below it, also those of 0
+        self.setCostThreshold(ob.Cost(max(straight * (1.0 + ROUNDING), sys.float_info.min)))
 
 
 class ExactMotion(ob.MotionValidator):  # type: ignore[misc]

@@ -277,6 +277,15 @@ def test_nothing_behind_a_threat_is_pruned(name: str) -> None:
     assert run[name].evaluations == run["rrt-star"].evaluations
 
 
+@pytest.mark.parametrize("name", ["informed-rrt-star", "sorrt-star"])
+def test_informed_planners_end_where_hardly_a_sample_is_of_use(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ompl_space, "MORE_BOUNDS", 20_000)
+    # the nearer the path is to the straight line, the thinner is the ellipse
+    answer = quick(name, iterations=20_000).solve(cg.Problem((0.1, 0.1), (0.9, 0.9)))
+    assert answer.evaluations < 100_000
+    assert answer.cost == pytest.approx(0.8 * math.sqrt(2.0), rel=1e-4)
+
+
 def test_informed_rrt_star_ends_with_a_straight_line() -> None:
     problem = cg.Problem((0.4, 0.5), (0.5, 0.5))
     answer = quick("informed-rrt-star", iterations=2000).solve(problem)
