@@ -37,7 +37,9 @@ def drawn(problem: cg.Problem, scale: float, shift: float) -> cg.Problem:
     return cg.Problem(*ends, cg.RiskField(threats), problem.k, (x_min, y_min, x_max, y_max), no_fly)
 
 
-@pytest.mark.parametrize(("scale", "shift"), [(1024.0, 0.0), (0.25, 0.0), (8.0, 4.0)])
+@pytest.mark.parametrize(
+    ("scale", "shift"), [pytest.param(1024.0, 0.0, marks=pytest.mark.slow), (0.25, 0.0), (8.0, 4.0)]
+)
 @names
 def test_a_map_drawn_larger_elsewhere_gives_the_same_path_there(name: str, scale: float, shift: float) -> None:
     for seed in range(2):
