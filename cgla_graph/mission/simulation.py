@@ -23,7 +23,7 @@ from cgla_graph.mission.replanner import Replanner, Situation
 from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.sharing import Radio
 from cgla_graph.mission.world import union_of
-from cgla_graph.model.clearance import widened, widened_clear_of
+from cgla_graph.model.clearance import closed_area, widened_clear_of
 from cgla_graph.model.cost_model import indexed_area
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
@@ -83,7 +83,7 @@ class Simulation:
         # states so far with their ticks, indexed by position first: comparing full states is slow
         self._states: dict[tuple[Point, ...], list[tuple[tuple[Any, ...], int]]] = {}
         self._areas: dict[frozenset[int], BaseGeometry | None] = {}
-        self._widened: dict[frozenset[int], BaseGeometry] = {}
+        self._closed: dict[tuple[frozenset[int], float], BaseGeometry | None] = {}
 
     @property
     def is_over(self) -> bool:
@@ -176,7 +176,8 @@ class Simulation:
                 if threats.get(number) != threat and apart <= threat.spread:
                     self._say("appeared-on", agent, threat=number, distance=apart)
             for number, area in world.areas_at(self.tick).items():
-                if number not in areas and indexed_area(area).contains(agent.position):
+                closed = closed_area(area, world.bounds)
+                if number not in areas and indexed_area(closed).contains(agent.position):
                     self._say("appeared-on", agent, area=number)
 
     def _sense(self, agent: Agent) -> None:
@@ -220,7 +221,7 @@ class Simulation:
         excluded = agent.excluded()
         planned_on = tuple(agent.belief.things.items()), obstacles, excluded
         if agent.plan is not None and self.mission.replan == "never":
-            if not agent.can_go_on(self.tick, self._known_areas(agent.belief.areas), ticks=1):
+            if not agent.can_go_on(self.tick, self._closed_areas(agent.belief.areas), ticks=1):
                 self._give_up(agent, "a no-fly area is in the way of the plan that it keeps to")
             return
         on_change = self.mission.replan == "change" and agent.planner.stepper is None
@@ -283,7 +284,7 @@ class Simulation:
                 plan, reason = found.trajectory, found.message
         if plan is not None:
             self._follow(agent, plan)
-        elif agent.can_go_on(self.tick, self._known_areas(agent.belief.areas)):
+        elif agent.can_go_on(self.tick, self._closed_areas(agent.belief.areas)):
             self._say("kept", agent, reason=reason)
         else:
             self._give_up(agent, f"no plan keeps the safe distances: {reason}")
@@ -317,18 +318,23 @@ class Simulation:
     def _kept_out_of(self, agent: Agent) -> tuple[Point, BaseGeometry | None]:
         """Return the position from which a UAV plans, and the areas it knows, widened by the clearance."""
         numbers, clearance = agent.belief.areas, self.mission.clearance
-        known = self._known_areas(numbers)
-        if known is None or clearance == 0.0:
-            return self._outside(agent.position, known), known
-        if numbers not in self._widened:
-            self._widened[numbers] = widened(known, clearance)
-        closed = self._widened[numbers]
+        closed = self._closed_areas(numbers, clearance)
         position = self._outside(agent.position, closed)
-        if indexed_area(closed).contains(position):
+        if closed is not None and clearance > 0.0 and indexed_area(closed).contains(position):
             # an area appeared, or was first seen, nearer than the clearance
-            closed = widened_clear_of(known, clearance, position)
+            known = self._known_areas(numbers)
+            assert known is not None  # noqa: S101 - something is closed
+            closed = closed_area(widened_clear_of(known, clearance, position), self.mission.world.bounds)
             position = self._outside(position, closed)
         return position, closed
+
+    def _closed_areas(self, numbers: frozenset[int], clearance: float = 0.0) -> BaseGeometry | None:
+        """Return the known areas, widened by a clearance, and joined with the outside of the map where they meet it."""
+        if (numbers, clearance) not in self._closed:
+            self._closed[numbers, clearance] = closed_area(
+                self._known_areas(numbers), self.mission.world.bounds, clearance
+            )
+        return self._closed[numbers, clearance]
 
     def _outside(self, position: Point, no_fly: BaseGeometry | None) -> Point:
         """Move a position that rounding put inside an area or outside the bounds back by the rounding."""

@@ -331,8 +331,7 @@ class _Side(NamedTuple):
         inner = border - self.outward * depth
         found = []
         for begin, end in ends.tolist():
-            far = min(end - begin, reach)
-            found.append(self._across((begin, end), (begin, end), (inner, border + self.outward * far), far))
+            found.append(self._across((begin, end), (begin, end), (inner, border + self.outward * reach), reach))
         return found
 
     def _across(

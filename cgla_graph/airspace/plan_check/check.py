@@ -155,7 +155,7 @@ def _legs_of(plan: FlightPlan, name: str, on: PlanMap) -> PlanCheck:
         on,
         lengths=np.hypot(*(ends - starts).T),
         risks=np.asarray(on.problem.field.line_integral(starts, ends)),
-        crossings=crossings_of(route, on.areas, rounding=on.rounding, radii=_radii(plan, on), heights=on.heights),
+        crossings=crossings_of(route, on.closed, rounding=on.rounding, radii=_radii(plan, on), heights=on.heights),
         gaps=_gaps(on, starts, ends),
     )
 

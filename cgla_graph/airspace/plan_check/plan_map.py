@@ -20,7 +20,7 @@ from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near
 from cgla_graph.airspace.zones.zone import Limits, NoArea
 from cgla_graph.errors import ProblemError, ScenarioError
-from cgla_graph.model.clearance import ROUNDING
+from cgla_graph.model.clearance import ROUNDING, joined, stretches
 from cgla_graph.model.earth import LocalProjection, geodesic_length, project_area, wrapped
 from cgla_graph.model.problem import Problem
 
@@ -114,10 +114,17 @@ class PlanMap:
     heights: PlanHeights | None = None
 
     @cached_property
+    def closed(self) -> tuple[ClosedArea, ...]:
+        """The areas, joined with the outside where they close the border of the map."""
+        if not self.has_bounds:
+            return self.areas
+        return tuple(ClosedArea(one.name, joined(one.shape, stretches(one.shape, self.limits))) for one in self.areas)
+
+    @cached_property
     def walls(self) -> tuple[ClosedArea, ...]:
-        """The areas that every clean plan at the heights of this one must fly around."""
+        """The closed areas that every clean plan at the heights of this one must fly around."""
         heights = self.heights
-        return tuple(one for number, one in enumerate(self.areas) if heights is None or heights.contains_all(number))
+        return tuple(one for number, one in enumerate(self.closed) if heights is None or heights.contains_all(number))
 
     @property
     def name(self) -> str:
