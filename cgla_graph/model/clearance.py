@@ -155,8 +155,8 @@ def closed_area(no_fly: BaseGeometry | None, bounds: Bounds, clearance: float = 
             return closed
     if no_fly is None or not isinstance(cast("object", no_fly), BaseGeometry):
         return no_fly
-    wide = joined(widened(no_fly, clearance), stretches(no_fly, bounds, clearance)) if clearance > 0.0 else no_fly
-    closed = joined(wide, stretches(wide, bounds))
+    wide = joined_with(widened(no_fly, clearance), stretches(no_fly, bounds, clearance)) if clearance > 0.0 else no_fly
+    closed = joined_with(wide, stretches(wide, bounds))
     _recent = ((no_fly, bounds, clearance, closed), *_recent[: RECENT - 1])
     return closed
 
@@ -367,13 +367,13 @@ def _merged(ends: FloatArray) -> FloatArray:
     return np.column_stack([ends[opens, 0], reach[np.append(opens[1:], True)]])
 
 
-def joined(no_fly: BaseGeometry, boxes: list[Polygon]) -> BaseGeometry:
+def joined_with(no_fly: BaseGeometry, boxes: list[Polygon]) -> BaseGeometry:
     """
     Join areas with boxes; areas that meet none stay as they are, to the last bit.
 
     Examples
     --------
-    >>> joined(shapely.box(0, 0, 1, 1), [shapely.box(0, 1, 1, 2)]).area
+    >>> joined_with(shapely.box(0, 0, 1, 1), [shapely.box(0, 1, 1, 2)]).area
     2.0
     """
     if not boxes:

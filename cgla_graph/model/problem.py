@@ -22,7 +22,7 @@ from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
 from cgla_graph._validate import bounds_box, clearance_of, point, point_array, unmasked
 from cgla_graph.errors import NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import CornerRule, Node
-from cgla_graph.model.clearance import ROUNDING, closed_area, joined, stretches, widened, widest_gap
+from cgla_graph.model.clearance import ROUNDING, closed_area, joined_with, stretches, widened, widest_gap
 from cgla_graph.model.cost_model import CostModel, indexed_area
 from cgla_graph.model.earth import LocalProjection, project_area, projected_bounds
 from cgla_graph.model.graph import GeometricGraph
@@ -179,7 +179,7 @@ class Problem(Plottable):
         if self.clearance == 0.0 or self.no_fly is None:
             return self.model.area
         closing = [box for distance in (0.0, self.clearance) for box in stretches(self.no_fly, self.bounds, distance)]
-        return indexed_area(joined(self.no_fly, closing))
+        return indexed_area(joined_with(self.no_fly, closing))
 
     @property
     def area_as_given(self) -> NoFlyArea:
@@ -203,7 +203,7 @@ class Problem(Plottable):
         # (what closes the border at less than `least` is nearer than the clearance)
         least = self.clearance - self._slack - 12.0 * widest_gap(self.bounds)
         closed = widened(self.no_fly, least, inside=True) if least > 0.0 else self.no_fly
-        closed = joined(closed, stretches(self.no_fly, self.bounds, self.clearance))
+        closed = joined_with(closed, stretches(self.no_fly, self.bounds, self.clearance))
         return replace(self, no_fly=closed, clearance=0.0)
 
     @property

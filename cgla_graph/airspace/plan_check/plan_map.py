@@ -20,7 +20,7 @@ from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near
 from cgla_graph.airspace.zones.zone import Limits, NoArea
 from cgla_graph.errors import ProblemError, ScenarioError
-from cgla_graph.model.clearance import ROUNDING, joined, stretches
+from cgla_graph.model.clearance import ROUNDING, joined_with, stretches
 from cgla_graph.model.earth import LocalProjection, geodesic_length, project_area, wrapped
 from cgla_graph.model.problem import Problem
 
@@ -118,7 +118,9 @@ class PlanMap:
         """The areas, joined with the outside where they close the border of the map."""
         if not self.has_bounds:
             return self.areas
-        return tuple(ClosedArea(one.name, joined(one.shape, stretches(one.shape, self.limits))) for one in self.areas)
+        return tuple(
+            ClosedArea(one.name, joined_with(one.shape, stretches(one.shape, self.limits))) for one in self.areas
+        )
 
     @cached_property
     def walls(self) -> tuple[ClosedArea, ...]:
