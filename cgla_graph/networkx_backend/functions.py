@@ -11,7 +11,8 @@ import inspect
 import itertools
 from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, TypeAlias
+from functools import cache
+from typing import Any, TypeAlias
 
 import networkx as nx
 import numpy as np
@@ -19,43 +20,23 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.errors import GraphError, NodeNotFoundError
+from cgla_graph.errors import NodeNotFoundError
 from cgla_graph.model import graph_kernels
-from cgla_graph.model.adjacency import Node, compressed
+from cgla_graph.model.adjacency import Node
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.weights import SparseWeights, reject_overflow
+from cgla_graph.networkx_backend.conversion import (
+    ConvertedGraph,
+    convert_from_nx,  # noqa: F401 - networkx looks for it here
+    convert_to_nx,  # noqa: F401 - the same
+    forget_changed,
+)
 from cgla_graph.restricted.restricted import can_restrict, restricted_optimum
 
-#: Most edges of a graph that is converted without being asked: a networkx graph takes about a kilobyte an edge.
-MAX_EDGES = 4_000_000
 #: Nodes from which on a search for one path of a complete lattice graph is restricted to the nodes that can be on it.
 LARGE = 1000
-#: Sums of whole numbers up to here are exact in floating point.
-EXACT_SUMS = 2**53
 NOT_FOUND = "Node {} not found in graph"
-
-
-@dataclass(frozen=True, eq=False)
-class ConvertedGraph:
-    """
-    A networkx graph converted for this backend; networkx caches it with the original.
-
-    Attributes
-    ----------
-    graph
-        The same nodes and weights.
-    weight
-        The edge attribute that the weights were read from; None: each edge weighs 1.
-    whole
-        Whether all weights are whole numbers, and so all lengths.
-    """
-
-    graph: GeometricGraph
-    weight: str | None
-    whole: bool
-
-    __networkx_backend__: ClassVar[str] = "cgla"
 
 
 Graph: TypeAlias = GeometricGraph | ConvertedGraph
@@ -65,83 +46,42 @@ Path: TypeAlias = list[Node]
 Paths: TypeAlias = dict[Node, Path]
 
 
-def convert_from_nx(
-    graph: "nx.Graph[Any]", *, edge_attrs: Mapping[str, float] | None = None, **_rest: object
-) -> ConvertedGraph:
-    """
-    Convert a networkx graph, with one edge attribute or none, for the functions below.
-
-    Raises
-    ------
-    NotImplementedError
-        If a weight is negative, infinite, or not an int or a float; networkx then runs its own code.
-    """
-    weight, default = next(iter((edge_attrs or {}).items()), (None, 1))
-    labels = list(graph.nodes)
-    index = {label: i for i, label in enumerate(labels)}
-    edges = [(u, v, 1) for u, v in graph.edges()] if weight is None else list(graph.edges(data=weight, default=default))
-    kinds = {type(value) for _, _, value in edges}
-    if not all(issubclass(kind, int | float | np.integer) for kind in kinds):
-        msg = f"weights of {', '.join(sorted(kind.__name__ for kind in kinds))}; cgla takes int and float"
-        raise NotImplementedError(msg)
-    try:
-        weights = np.array([value for _, _, value in edges], dtype=np.float64)
-    except OverflowError as error:
-        msg = f"a weight is too large for a float ({error})"
-        raise NotImplementedError(msg) from error
-    with np.errstate(over="ignore"):
-        total = weights.sum()
-    if not (weights >= 0.0).all() or not np.isfinite(total):
-        msg = "a weight, or the sum of all, is negative, infinite or NaN; cgla takes finite weights of at least 0"
-        raise NotImplementedError(msg)
-    whole = not any(issubclass(kind, float) for kind in kinds)
-    if total >= EXACT_SUMS and any(not issubclass(kind, float) for kind in kinds):
-        msg = f"whole weights add up to {total}, beyond {EXACT_SUMS}, where floats are no longer exact"
-        raise NotImplementedError(msg)
-    tails = np.array([index[u] for u, _, _ in edges], dtype=np.int64)
-    heads = np.array([index[v] for _, v, _ in edges], dtype=np.int64)
-    kept = tails != heads
-    rows = compressed(tails[kept], heads[kept], weights[kept], len(labels), mirrored=not graph.is_directed())
-    converted = GeometricGraph(labels, directed=graph.is_directed(), weights=SparseWeights(rows))
-    return ConvertedGraph(converted, weight, whole)
+@cache
+def _weight_place(name: str) -> tuple[int, object]:
+    """Return the position and the default of a function's argument ``weight``; -1 and None if it has none."""
+    parameters = inspect.signature(globals()[name]).parameters
+    if "weight" not in parameters:
+        return -1, None
+    return [*parameters].index("weight"), parameters["weight"].default
 
 
-def convert_to_nx(result: object, **_rest: object) -> object:
-    """
-    Convert a graph for networkx's own code; any other result is returned as it is.
-
-    Raises
-    ------
-    GraphError
-        If the graph is too large for networkx.
-    """
-    graph = result.graph if isinstance(result, ConvertedGraph) else result
-    if not isinstance(graph, GeometricGraph):
-        return result
-    # (counting the edges of an implicit graph would compute its weights)
-    n_edges = graph.n_pairs if graph.is_implicit else graph.n_edges
-    if n_edges > MAX_EDGES:
-        msg = f"a networkx graph of {n_edges} edges is too large ({MAX_EDGES} at most); call to_networkx() to insist"
-        raise GraphError(msg)
-    return graph.to_networkx()
+def _weight(name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> object:
+    """Return the weight that a call asks for."""
+    place, default = _weight_place(name)
+    return kwargs.get("weight", args[place] if 0 <= place < len(args) else default)
 
 
 def can_run(name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> bool | str:
-    """Return True if the function can answer this call, else the reason."""
-    given = inspect.signature(globals()[name]).bind(*args, **kwargs).arguments
-    if not isinstance(given.get("weight"), str | None):
+    """
+    Return True if the function can answer this call, else the reason.
+
+    networkx asks before it looks for a converted graph, so that one of other weights is forgotten here.
+    """
+    weight = _weight(name, args, kwargs)
+    if not isinstance(weight, str | None):
         return "cgla takes weights by the name of their attribute"
-    graph = given["G"]
-    if isinstance(graph, GeometricGraph) and graph.model is not None and not graph.model.field.is_proper:
-        return "weights of an improper risk field may be negative"
+    graph = args[0] if args else kwargs["G"]
+    if isinstance(graph, GeometricGraph):
+        if graph.model is not None and not graph.model.field.is_proper:
+            return "weights of an improper risk field may be negative"
+    else:
+        forget_changed(graph, weight)
     return True
 
 
 def should_run(name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> bool | str:
     """Return True if converting a networkx graph is likely to save time, else the reason."""
-    given = inspect.signature(globals()[name]).bind(*args, **kwargs)
-    given.apply_defaults()
-    return given.arguments.get("weight") is not None or "networkx counts edges without a conversion"
+    return _weight(name, args, kwargs) is not None or "networkx counts edges without a conversion"
 
 
 @dataclass(frozen=True, eq=False)

@@ -287,7 +287,11 @@ MUTANTS = {
 @pytest.mark.parametrize("mutant", MUTANTS)
 def test_networkx_own_tests(mutant: str, tmp_path: Path) -> None:
     """They pass on the backend, and not on one that is broken."""
-    lines = ["import cgla_graph.networkx_backend.functions as f", "compressed = f.compressed", MUTANTS[mutant]]
+    lines = [
+        "import cgla_graph.networkx_backend.functions as f",
+        "compressed = f.convert_from_nx.__globals__['compressed']",
+        MUTANTS[mutant],
+    ]
     (tmp_path / "mutant.py").write_text("\n".join(lines), encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "--quiet", "-p", "no:cacheprovider", "-p", "mutant", "--pyargs"]
     backend = {"NETWORKX_TEST_BACKEND": "cgla", "NETWORKX_FALLBACK_TO_NX": "True", "PYTHONPATH": str(tmp_path)}
