@@ -9,7 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from cgla_graph._validate import number_array
-from cgla_graph.comparisons.leaderboard.profiles import finite_bound, instance_costs, instance_times, shared_scenarios
+from cgla_graph.comparisons.leaderboard.profiles import (
+    able,
+    finite_bound,
+    instance_costs,
+    instance_times,
+    shared_scenarios,
+)
 from cgla_graph.comparisons.statistics.intervals import Estimate, Interval, estimate, success_interval
 from cgla_graph.comparisons.statistics.paired import Paired, against, same_cost
 from cgla_graph.comparisons.statistics.ranking import ranking
@@ -144,7 +150,7 @@ def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
     Parameters
     ----------
     runs
-        Of any scenarios and solvers, finished or not.
+        Of any scenarios and solvers, finished or not. Solvers that could not run, as without a package, have no row.
 
     Returns
     -------
@@ -160,6 +166,7 @@ def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
     >>> [(one.solver, one.average_rank, one.wins) for one in leaderboard_of(runs)]
     [('cgla', 1.0, 1), ('straight-line', 2.0, 0)]
     """
+    runs = able(runs)
     by_label = by_solver(runs)
     costs = instance_costs(runs)
     ranks = ranking(costs)

@@ -15,7 +15,7 @@ from cgla_graph.comparisons.statistics.intervals import CONFIDENCE, path_cost, t
 from cgla_graph.comparisons.statistics.paired import cost_table, same_cost
 from cgla_graph.comparisons.study.rows import by_scenario, by_solver, scenario_bound
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.model.solution import Solution
+from cgla_graph.model.solution import Solution, Status
 
 
 class StepFunction(NamedTuple):
@@ -158,6 +158,18 @@ def _shares(values: FloatArray, n: int) -> StepFunction:
     return StepFunction(at, np.cumsum(counts) / max(n, 1))
 
 
+def able(runs: Sequence[Run]) -> list[Run]:
+    """
+    Leave out the runs that solvers could not make where they were, as without a package: they say nothing of them.
+
+    Examples
+    --------
+    >>> able([])
+    []
+    """
+    return [run for run in runs if run.solution.status is not Status.UNAVAILABLE]
+
+
 def shared_scenarios(runs: Sequence[Run]) -> list[dict[str, list[Run]]]:
     """
     List the scenarios that every solver has run, so that all solvers are measured on the same scenarios.
@@ -179,8 +191,9 @@ def shared_scenarios(runs: Sequence[Run]) -> list[dict[str, list[Run]]]:
     >>> shared_scenarios([])
     []
     """
-    solvers = list(by_solver(runs))
-    groups = [by_solver(group) for group in by_scenario(runs)]
+    able_runs = able(runs)
+    solvers = list(by_solver(able_runs))
+    groups = [by_solver(group) for group in by_scenario(able_runs)]
     return [{solver: group[solver] for solver in solvers} for group in groups if len(group) == len(solvers)]
 
 
@@ -207,7 +220,7 @@ def instance_costs(runs: Sequence[Run]) -> dict[str, list[float]]:
     shared = shared_scenarios(runs)
     return {
         solver: [statistics.median_low([path_cost(run.solution) for run in group[solver]]) for group in shared]
-        for solver in by_solver(runs)
+        for solver in by_solver(able(runs))
     }
 
 
@@ -244,7 +257,7 @@ def instance_times(runs: Sequence[Run], percent: float) -> dict[str, list[float]
             statistics.median_low([to_target(run.solution, target).seconds for run in group[solver]])
             for group, target in targets
         ]
-        for solver in by_solver(runs)
+        for solver in by_solver(able(runs))
     }
 
 

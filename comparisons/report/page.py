@@ -16,7 +16,7 @@ from markupsafe import Markup
 from cgla_graph._text import counted
 from cgla_graph.comparisons.files import write_text
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, leaderboard_of
-from cgla_graph.comparisons.leaderboard.profiles import instance_costs, performance_profile, success_curve
+from cgla_graph.comparisons.leaderboard.profiles import able, instance_costs, performance_profile, success_curve
 from cgla_graph.comparisons.numbers import rounded_all
 from cgla_graph.comparisons.report.missions import missions_part
 from cgla_graph.comparisons.report.parts import failure_grid, failures, rank_picture, ranking_table
@@ -149,7 +149,7 @@ def _document(stored: Stored, found: Sequence[LeaderboardRow], *, live: bool) ->
 def _success(runs: Sequence[Run], places: dict[str, int]) -> list[dict[str, Any]]:
     """Return the success over time of each solver, over all its runs."""
     documents = []
-    for label, group in by_solver(runs).items():
+    for label, group in by_solver(able(runs)).items():
         curve = success_curve([run.solution for run in group])
         rows = thinned(np.column_stack([curve.seconds, curve.rate, curve.low, curve.high]), MOST_POINTS_OVERALL)
         columns = zip(("seconds", "rate", "low", "high"), rows.T, strict=True)

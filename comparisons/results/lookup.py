@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cgla_graph._text import counted
+from cgla_graph._text import counted, listed
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, failed, leaderboard_of
 from cgla_graph.comparisons.leaderboard.regression import Regression, regression
@@ -213,7 +213,9 @@ def print_leaderboard(runs: Sequence[Run], ranked: Sequence[LeaderboardRow]) -> 
     """Print who wins, by how much, how sure that is, and where each solver fails (errors as `console.out`)."""
     console.out_table(leaderboard_table("leaderboard", ranked))
     n_scenarios = len({run.scenario.name for run in runs})
-    _print_lines("", overview_lines(overview(ranked, n_scenarios)))
+    unable = sorted({run.solver for run in runs} - {row.solver for row in ranked})
+    left_out = [f"not ranked, as they could not run: {listed(unable)}"] if unable else []
+    _print_lines("", [*left_out, *overview_lines(overview(ranked, n_scenarios))])
 
 
 def _print_regression(found: Results, changes: Regression) -> None:

@@ -1,5 +1,6 @@
 """Leaderboards: who wins, by how much, how sure, where each fails; small ones by hand, large ones by what must hold."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
 
@@ -181,3 +182,15 @@ def test_real_runs() -> None:
     assert found["straight-line"].wins == found["straight-line"].n_instances == 2
     assert found["straight-line"].gap.median == pytest.approx(0.0, abs=0.1)
     assert found["rrt-star:iterations=200"].n_runs == 4
+
+
+def test_what_could_not_run_is_not_ranked() -> None:
+    """The others are measured on all scenarios."""
+    runs = [run_of(scenario, "a", 1.0) for scenario in SCENARIOS] + [run_of(SCENARIOS[0], "b", math.inf)]
+    lacking = [
+        dataclasses.replace(one, solution=dataclasses.replace(one.solution, status=Status.UNAVAILABLE))
+        for one in (run_of(scenario, "c", math.inf) for scenario in SCENARIOS)
+    ]
+    assert leaderboard_of([*runs, *lacking]) == leaderboard_of(runs)
+    assert instance_costs([*runs, *lacking]) == instance_costs(runs)
+    assert leaderboard_of(lacking) == []
