@@ -397,12 +397,15 @@ def rounding(problem: Problem) -> float:
     """
     Bound the relative rounding errors of a bound.
 
-    Each inequality is checked with some ten operations, and ``k F`` is off by a few ulps of ``k`` for each threat,
-    while ``c >= 1``. The risk of rasters is off by a few ulps of itself, and so of the cost. A scale is off by a few
-    ulps of 1, where ``c`` is at least the scale.
+    Each inequality is checked with some ten operations, and ``k F`` is off by a few ulps of ``k`` times the greatest
+    ``F`` for each threat, while ``c >= 1``. The risk of rasters is off by a few ulps of itself, and so of the cost. A
+    scale is off by a few ulps of 1, where ``c`` is at least the scale.
     """
     of_rasters = 16.0 * len(problem.field.rasters)
-    in_plane = float(2.0**-50 * (16.0 + of_rasters + problem.k * (len(problem.field) + 4.0)))
+    peaks = [threat.peak for threat in problem.field.threats]
+    # (weak threats add up to no more than their peaks, and an exponential is off by as many ulps as its exponent)
+    of_threats = min(sum(peaks), 1.0) * (len(peaks) + 4.0) - sum(peak * math.log(peak) for peak in peaks)
+    in_plane = float(2.0**-50 * (16.0 + of_rasters + problem.k * of_threats))
     return in_plane if problem.projection is None else (in_plane + 2.0**-46) / max(least_scale(problem), LEAST_SCALE)
 
 

@@ -22,7 +22,7 @@ from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, IntArray, WholeArray
 from cgla_graph.eikonal.marching_kernels import Mesh, spline_value
 from cgla_graph.eikonal.mesh_kernels import STRIPS, Outlines
-from cgla_graph.model.risk_kernels import BLOCK, LOG_CUTOFF, LOG_PEAK, PRECISION, X, Y, threats_near
+from cgla_graph.model.risk_kernels import BLOCK, LOG_CUTOFF, LOG_PEAK, PRECISION, X, Y, deeper_of, threats_near
 from cgla_graph.model.risk_raster_kernels import Rasters, raster_floor, raster_range
 
 #: A spline over all cells of a box, row by row: controls of its pieces, last node, origin, spacing, control values; and
@@ -74,13 +74,13 @@ def cost_bounds(
             count = threats_near((left, bottom), (right, top), table, near)
         x = origin[0] + hx * columns[p]
         y = origin[1] + hy * rows[p]
-        clear, gx, gy, bend, most = _risk_on_cell(x, y, delta, table, near[:count])
+        risk, gx, gy, bend, least = _risk_on_cell(x, y, delta, table, near[:count])
         # the stored place of the node is off by some ulps of its coordinates
         drop = k * (0.5 * delta * delta * bend + 2.0**-50 * (abs(x * gx) + abs(y * gy)))
         for part in range(out.shape[1]):
             bound = out[p, part]
-            bound[COST], bound[SLOPE_X], bound[SLOPE_Y] = 1.0 + k * (1.0 - clear), k * gx, k * gy
-            bound[DROP], bound[LEAST] = drop, 1.0 + k * (1.0 - most)
+            bound[COST], bound[SLOPE_X], bound[SLOPE_Y] = 1.0 + k * risk, k * gx, k * gy
+            bound[DROP], bound[LEAST] = drop, 1.0 + k * least
 
 
 @kernel
@@ -98,19 +98,20 @@ def _risk_on_cell(
 
     Returns
     -------
-    clear
-        ``prod(1 - f_i)`` at the middle ``(x, y)``.
+    risk
+        ``F`` at the middle ``(x, y)``.
     gx, gy
         The gradient of ``F`` there.
     bend
         ``F`` falls below its tangent at the middle by at most half of this times ``d^2``. By the product rule, no
         eigenvalue of the Hessian of ``prod u_i`` is above ``sum f_i q_i prod_j u_j`` without `i`, and ``sum |grad u_i|
         |grad u_j| prod_k u_k`` without `i` and `j`.
-    most
-        What ``prod(1 - f_i)`` is at most, anywhere on the cell.
+    least
+        What ``F`` is at least, anywhere on the cell.
     """
     slopes, squares, shares = 0.0, 0.0, 0.0
-    gx, gy, clear, most = 0.0, 0.0, 1.0, 1.0
+    # (1 - clear and 1 - most are added up as such: of weak threats, differences from 1 would leave little)
+    gx, gy, clear, most, risk, least = 0.0, 0.0, 1.0, 1.0, 0.0, 0.0
     # the greatest that u_i are on the cell: the two least ones, and the product of the others
     first, second, rest = math.inf, math.inf, 1.0
     above, below = LOG_STRONG, math.inf
@@ -140,17 +141,20 @@ def _risk_on_cell(
             # the product rule as in `risk_kernels.gradient`
             gx = gx * (1.0 - value) - clear * q * dx * value
             gy = gy * (1.0 - value) - clear * q * dy * value
+            risk += clear * value
             clear *= 1.0 - value
             # 1 + g + g^2 >= exp(g) up to g = 1
             growth = delta * (r + delta) * q
             growth = 1.0 + growth + growth * growth if growth < 1.0 else math.exp(min(growth, 700.0))
-            most *= 1.0 - value / growth
+            value /= growth
+            least += most * value
+            most *= 1.0 - value
         if most <= SATURATED:
             break
-        above, below = LOG_CUTOFF - math.log(max(table.shape[0], 1) * most), LOG_STRONG
+        above, below = LOG_CUTOFF - deeper_of(table) - math.log(max(table.shape[0], 1) * most), LOG_STRONG
     bend = rest * ((second if second < math.inf else 1.0) * shares + slopes * slopes - squares)
     # (where squares are beyond the greatest number there is, nothing is known)
-    return clear, gx, gy, math.inf if math.isnan(bend) else bend, most
+    return risk, gx, gy, math.inf if math.isnan(bend) else bend, least
 
 
 @kernel

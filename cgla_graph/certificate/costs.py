@@ -69,7 +69,7 @@ def costs_to_solve_for(problem: Problem, mesh: SplineMesh, bounds: FloatArray) -
     jumping = [raster for raster in field.rasters if raster.interpolation == "nearest"]
     smooth = RiskField(
         field.threats, rasters=[raster for raster in field.rasters if raster.interpolation == "bilinear"]
-    )
+    ).for_weight(problem.k)
     least = np.zeros(len(nodes))
     if jumping:
         reach = 1.5 * mesh.spacing[0], 1.5 * mesh.spacing[1]

@@ -10,7 +10,7 @@ import math
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray
-from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, REACH2, ROOT, SPREAD, X, Y, erf
+from cgla_graph.model.risk_kernels import LOG_PEAK, ORDINARY, PRECISION, REACH2, ROOT, SPREAD, X, Y, erf
 
 #: A threat whose risk stays below exp(-12) on the whole segment adds nothing to a bound that is worth its time.
 FAINT = 24.0
@@ -138,7 +138,9 @@ def least_risk(
 @kernel
 def risk_error(table: FloatArray) -> float:
     """Return how far computed integrals of Eq. 6 may be from the truth, and from each other, for a field."""
-    widest = 0.0
+    widest, greatest = 0.0, -math.inf
     for row in table:
         widest = max(widest, row[SPREAD])
-    return RISK_ERROR * widest
+        greatest = max(greatest, row[LOG_PEAK])
+    # (of weak threats alone, it is relative to them: see `risk_kernels.unit_of`)
+    return RISK_ERROR * widest * min(ORDINARY * math.exp(greatest), 1.0)

@@ -25,7 +25,7 @@ class ModelChange:
     ----------
     everything
         Whether every weight may differ: `k` or the rasters changed, or the reach of all threats, which depends on their
-        number (see `risk_kernels.reach_class`).
+        number and on how faint a risk matters (see `risk_kernels.reach_class` and `unit_of`).
     unrelated
         Whether old values bound no new ones: the rasters changed, or the threats that stayed reach less far.
     weights_only_grow
@@ -59,7 +59,8 @@ class ModelChange:
     @classmethod
     def between(cls, old: CostModel, new: CostModel) -> "ModelChange":
         """Compare two models."""
-        reach, reach_now = reach_class(len(old.field)), reach_class(len(new.field))
+        # (how far threats reach)
+        reach, reach_now = (reach_class(len(model.field)) / model.field.unit for model in (old, new))
         before, after = Counter(old.field.threats), Counter(new.field.threats)
         gone = _rows(old, before - after)
         opened, redrawn = _redrawn(old, new)
@@ -77,7 +78,7 @@ class ModelChange:
 
     @property
     def threats(self) -> FloatArray:
-        """Rows of all threats that came or went, shape ``(m, 7)``."""
+        """Rows of all threats that came or went, shape ``(m, 8)``."""
         return np.vstack([self.came, self.gone])
 
 

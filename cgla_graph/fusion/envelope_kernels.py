@@ -28,6 +28,7 @@ from cgla_graph.model.risk_kernels import (
     PRECISION_AT,
     ROW,
     Field,
+    deeper_of,
     exp2,
     panel_end,
     panel_widths,
@@ -35,7 +36,7 @@ from cgla_graph.model.risk_kernels import (
     threats_in_reach,
 )
 
-#: The table of all different threats (see `risk_kernels.threat_table`), shape ``(u, 7)``; how often each field has
+#: The table of all different threats (see `risk_kernels.threat_table`), shape ``(u, 8)``; how often each field has
 #: each of them, shape ``(n, u)``; the fields' own tables one below the other, and the ``n + 1`` rows where they begin.
 Fields: TypeAlias = tuple[FloatArray, IntArray, FloatArray, IntArray]
 #: Scratch memory of one thread: threats in reach; Legendre coefficients of ``1 - F`` on a panel for each rival; borders
@@ -308,7 +309,7 @@ def envelope_risk(x1: float, y1: float, x2: float, y2: float, fields: Fields, wo
     # with one rival there is nothing to cut
     start = 0.0 if n > 1 else length
     # no wider than the panels of `segment_risk`, which resolve ``F``
-    panel_widths(m, length, 1.0, active)
+    panel_widths(m, length, 1.0, deeper_of(threats), active)
     last = length
     known = False
     while start < length:

@@ -63,6 +63,7 @@ class CostModel(ShortRepr):
             msg = f"field is {shown(self.field)}; give a RiskField, as RiskField([Threat(x=…, y=…, spread=…)])"
             raise ProblemError(msg)
         object.__setattr__(self, "k", non_negative_number("k", self.k))
+        object.__setattr__(self, "field", self.field.for_weight(self.k))
         _ = self.area
 
     @cached_property

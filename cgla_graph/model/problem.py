@@ -138,6 +138,7 @@ class Problem(Plottable):
                 msg = f"{name} {(x, y)} is outside the bounds {self.bounds}; move it, or widen the bounds"
                 raise ProblemError(msg)
         object.__setattr__(self, "k", self.model.k)
+        object.__setattr__(self, "field", self.model.field)
         for name in ("start", "goal"):
             if self.model.area.contains(getattr(self, name)):
                 raise ProblemError(self._too_near(name))

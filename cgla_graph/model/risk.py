@@ -4,7 +4,7 @@ import math
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, Literal, Self, TypeAlias, TypeVar
 
 import numpy as np
@@ -260,11 +260,33 @@ class RiskField(ShortRepr):
 
     @cached_property
     def table(self) -> FloatArray:
-        """The kernels' view of the threats, shape ``(m, 7)``, read-only."""
+        """The kernels' view of the threats, shape ``(m, 8)``, read-only."""
         rows = np.array([(t.x, t.y, t.spread, t.peak) for t in self.threats], dtype=np.float64).reshape(-1, 4)
-        table = risk_kernels.threat_table(rows, improper=not self.is_proper)
+        table = risk_kernels.threat_table(rows, improper=not self.is_proper, unit=self.unit)
         table.flags.writeable = False
         return table
+
+    @cached_property
+    def unit(self) -> float:
+        """The risk per unit length that is the measure of all cut-offs (see `risk_kernels.unit_of`)."""
+        return risk_kernels.unit_of(max((t.peak for t in self.threats), default=1.0), getattr(self, "_weight", 0.0))
+
+    def for_weight(self, k: float) -> "RiskField":
+        """
+        Return this field for costs under a risk weight, which may need fainter risk than integrals alone.
+
+        Examples
+        --------
+        >>> field = RiskField([Threat(0, 0, 1)])
+        >>> field.for_weight(10.0) is field, field.for_weight(1e12).unit
+        (True, 1e-09)
+        """
+        if risk_kernels.unit_of(max((t.peak for t in self.threats), default=1.0), k) == self.unit:
+            return self
+        other = object.__new__(type(self))
+        kept = {name: value for name, value in self.__dict__.items() if name not in {"unit", "table"}}
+        other.__dict__.update(kept, _weight=k)
+        return other
 
     @property
     def centres(self) -> FloatArray:
@@ -282,7 +304,7 @@ class RiskField(ShortRepr):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle only threats and rasters: the arrays of kernels are made again, read-only."""
-        return partial(RiskField, rasters=self.rasters, improper=self.improper), (self.threats,)
+        return _unpickled, (self.threats, self.rasters, self.improper, getattr(self, "_weight", 0.0))
 
     def with_threats(self, threats: Iterable[Threat]) -> "RiskField":
         """
@@ -453,6 +475,12 @@ class RiskField(ShortRepr):
         ends_flat = first.reshape(-1, 2), second.reshape(-1, 2)
         risk_kernels.segment_risks(*ends_flat, self.kernel_field(), out.reshape(-1))
         return out
+
+
+def _unpickled(
+    threats: tuple[Threat, ...], rasters: tuple[RasterRisk, ...], improper: bool, weight: float
+) -> RiskField:
+    return RiskField(threats, rasters=rasters, improper=improper).for_weight(weight)
 
 
 def _listed(given: Iterable[Member], name: str, kind: str) -> tuple[Member, ...]:

@@ -8,6 +8,10 @@ of threats below ``CUTOFF / m^2``. As ``0 <= prod(1 - f_j) <= 1``, a pruned prod
 multiples changes the result by at most the integral of ``g``, about ``2.5 * spread`` times its height. At most
 ``4 m^2`` branches are cut, so that all cuts together change the result by less than ``13 * CUTOFF`` times the greatest
 spread.
+
+That is for fields of which a risk of 1 per unit length is the measure. Under a great risk weight, or where all threats
+are weak, a fainter risk matters: then all cut-offs are lower by the factor `unit_of`, and sums of small risks are added
+up as such, without the difference from 1 that would round them away.
 """
 
 import math
@@ -24,7 +28,9 @@ from cgla_graph.model.risk_raster_kernels import Rasters, raster_risk
 
 CUTOFF = 1e-12
 LOG_CUTOFF = math.log(CUTOFF)
-X, Y, REACH2, PRECISION, LOG_PEAK, ROOT, SPREAD = range(7)
+#: Up to this risk weight, and down to one over it for the greatest peak, a risk of 1 is the measure of cut-offs.
+ORDINARY = 1e3
+X, Y, REACH2, PRECISION, LOG_PEAK, ROOT, SPREAD, DEEPER = range(8)
 #: What a threat is along one segment: a Gaussian at a distance from the start, felt between two others; its spread,
 #: then how wide a panel of the quadrature may be there; how far to the left of the segment its centre is; and its row
 #: in the table.
@@ -56,7 +62,25 @@ def reach_class(n_threats: int) -> int:
     return max(16, 1 << max(n_threats - 1, 0).bit_length())
 
 
-def threat_table(threats: FloatArray, *, improper: bool) -> FloatArray:
+def unit_of(greatest_peak: float, k: float) -> float:
+    """
+    Return the risk that is the measure of all cut-offs: 1, or a power of 1/1000 that is as faint as can matter.
+
+    Under a risk weight `k`, what costs far less than the way itself does not matter; and of weak threats alone, what is
+    far weaker than the strongest.
+
+    Examples
+    --------
+    >>> unit_of(0.9, 10.0), unit_of(1e-12, 10.0), unit_of(0.9, 1e12)
+    (1.0, 1e-12, 1e-09)
+    """
+    # (in steps, so that a threat keeps its reach while `k` and others change a little)
+    of_peak = math.floor(math.log10(greatest_peak) / 3.0 + 1e-9) if greatest_peak < 1.0 / ORDINARY else 0
+    of_weight = -math.ceil(math.log10(k) / 3.0 - 1.0 - 1e-9) if k > ORDINARY else 0
+    return float(10.0 ** (3.0 * max(min(of_peak, of_weight), -100)))
+
+
+def threat_table(threats: FloatArray, *, improper: bool, unit: float = 1.0) -> FloatArray:
     """
     Precompute what the kernels need of each threat.
 
@@ -66,17 +90,20 @@ def threat_table(threats: FloatArray, *, improper: bool) -> FloatArray:
         Rows ``x, y, spread, peak``, shape ``(m, 4)``, map units (peak: risk per unit length).
     improper
         Whether peaks above 1 occur; then other factors may exceed 1 and the reach grows by their product.
+    unit
+        The measure of cut-offs (`unit_of`).
 
     Returns
     -------
     table
-        Rows ``x, y, reach^2, 1 / spread^2, ln peak, 1 / (sqrt(2) spread), spread``, shape ``(m, 7)``.
+        Rows ``x, y, reach^2, 1 / spread^2, ln peak, 1 / (sqrt(2) spread), spread, -ln unit``, shape ``(m, 8)``.
     """
     x, y, spread, peak = threats.T
     growth = float(np.log1p(peak).sum()) if improper else 0.0
-    log_cutoff = LOG_CUTOFF - math.log(reach_class(len(peak)))
+    deeper = -math.log(unit)
+    log_cutoff = LOG_CUTOFF - math.log(reach_class(len(peak))) - deeper
     reach2 = 2.0 * spread**2 * np.maximum(np.log(peak) - log_cutoff + growth, 0.0)
-    columns = [x, y, reach2, spread**-2.0, np.log(peak), math.sqrt(0.5) / spread, spread]
+    columns = [x, y, reach2, spread**-2.0, np.log(peak), math.sqrt(0.5) / spread, spread, np.full_like(x, deeper)]
     return np.ascontiguousarray(np.column_stack(columns))
 
 
@@ -126,13 +153,27 @@ def erf(x: float) -> float:
 
 
 @kernel
+def erf_sum(a: float, b: float) -> float:
+    """Evaluate ``erf(a) + erf(b)`` for ``a + b > 0``, exact relative to itself where one is below 0."""
+    low, high = min(a, b), max(a, b)
+    return erf(low) + erf(high) if low > -1.0 else math.erfc(-low) - math.erfc(high)
+
+
+@kernel
+def deeper_of(table: FloatArray) -> float:
+    """Return by how much the logarithms of all cut-offs are lower than usual."""
+    return table[0, DEEPER] if table.shape[0] > 0 else 0.0
+
+
+@kernel
 def threats_near(low: tuple[float, float], high: tuple[float, float], table: FloatArray, near: IntArray) -> int:
     """Write the rows of the threats that may be felt in a box to `near`, shape ``(m,)``; return how many they are."""
     count = 0
     for i in range(table.shape[0]):
         dx = max(low[0] - table[i, X], table[i, X] - high[0], 0.0)
         dy = max(low[1] - table[i, Y], table[i, Y] - high[1], 0.0)
-        if table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * (dx * dx + dy * dy) > LOG_UNFELT:
+        exponent = table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * (dx * dx + dy * dy)
+        if exponent + table[i, DEEPER] > LOG_UNFELT:
             near[count] = i
             count += 1
     return count
@@ -142,6 +183,8 @@ def threats_near(low: tuple[float, float], high: tuple[float, float], table: Flo
 def density(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
     """Write ``F = 1 - prod(1 - f_i)`` of threats (Eq. 2) at `points`, shape ``(n, 2)``, to `out`, shape ``(n,)``."""
     near = np.empty(table.shape[0], dtype=np.int64)
+    deeper = deeper_of(table)
+    unfelt = LOG_UNFELT - deeper
     for first in range(0, points.shape[0], BLOCK):
         stop = min(first + BLOCK, points.shape[0])
         left, right, bottom, top = math.inf, -math.inf, math.inf, -math.inf
@@ -152,15 +195,17 @@ def density(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
             top = max(top, points[n, 1])
         count = threats_near((left, bottom), (right, top), table, near)
         for n in range(first, stop):
-            clear = 1.0
+            clear, risk = 1.0, 0.0
             for j in range(count):
                 i = near[j]
                 dx = points[n, 0] - table[i, X]
                 dy = points[n, 1] - table[i, Y]
                 exponent = table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * (dx * dx + dy * dy)
-                if exponent > LOG_UNFELT:
-                    clear *= 1.0 - math.exp(exponent)
-            out[n] = 1.0 - clear
+                if exponent > unfelt:
+                    f = math.exp(exponent)
+                    risk = fma(f, clear, risk)
+                    clear *= 1.0 - f
+            out[n] = risk if deeper > 0.0 else 1.0 - clear
 
 
 @kernel
@@ -182,7 +227,9 @@ def gradient(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
 
 
 @kernel
-def _closed_form(length: float, m: int, active: FloatArray, stack: FloatArray, log_cutoff: float, budget: int) -> float:
+def _closed_form(
+    length: float, m: int, active: FloatArray, stack: FloatArray, log_cutoff: float, budget: int, deeper: float
+) -> float:
     r"""
     Sum the inclusion-exclusion terms of the `m` active threats, or return -1 after `budget` terms.
 
@@ -191,6 +238,8 @@ def _closed_form(length: float, m: int, active: FloatArray, stack: FloatArray, l
     ``exp(-q p (t - s)^2 / (2 (q + p)))``. The sets are walked depth first; a set below the cutoff ends its branch.
     """
     total = 0.0
+    # (erfc of that is 2e-15 times the unit)
+    tail = -math.sqrt(31.36 + deeper)
     depth = 0
     n_terms = 0
     j = 0
@@ -218,11 +267,12 @@ def _closed_form(length: float, m: int, active: FloatArray, stack: FloatArray, l
             if above:
                 after = (length - centre) * root
                 before = centre * root
-                if after > -5.6 and before > -5.6:
+                if after > tail and before > tail:
                     n_terms += 1
                     if n_terms > budget:
                         return -1.0
-                    term = math.exp(log_amplitude) / root * (erf(after) + erf(before))
+                    both = erf_sum(after, before) if deeper > 0.0 else erf(after) + erf(before)
+                    term = math.exp(log_amplitude) / root * both
                     total += -term if depth & 1 else term
                     depth += 1
                     stack[depth, AT] = centre
@@ -320,23 +370,24 @@ def threats_in_reach(
 
 
 @kernel
-def panel_widths(m: int, length: float, share: float, active: FloatArray) -> None:
+def panel_widths(m: int, length: float, share: float, deeper: float, active: FloatArray) -> None:
     """
     Say where the `m` active threats begin and end, and how wide a panel of the quadrature may be for each.
 
     The error of 16 nodes on a Gaussian falls with the width of the panel: to keep it below 1e-12 of the spread, a panel
     may be 5 spreads wide where the threat has an amplitude of 1 on the segment, 7 at 1e-4, 20 at 1e-12. The errors of
-    faint threats add up, so each has its share of that. Where threats overlap, ``F`` is steeper than each of them: on a
-    Bernstein ellipse around the panel it may be as large as the exponential of the sum of their amplitudes. Panels are
-    narrower by the logarithm of that sum, the more the more threats make it up (as many equal ones as would have the
-    same sum and sum of squares). The factors are measured, on up to 100 threats on one spot and beside it, of peaks
-    down to 1e-8 and spreads that differ up to ten times: the error is below 4e-12 of the greatest spread. Panels are
-    `share` as wide as that. With twice as many nodes, one threat would allow 2.45 times as much, crowds 2.2 (`LONG`).
+    faint threats add up, so each has its share of that. All that is relative to the unit, whose logarithm is `-deeper`.
+    Where threats overlap, ``F`` is steeper than each of them: on a Bernstein ellipse around the panel it may be as
+    large as the exponential of the sum of their amplitudes. Panels are narrower by the logarithm of that sum, the more
+    the more threats make it up (as many equal ones as would have the same sum and sum of squares). The factors are
+    measured, on up to 100 threats on one spot and beside it, of peaks down to 1e-8 and spreads that differ up to ten
+    times: the error is below 4e-12 of the greatest spread. Panels are `share` as wide as that. With twice as many
+    nodes, one threat would allow 2.45 times as much, crowds 2.2 (`LONG`).
     """
     if m == 0:
         return
     crowd, squares = 0.0, 0.0
-    log_m = math.log(m)
+    log_m = math.log(m) + deeper
     for i in range(m):
         half = math.sqrt(active[i, HIGH])
         at = active[i, AT]
@@ -386,7 +437,21 @@ def panel_end(start: float, length: float, m: int, active: FloatArray) -> tuple[
 
 
 @kernel
-def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, most: float) -> float:
+def _deep_panel(count: int, exponents: FloatArray) -> float:
+    """Sum ``F`` over the nodes of a panel as such: a small risk is not rounded away beside 1."""
+    panel = 0.0
+    for k in range(N_NODES):
+        before, after = 0.0, 0.0
+        for j in range(count):
+            mean = fma(exponents[j, 2], _SQUARES[k], exponents[j, 0])
+            before = fma(exp2(fma(-exponents[j, 1], _LONG_NODES[k], mean)), 1.0 - before, before)
+            after = fma(exp2(fma(exponents[j, 1], _LONG_NODES[k], mean)), 1.0 - after, after)
+        panel += _LONG_WEIGHTS[k] * (before + after)
+    return panel
+
+
+@kernel
+def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, most: float, deep: bool) -> float:
     """
     Integrate by Gauss-Legendre on panels (`panel_end`) that adapt to the threats at hand, up to `most`.
 
@@ -420,7 +485,9 @@ def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, 
                 before[k] = 1.0
                 after[k] = 1.0
             panel = 0.0
-            if short:
+            if deep:
+                panel = _deep_panel(count, scratch[first:])
+            elif short:
                 for j in range(count):
                     constant, odd, even = scratch[first + j, 0], scratch[first + j, 1], scratch[first + j, 2]
                     for k in range(N_NODES):
@@ -467,9 +534,10 @@ def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field, most:
     m = threats_in_reach(x1, y1, ux, uy, length, table, active)
     if m == 0:
         return of_rasters
+    deeper = deeper_of(table)
     if not improper:
         # A term of the closed form costs about as much as one threat in one panel of the quadrature.
-        log_cutoff = LOG_CUTOFF - 2.0 * math.log(m)
+        log_cutoff = LOG_CUTOFF - 2.0 * math.log(m) - deeper
         n_pairs = 0
         most_pairs = (3 * m) // 2
         for i in range(m):
@@ -482,13 +550,13 @@ def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field, most:
                 if 2.0 * room * (active[i, PRECISION_AT] + active[j, PRECISION_AT]) > q * d * d:
                     n_pairs += 1
         if n_pairs <= most_pairs:
-            value = _closed_form(length, m, active, scratch[1 + table.shape[0] :], log_cutoff, 4 * m)
+            value = _closed_form(length, m, active, scratch[1 + table.shape[0] :], log_cutoff, 4 * m, deeper)
             if value >= 0.0:
                 return value + of_rasters
-    panel_widths(m, length, 0.5 * LONG if improper else LONG, active)
+    panel_widths(m, length, 0.5 * LONG if improper else LONG, deeper, active)
     # (where peaks are above 1, there is negative risk to come)
     most = math.inf if improper else most - of_rasters
-    return _quadrature(length, m, active, scratch, most) + of_rasters
+    return _quadrature(length, m, active, scratch, most, deeper > 0.0) + of_rasters
 
 
 @kernel

@@ -34,6 +34,7 @@ from cgla_graph.model.risk_kernels import (
     Field,
     X,
     Y,
+    deeper_of,
     exp2,
     fma,
     panel_end,
@@ -51,14 +52,14 @@ CROWD, STRONG = 12, 0.1
 @kernel
 def _density(x: float, y: float, table: FloatArray, rasters: Rasters) -> float:
     """Evaluate ``F`` at one point, without the threats that are out of reach."""
-    clear = 1.0
+    risk = 0.0
     for i in range(table.shape[0]):
         dx = x - table[i, X]
         dy = y - table[i, Y]
         squared = dx * dx + dy * dy
         if squared < table[i, REACH2]:
-            clear *= 1.0 - math.exp(table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * squared)
-    return 1.0 - clear + density_at(x, y, rasters)
+            risk += math.exp(table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * squared) * (1.0 - risk)
+    return risk + density_at(x, y, rasters)
 
 
 @kernel
@@ -71,10 +72,10 @@ def _moments(
     By 16-point Gauss-Legendre on the panels of `risk_kernels`, a little narrower, because the slope of a threat varies
     faster than the threat.
     """
-    clear, change, active = scratch[0], scratch[1], scratch[2:]
+    here, change, active = scratch[0], scratch[1], scratch[2:]
     m = threats_in_reach(x1, y1, ux, uy, length, table, active)
     risk, slope, lever = 0.0, 0.0, 0.0
-    panel_widths(m, length, 0.76, active)
+    panel_widths(m, length, 0.76, deeper_of(table), active)
     start = 0.0
     while start < length and m > 0:
         end, any_here = panel_end(start, length, m, active)
@@ -84,7 +85,7 @@ def _moments(
         half = 0.5 * (end - start)
         middle = 0.5 * (end + start)
         for k in range(N_NODES):
-            clear[k] = 1.0
+            here[k] = 0.0
             change[k] = 0.0
         for i in range(m):
             if active[i, LOW] < end and active[i, HIGH] > start:
@@ -97,11 +98,12 @@ def _moments(
                     d = fma(half, _NODES[k], off)
                     f = exp2(fma(bits * d, d, offset))
                     # the product rule as in `risk_kernels.gradient`
-                    change[k] = change[k] * (1.0 - f) - clear[k] * steep * f
-                    clear[k] *= 1.0 - f
+                    clear = 1.0 - here[k]
+                    change[k] = change[k] * (1.0 - f) - clear * steep * f
+                    here[k] = fma(f, clear, here[k])
         for k in range(N_NODES):
             weight = half * _WEIGHTS[k]
-            risk += weight * (1.0 - clear[k])
+            risk += weight * here[k]
             slope -= weight * change[k]
             lever -= weight * change[k] * ((middle + half * _NODES[k]) / length)
         start = end

@@ -16,7 +16,7 @@ from cgla_graph.eikonal.marching_kernels import Mesh, spline_value
 from cgla_graph.model.array_kernels import doubled
 from cgla_graph.model.graph_kernels import Model
 from cgla_graph.model.no_fly_kernels import segment_crosses
-from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, REACH2, X, Y, segment_cost
+from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, REACH2, X, Y, deeper_of, segment_cost
 from cgla_graph.model.risk_raster_kernels import Rasters as RiskRasters
 from cgla_graph.model.risk_raster_kernels import density_at, raster_range
 
@@ -102,10 +102,11 @@ def cost_rasters(
     """
     reach = REACH * max(step[0], step[1])
     squares = max(step[0], step[1]) ** 2 + step[0] ** 2 + step[1] ** 2
+    cut = CUT * math.exp(-deeper_of(table))
     for n in range(columns.shape[0]):
         x = origin[0] + columns[n] * step[0]
         y = origin[1] + rows[n] * step[1]
-        clear, bend, slopes, slopes2 = 1.0, 0.0, 0.0, 0.0
+        risk, bend, slopes, slopes2 = 0.0, 0.0, 0.0, 0.0
         for t in range(table.shape[0]):
             dx = x - table[t, X]
             dy = y - table[t, Y]
@@ -113,7 +114,7 @@ def cost_rasters(
             r = math.sqrt(r2)
             q = table[t, PRECISION]
             if r2 < table[t, REACH2]:
-                clear *= 1.0 - math.exp(table[t, LOG_PEAK] - 0.5 * q * r2)
+                risk += math.exp(table[t, LOG_PEAK] - 0.5 * q * r2) * (1.0 - risk)
             near = max(r - reach, 0.0)
             if near * near < table[t, REACH2]:
                 far = r + reach
@@ -123,8 +124,8 @@ def cost_rasters(
                 slopes += slope
                 slopes2 += slope * slope
         hessian = bend + slopes * slopes - slopes2
-        cost = 1.0 + k * (1.0 - clear)
-        margin = k * (0.125 * hessian * squares + CUT)
+        cost = 1.0 + k * risk
+        margin = k * (0.125 * hessian * squares + cut)
         here = density_at(x, y, rasters)
         least, greatest = raster_range(
             (max(x - reach, bounds[0]), max(y - reach, bounds[1])),

@@ -94,31 +94,31 @@ def within_turn(angle: float, begin: float, turn: float) -> float:
 @kernel
 def density_and_gradient(x: float, y: float, table: FloatArray, rasters: Rasters) -> tuple[float, float, float]:
     """Evaluate ``F`` and its gradient at one point, without the threats that are out of reach."""
-    gx, gy, clear = 0.0, 0.0, 1.0
+    gx, gy, risk = 0.0, 0.0, 0.0
     for i in range(table.shape[0]):
         dx = x - table[i, X]
         dy = y - table[i, Y]
         squared = dx * dx + dy * dy
         if squared < table[i, REACH2]:
             f = math.exp(table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * squared)
-            slope = -clear * f * table[i, PRECISION]
+            slope = -(1.0 - risk) * f * table[i, PRECISION]
             gx = gx * (1.0 - f) + slope * dx
             gy = gy * (1.0 - f) + slope * dy
-            clear *= 1.0 - f
+            risk += f * (1.0 - risk)
     more_x, more_y = gradient_at(x, y, rasters)
-    return 1.0 - clear + density_at(x, y, rasters), gx + more_x, gy + more_y
+    return risk + density_at(x, y, rasters), gx + more_x, gy + more_y
 
 
 @kernel
 def _threat_density(x: float, y: float, table: FloatArray) -> float:
-    clear = 1.0
+    risk = 0.0
     for i in range(table.shape[0]):
         dx = x - table[i, X]
         dy = y - table[i, Y]
         squared = dx * dx + dy * dy
         if squared < table[i, REACH2]:
-            clear *= 1.0 - math.exp(table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * squared)
-    return 1.0 - clear
+            risk += math.exp(table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * squared) * (1.0 - risk)
+    return risk
 
 
 @kernel

@@ -22,6 +22,7 @@ import strategies
 from hypothesis import given
 from hypothesis import strategies as st
 from levels import SEVERAL, missing, whole, without_strips
+from scipy.integrate import simpson
 from shapely import affinity
 from shapely.geometry.base import BaseGeometry
 from strategies import examples
@@ -881,3 +882,27 @@ def test_the_bound_is_the_same_from_both_ends_and_in_the_mirror() -> None:
     assert there.lower_bound == pytest.approx(back.lower_bound, rel=0.004)
     assert there.lower_bound == pytest.approx(mirrored.lower_bound, rel=0.004)
     assert max(there.lower_bound, back.lower_bound, mirrored.lower_bound) <= there.upper_bound * (1.0 + ROUNDING)
+
+
+@pytest.mark.parametrize("peak", [1e-12, 1e-20])
+def test_weak_threats_under_a_great_weight_are_proven_as_strong_ones_are(peak: float) -> None:
+    """The same costs, and so the same path and the same proof; and the path's cost is that of quadrature."""
+    plain, great = (
+        cg.Problem((0.05, 0.5), (0.95, 0.5), cg.RiskField([cg.Threat(0.5, 0.5, 0.1, one)]), k=1.0 / one)
+        for one in (1.0, peak)
+    )
+    one, two = (cg.solve(problem, tolerance=0.02) for problem in (plain, great))
+    assert two.cost == pytest.approx(one.cost, rel=1e-9)
+    assert two.lower_bound == pytest.approx(one.lower_bound, rel=1e-6)
+    steps = np.linspace(0.0, 1.0, 9)[:, None]
+    points = np.concatenate([a + steps * (b - a) for a, b in itertools.pairwise(two.path)])
+    risks = np.exp(-50.0 * ((points - 0.5) ** 2).sum(axis=1)).reshape(-1, 9)
+    lengths = np.hypot(*np.diff(two.path, axis=0).T)
+    assert two.cost == pytest.approx((lengths * (1.0 + simpson(risks, dx=0.125, axis=1))).sum(), rel=1e-9)
+
+
+def test_strong_and_weak_threats_under_a_great_weight_are_proven() -> None:
+    """The tail of the strong one and the middle of the weak one cost alike."""
+    field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, 1e-12), cg.Threat(0.5, 0.95, 0.03, 0.9)])
+    found = cg.solve(cg.Problem((0.05, 0.5), (0.95, 0.5), field, k=1e12), tolerance=0.05)
+    assert 1.0 < found.lower_bound <= found.cost

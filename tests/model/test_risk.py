@@ -5,16 +5,18 @@ import math
 import pickle
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from itertools import pairwise
 
 import numba
 import numpy as np
 import pytest
-from hypothesis import assume, example, given
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 from oracles import density, inclusion_exclusion, line_integral, rate
+from scipy.integrate import quad, simpson
 from strategies import (
     Segment,
     crowds,
@@ -32,6 +34,7 @@ from strategies import (
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.errors import CglaError, ProblemError
+from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import ImproperFieldWarning, Reading, RiskField, Threat
 from cgla_graph.model.risk_kernels import exp2, fma, segment_risk
 
@@ -337,12 +340,92 @@ def test_ends_broadcast(first: tuple[int, ...], second: tuple[int, ...], both: t
     assert found.ravel().tolist() == [integral(TWO, segment) for segment in zip(*wide, strict=True)]
 
 
-@pytest.mark.parametrize("field", [RiskField(), RiskField([Threat(0.0, 0.0, spread=1.0, peak=1e-14)])])
-def test_a_field_of_nothing_has_no_risk(field: RiskField) -> None:
+def test_a_field_of_nothing_has_no_risk() -> None:
+    field = RiskField()
     assert field.line_integral([[0, 0]], [[1, 1]]).tolist() == [0.0]
-    assert field.density((0, 0)) <= 1e-13
-    assert np.abs(field.gradient((1, 0))).max() <= 1e-13
-    assert len(RiskField()) == 0
+    assert field.density((0, 0)) == 0.0
+    assert np.abs(field.gradient((1, 0))).max() == 0.0
+    assert len(field) == 0
+
+
+# What can matter: weak threats, and great risk weights
+
+
+def summed(threats: Sequence[Threat], points: FloatArray) -> FloatArray:
+    """Evaluate ``F`` without a difference from 1."""
+    risk = np.zeros(len(points))
+    for one in threats:
+        squared = (points[:, 0] - one.x) ** 2 + (points[:, 1] - one.y) ** 2
+        risk += one.peak * np.exp(-0.5 * squared / one.spread**2) * (1.0 - risk)
+    return risk
+
+
+def scipy_integral(threats: Sequence[Threat], start: FloatArray, end: FloatArray) -> float:
+    def risk(share: float) -> float:
+        return float(summed(threats, (start + share * (end - start))[None])[0])
+
+    scale = max(threat.peak for threat in threats)
+    places = np.linspace(0.0, 1.0, 21)
+    parts = [quad(lambda s: risk(s) / scale, low, high, epsabs=0.0, epsrel=1e-11)[0] for low, high in pairwise(places)]
+    return scale * math.dist(start, end) * math.fsum(parts)
+
+
+@pytest.mark.parametrize("peak", [1e-5, 1e-12, 1e-20, 1e-60])
+@pytest.mark.parametrize("n", [1, 2, 40])
+def test_weak_threats_are_as_exact_as_strong_ones(peak: float, n: int) -> None:
+    """In closed form and by quadrature: relative to the strongest."""
+    rng = np.random.default_rng(n)
+    spots = [(0.5, 0.5), *rng.random((n - 1, 2)).tolist()]
+    field = RiskField([Threat(x, y, 0.1, peak * (1.0 - i / 100)) for i, (x, y) in enumerate(spots)])
+    for start, end in (((0.05, 0.5), (0.95, 0.5)), ((0.3, 0.4), (0.31, 0.45)), ((0.9, 0.9), (0.2, 0.3))):
+        truth = scipy_integral(field.threats, np.array(start), np.array(end))
+        assert integral(field, (start, end)) == pytest.approx(truth, rel=1e-9)
+    points = rng.random((50, 2))
+    assert field.density(points) == pytest.approx(summed(field.threats, points), rel=1e-12, abs=1e-16 * peak)
+
+
+@pytest.mark.parametrize("n", [1, 30])
+def test_under_a_great_weight_the_tail_of_a_strong_threat_counts(n: int) -> None:
+    """Also beyond the end of a segment that leads straight to the threat, and beside a much stronger one."""
+    k = 1e12
+    rng = np.random.default_rng(1)
+    strong = [Threat(0.5, 0.5, 0.05, 0.9), *(Threat(*rng.random(2), 0.05, 0.8) for _ in range(n - 1))]
+    weak = Threat(0.05, 0.95, 0.02, 1e-12)
+    field = Problem((0.0, 0.0), (1.0, 1.0), RiskField([*strong, weak]), k=k).field
+    for start, end in (((0.0, 0.5), (0.2, 0.5)), ((0.0, 0.14), (1.0, 0.14)), ((0.0, 0.95), (0.1, 0.95))):
+        truth = scipy_integral(field.threats, np.array(start), np.array(end))
+        length = math.dist(start, end)
+        assert k * integral(field, (start, end)) == pytest.approx(k * truth, rel=1e-9, abs=1e-9 * length)
+
+
+def test_thousands_of_threats_that_add_up() -> None:
+    rng = np.random.default_rng(3)
+    threats = [Threat(x, y, 0.1, 1e-15) for x, y in rng.random((2000, 2))]
+    field = RiskField(threats)
+    points = np.column_stack([np.linspace(0.1, 0.9, 2001), np.full(2001, 0.5)])
+    assert integral(field, ((0.1, 0.5), (0.9, 0.5))) == pytest.approx(
+        simpson(summed(threats, points), points[:, 0]), rel=1e-9
+    )
+
+
+@given(k=st.floats(1.0, 1e3), weaker=st.integers(3, 30))
+@settings(max_examples=20)
+def test_weak_threats_under_a_great_weight_cost_as_strong_ones_under_a_small_one(k: float, weaker: int) -> None:
+    """But for what overlaps: so of one threat, whose product with itself is not there."""
+    scale = 10.0**weaker
+    plain, great = (
+        Problem((0.05, 0.5), (0.95, 0.5), RiskField([Threat(0.5, 0.45, 0.1, 0.9 / s)]), k=k * s) for s in (1.0, scale)
+    )
+    path = [plain.start, (0.3, 0.2), (0.7, 0.1), plain.goal]
+    assert great.evaluate(path).cost == pytest.approx(plain.evaluate(path).cost, rel=1e-12)
+
+
+def test_fields_for_a_weight_are_equal_and_travel() -> None:
+    field = RiskField([Threat(0.5, 0.5, 0.1)])
+    great = field.for_weight(1e12)
+    assert (field.for_weight(1e3) is field, great == field, great.unit, field.unit) == (True, True, 1e-9, 1.0)
+    assert pickle.loads(pickle.dumps(great)).unit == great.unit  # noqa: S301 - from the line itself
+    assert great.for_weight(1.0).unit == 1.0
 
 
 def test_nothing_passed_in_is_changed() -> None:
