@@ -11,7 +11,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.mission.belief import Belief
-from cgla_graph.mission.records import EXPOSED_ABOVE, Knowledge, Measures, MissionStatus, Separation, UavFlight
+from cgla_graph.mission.records import EXPOSED_ABOVE, Event, Knowledge, Measures, MissionStatus, Separation, UavFlight
 from cgla_graph.mission.replanner import Replanner
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
@@ -54,6 +54,8 @@ class Agent:
         Its motion on the last tick, on the clock of its plan; None before the first.
     near
         The numbers of the other UAVs within its safe distance.
+    delay
+        The last event that says why it waits for its take-off.
     """
 
     number: int
@@ -72,6 +74,7 @@ class Agent:
     visited: list[int] = field(default_factory=list)
     leg: Trajectory | None = None
     near: set[int] = field(default_factory=set)
+    delay: Event | None = None
     _committed: Trajectory | None = field(default=None, repr=False)
 
     @property
@@ -171,6 +174,10 @@ class Recorder:
         self.path.append(np.array([position]))
         self.times.append(np.array([float(tick)]))
 
+    def stayed(self) -> None:
+        """Take the take-off on this tick back."""
+        self.trace, self.path, self.times = [], [], []
+
     def flew(self, agent: Agent) -> None:
         """Record the motion on the last tick."""
         if agent.leg is not None:
@@ -193,7 +200,7 @@ class Recorder:
         """Return the flight until a tick; `step` is the length flown in a tick, map units."""
         took_off = bool(self.trace)
         ended = agent.ended if agent.is_done else tick
-        departed = agent.uav.departs if took_off else ended
+        departed = int(self.times[0][0]) if took_off else ended
         trace = np.array(self.trace or [agent.position])
         path, times = trace[:1], np.array([float(departed)])
         if took_off:

@@ -1,6 +1,7 @@
 """Guaranteed separation: plans around the committed motions of all other UAVs."""
 
 import dataclasses
+from collections.abc import Sequence
 
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix
 from cgla_graph.mission.virtual_obstacle import UNITS_A_STEP
@@ -23,7 +24,7 @@ def stays_clear(motion: Trajectory, others: Others) -> bool:
 
 
 def plan_around(
-    problem: Problem, matrix: CostMatrix, others: Others, tick: int, step: float, unit: float
+    problem: Problem, matrix: CostMatrix, others: Others, tick: int, step: float, unit: float, names: Sequence[str] = ()
 ) -> SpaceTimePlan:
     """
     Search in space and time until all others are gone, and a detour longer.
@@ -43,6 +44,8 @@ def plan_around(
         Map units flown in a tick.
     unit
         The paper's 1/N, map units.
+    names
+        What messages call the others.
 
     Returns
     -------
@@ -56,7 +59,7 @@ def plan_around(
     x_min, y_min, x_max, y_max = problem.bounds
     detour = 2.0 * (x_max - x_min + y_max - y_min) / stride
     latest = max([now, *(motion.ends for motion, _ in crowd)]) + detour
-    found = plan_in_space_time(problem, matrix, crowd, start_time=now, step=stride, latest=latest)
+    found = plan_in_space_time(problem, matrix, crowd, start_time=now, step=stride, latest=latest, names=names)
     if found.trajectory is None:
         return found
     return dataclasses.replace(found, trajectory=found.trajectory.shifted(-now).paced(1.0 / pace))

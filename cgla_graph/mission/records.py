@@ -31,6 +31,7 @@ EXPOSED_ABOVE = 0.1
 
 Entry = TypeVar("Entry", bound=tuple[Any, ...])
 EventKind: TypeAlias = Literal[
+    "delayed",
     "departed",
     "started-in-risk",
     "detected",
@@ -84,10 +85,12 @@ class Event:
     tick
         The tick of the event.
     kind
-        ``departed``: the UAV took off; ``started-in-risk``: it took off within a spread of a threat; ``detected``: it
-        saw an unknown threat or area; ``refuted``: it saw that one it believed in is missing; ``learned``: it heard of
-        one from another UAV (`source`); ``planned``: it has a new plan; ``kept``: no new plan keeps the safe distances,
-        and it keeps the last one; ``near``: another UAV is within the safe distance, inside terminal discs too;
+        ``delayed``: the UAV waits on the ground, because an `area` is closed over its start, an `other` UAV is within
+        the safe distance of it, or no plan keeps the safe distances (`reason`); ``departed``: it took off;
+        ``started-in-risk``: it took off within a spread of a threat; ``detected``: it saw an unknown threat or area;
+        ``refuted``: it saw that one it believed in is missing; ``learned``: it heard of one from another UAV
+        (`source`); ``planned``: it has a new plan; ``kept``: no new plan keeps the safe distances, and it keeps the
+        last one; ``near``: another UAV is within the safe distance, inside terminal discs too;
         ``appeared-on``: a threat or area appeared around it; ``collision``, ``arrived``, ``no-path``, ``stuck``,
         ``livelock``, ``out-of-ticks``, ``interrupted``: its flight ended.
     uav
@@ -109,6 +112,17 @@ class Event:
     def document(self) -> dict[str, Any]:
         """Return the event as one flat JSON object."""
         return {"tick": self.tick, "kind": self.kind, "uav": self.uav, **self.detail}
+
+    @property
+    def hindrance(self) -> str:
+        """Why the UAV is ``delayed``, in a few words; empty for all other events."""
+        if self.kind != "delayed":
+            return ""
+        if "other" in self.detail:
+            return f"UAV {self.detail['other']} is {self.detail['distance']:.3g} from its start"
+        return (
+            f"area {self.detail['area']} is closed over its start" if "area" in self.detail else self.detail["reason"]
+        )
 
 
 class Knowledge(NamedTuple):
@@ -200,7 +214,8 @@ class UavFlight(ShortRepr, Measures):
     took_off
         Whether it took off.
     departed, ended
-        The ticks of take-off and end; both are the tick of the end if it never took off.
+        The ticks of take-off, which may be later than `Uav.departs`, and of the end; both are the tick of the end if it
+        never took off.
     trace
         Positions at the ticks from `departed` to `ended`, shape ``(t, 2)``, map units.
     path
@@ -241,6 +256,11 @@ class UavFlight(ShortRepr, Measures):
     def name(self) -> str:
         """The UAV's name."""
         return self.uav.name
+
+    @property
+    def delayed(self) -> int:
+        """Ticks that it waited on the ground after `Uav.departs`, until its start was free."""
+        return max(self.departed - self.uav.departs, 0)
 
     @property
     def cost(self) -> float:

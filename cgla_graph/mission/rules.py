@@ -61,7 +61,7 @@ class Rules(Plottable):
     avoidance
         ``none``, or ``prioritized``: each UAV plans in space and time around the committed motions of the others, so
         that no two are ever closer than the greater of their safe distances. A UAV that finds no such plan keeps its
-        last one, which is safe; without one it does not take off.
+        last one, which is safe; without one it waits on the ground.
     replan
         ``change``: a UAV plans again when its knowledge has changed. ``tick``: on every tick. ``never``: it flies its
         first plan; the flight ends before a step into a known area.

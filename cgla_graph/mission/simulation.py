@@ -14,6 +14,7 @@ import numpy as np
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._progress import showing
+from cgla_graph._text import listed
 from cgla_graph._types import Point
 from cgla_graph.mission.agent import Agent, Encounters, Recorder
 from cgla_graph.mission.avoidance import plan_around, stays_clear
@@ -153,7 +154,10 @@ class Simulation:
     def _depart(self) -> None:
         world = self.mission.world
         for agent in self._agents:
-            if agent.is_done or agent.in_air or agent.uav.departs != self.tick:
+            if agent.is_done or agent.in_air or agent.uav.departs > self.tick:
+                continue
+            if hindrance := self._hindrance(agent):
+                self._hold_back(agent, **hindrance)
                 continue
             agent.in_air = True
             self._recorders[agent.number].departed(agent.position, self.tick)
@@ -163,6 +167,37 @@ class Simulation:
                     risk = float(world.field_at(self.tick).density(agent.position))
                     self._say("started-in-risk", agent, threat=number, risk=risk)
             self._arrive(agent)
+
+    def _hindrance(self, agent: Agent) -> dict[str, Any]:
+        """Return what keeps a UAV from taking off: an area over its start, or the nearest UAV that is too near."""
+        for number, area in self.mission.world.areas_at(self.tick).items():
+            if indexed_area(area).contains(agent.position):
+                return {"area": number}
+        near = [
+            (distance, other.name)
+            for other in self._flying()
+            if (distance := math.dist(agent.position, other.position))
+            < max(agent.uav.safe_distance, other.uav.safe_distance)
+        ]
+        return {"other": min(near)[1], "distance": min(near)[0]} if near else {}
+
+    def _hold_back(self, agent: Agent, **why: Any) -> None:  # noqa: ANN401 - any JSON
+        """Let a UAV wait on the ground, and log it when the hindrance is another one than on the tick before."""
+        before, agent.delay = agent.delay, Event(self.tick, "delayed", agent.name, why)
+        if before is None or {**before.detail, "distance": 0.0} != {**why, "distance": 0.0}:
+            self.events.append(agent.delay)
+
+    def _stay_on_ground(self, agent: Agent, reason: str) -> None:
+        """Take a take-off on this tick back, as no plan from it keeps the safe distances."""
+        agent.in_air, agent.near = False, set()
+        self._recorders[agent.number].stayed()
+        undone = {"departed", "started-in-risk"}
+        self.events = [
+            event
+            for event in self.events
+            if not (event.tick == self.tick and event.uav == agent.name and event.kind in undone)
+        ]
+        self._hold_back(agent, reason=reason)
 
     def _notice_what_came_up(self) -> None:
         """Log threats and areas that appear around a UAV."""
@@ -268,10 +303,13 @@ class Simulation:
         A UAV that keeps its last plan stays clear as well, as the others planned around it. So the plans at the
         beginning of every tick keep all safe distances.
         """
-        others = [
-            (motion, max(agent.uav.safe_distance, other.uav.safe_distance))
+        committed = {
+            other: motion
             for other in self._flying()
             if other is not agent and (motion := other.motion(self.tick)) is not None
+        }
+        others = [
+            (motion, max(agent.uav.safe_distance, other.uav.safe_distance)) for other, motion in committed.items()
         ]
         plan, reason = None, solution.message or solution.status.value
         if solution.status.has_path:
@@ -280,12 +318,16 @@ class Simulation:
             if not stays_clear(in_time, others):
                 problem, matrix = agent.planner.problem(situation), agent.planner.matrix(situation)
                 step = self.mission.step_of(agent.uav)
-                found = plan_around(problem, matrix, others, self.tick, step, self.mission.unit)
+                names = [f"UAV {other.name}" for other in committed]
+                found = plan_around(problem, matrix, others, self.tick, step, self.mission.unit, names)
                 plan, reason = found.trajectory, found.message
         if plan is not None:
             self._follow(agent, plan)
         elif agent.can_go_on(self.tick, self._closed_areas(agent.belief.areas)):
             self._say("kept", agent, reason=reason)
+        elif agent.plan is None and others and solution.status.has_path:
+            near = listed([other.name for other in committed])
+            self._stay_on_ground(agent, f"no plan keeps the safe distance from {near}: {reason}")
         else:
             self._give_up(agent, f"no plan keeps the safe distances: {reason}")
 
@@ -353,7 +395,8 @@ class Simulation:
     def _find_livelock(self) -> None:
         """End the mission if its whole state repeats, as it would loop."""
         agents = self._flying()
-        waiting = any(not agent.is_done and not agent.in_air for agent in self._agents)
+        ground = tuple(agent for agent in self._agents if not agent.is_done and not agent.in_air)
+        waiting = any(agent.uav.departs > self.tick for agent in ground)
         if not agents or waiting or self.tick < max(self.mission.world.changes, default=0):
             return
         if self.mission.sharing.loss > 0.0 and self._radio.can_teach({agent.number: agent.belief for agent in agents}):
@@ -364,7 +407,7 @@ class Simulation:
             sum(len(agent.belief.journal) for agent in self._agents),
             tuple((due - self.tick, *ends) for due, *ends, _, _ in self._radio.under_way),
         )
-        state = (radio, *(agent.state(self.tick) for agent in agents))
+        state = (radio, *(agent.number for agent in ground), *(agent.state(self.tick) for agent in agents))
         there = self._states.setdefault(tuple(agent.position for agent in agents), [])
         before = next((tick for earlier, tick in there if earlier == state), None)
         if before is None:
@@ -407,7 +450,8 @@ class Simulation:
                     self._arrive(agent)
             if is_last and not agent.is_done:
                 self._say("out-of-ticks", agent)
-                agent.end(MissionStatus.OUT_OF_TICKS, self.tick, f"{self.tick} ticks are over")
+                late = "" if agent.delay is None or agent.in_air else f"; it never took off: {agent.delay.hindrance}"
+                agent.end(MissionStatus.OUT_OF_TICKS, self.tick, f"{self.tick} ticks are over{late}")
 
 
 def fly(mission: Rules, watch: Callable[[int], None] | None = None) -> Flight:

@@ -34,7 +34,8 @@ class Uav:
     safe_distance
         The paper's SD, map units, below the detection radius; given as None: half the detection radius.
     departs
-        The tick of take-off. On the ground it hears others but does not see, and no UAV can collide with it.
+        The tick of take-off. It waits while an area is closed over its start, or another UAV is within the safe
+        distance of it. On the ground it hears others but does not see, and no UAV can collide with it.
     colour
         Its colour in pictures, as ``"#0072B2"``; None: the next colour of a palette.
 

@@ -94,6 +94,7 @@ def plan_in_space_time(
     start_time: float,
     step: float,
     latest: float,
+    names: Sequence[str] = (),
 ) -> SpaceTimePlan:
     r"""
     Plan a flight that keeps its distance from other trajectories, at every moment and not only at whole ticks.
@@ -126,6 +127,8 @@ def plan_in_space_time(
         Map units flown in a tick, above 0.
     latest
         Latest end of the flight, ticks.
+    names
+        What messages call the others; default: ``trajectory 0``, ``trajectory 1``, ….
 
     Returns
     -------
@@ -160,7 +163,7 @@ def plan_in_space_time(
         MOST_EXPANSIONS,
     )
     area, alone = _map(problem, matrix, limits.step)
-    crowd, crowded = _crowd(problem.start, others, limits, float(np.abs(area.positions).max()))
+    crowd, crowded = _crowd(problem.start, others, limits, float(np.abs(area.positions).max()), names)
     if crowded:
         return SpaceTimePlan(SpaceTimeStatus.TOO_CLOSE, lower_bound=math.inf, message=crowded)
     least = float(area.to_goal[area.start])
@@ -227,7 +230,7 @@ def _map(problem: Problem, matrix: CostMatrix, step: float) -> tuple[Map, IntArr
     return Map(*where, *costs, start, matrix.target), np.array(alone, dtype=np.int64)
 
 
-def _crowd(start: Point, others: Others, limits: Limits, farthest: float) -> tuple[Motions, str]:
+def _crowd(start: Point, others: Others, limits: Limits, farthest: float, names: Sequence[str]) -> tuple[Motions, str]:
     """
     Join the other trajectories, and return a message if one of them is too close to the start.
 
@@ -237,14 +240,15 @@ def _crowd(start: Point, others: Others, limits: Limits, farthest: float) -> tup
     here = Trajectory(np.array([limits.start_time]), np.array([start]))
     keep = np.empty(len(others))
     for number, (other, given) in enumerate(others):
-        separation = non_negative_number(f"the separation from trajectory {number}", given)
+        name = names[number] if number < len(names) else f"trajectory {number}"
+        separation = non_negative_number(f"the separation from {name}", given)
         reach = max(farthest, float(np.abs(other.points).max()))
         reach += limits.step * max(abs(limits.start_time), abs(limits.latest))
         # a separation of 0 lets both be in one place
         keep[number] = separation * (1.0 + MARGIN) + ROUNDING * reach if separation > 0.0 else 0.0
         now, _ = least_distance(here, other)
         if now < separation:
-            message = f"at tick {limits.start_time:g} trajectory {number} is {now:.9g} away, not {separation:g}"
+            message = f"at tick {limits.start_time:g} {name} is {now:.9g} away, not {separation:g}"
             return _joined([], keep[:0]), message
         keep[number] = min(keep[number], now)
     return _joined([other for other, _ in others], keep), ""

@@ -229,7 +229,7 @@ def _separation(pair: Separation) -> dict[str, Any]:
 def _uav_document(flown: MissionRun, uav: UavFlight) -> dict[str, Any]:
     known = uav.knowledge_at(uav.ended)
     keys = (
-        *("name", "message", "remark", "took_off", "departed", "ended", "length", "risk", "cost", "waited"),
+        *("name", "message", "remark", "took_off", "departed", "delayed", "ended", "length", "risk", "cost", "waited"),
         *("risk_sum", "max_risk", "exposure", "replans", "planning_seconds"),
     )
     document = {

@@ -72,10 +72,12 @@ def _livelock_lines(flown: MissionRun) -> list[str]:
 
 
 def _warnings(flown: MissionRun) -> list[str]:
-    """Say who started inside a threat, and around whom something came up."""
+    """Say who took off late or inside a threat, and around whom something came up."""
     lines = []
     for event in flown.flight.events:
-        if event.kind == "started-in-risk":
+        if event.kind == "delayed":
+            lines.append(f"{event.uav}: waits for its take-off at tick {event.tick}: {event.hindrance}")
+        elif event.kind == "started-in-risk":
             lines.append(f"{event.uav}: starts inside threat {event.detail['threat']}, F = {event.detail['risk']:.3g}")
         elif event.kind == "appeared-on":
             ((what, number),) = [(name, event.detail[name]) for name in ("threat", "area") if name in event.detail]

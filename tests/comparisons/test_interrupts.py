@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from support.command_line import Call, cgla  # noqa: F401 - a fixture
+from command_line import Call
 
 from cgla_graph.comparisons.interrupts import is_interrupt
 from cgla_graph.comparisons.study.store import load
@@ -64,7 +64,7 @@ def in_another_error(_: Path) -> None:
 @pytest.mark.parametrize("moment", [while_importing, while_a_class_is_made, in_a_destructor, in_another_error])
 def test_an_interrupt_is_one_line_at_any_moment(
     moment: Callable[[Path], None],
-    cgla: Call,  # noqa: F811 - the fixture
+    cgla: Call,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -10,7 +10,7 @@ import pytest
 import shapely
 from hypothesis import given, reject
 from hypothesis import strategies as st
-from support.strategies import examples
+from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph.airspace.zones.applying import Zones
