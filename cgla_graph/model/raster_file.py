@@ -5,7 +5,6 @@ import math
 import os
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -20,7 +19,7 @@ from cgla_graph._validate import bounds_box, non_negative_number
 from cgla_graph.errors import FileFormatError, ProblemError
 from cgla_graph.model.earth import LocalProjection, wrapped
 from cgla_graph.untrusted.arrays import ArrayHeader, archive_names, read_archive, read_elements, read_header
-from cgla_graph.untrusted.numbers import decimal
+from cgla_graph.untrusted.numbers import plain_numbers
 
 Kind: TypeAlias = Literal["density", "count"]
 Coordinates: TypeAlias = Literal["plane", "lonlat"]
@@ -31,8 +30,6 @@ GEOTIFF = (".tif", ".tiff")
 ENDINGS = (*GEOTIFF, ".asc", ".npy", ".npz", ".csv", ".csv.gz")
 #: Characters a line of text at most, and characters a cell.
 LONGEST_LINE, CHARACTERS = 1 << 24, 32
-#: Characters of numbers in texts: digits of other scripts and underscores are none.
-_CHARACTERS = set("0123456789.eE+-nNaAiIfFtTyY")
 #: EPSG codes of degrees on WGS84, or on a datum within a metre or two of it.
 WGS84 = (4326, 4979, 4258, 4269)
 #: Metres from the origin of a projection; beyond this it distorts areas by more than a percent.
@@ -422,7 +419,7 @@ def _ascii_header(file: Path, lines: Iterator[str]) -> tuple[dict[str, float], s
             return header, line
         if len(words) != 2:  # noqa: PLR2004 - name and number
             _fail(file, f"its header has the line {shown(line.strip())}", "write a name and a number")
-        header[words[0].lower()] = _number(file, words[0], words[1])
+        header[words[0].lower()] = float(_parsed(file, words[1:], f"its header: {words[0]}")[0])
     return header, ""
 
 
@@ -471,24 +468,11 @@ def _lines(file: Path, most: int) -> Iterator[str]:
 
 def _parsed(file: Path, words: list[str], where: str) -> FloatArray:
     """Return words as numbers."""
-    # (NumPy reads more than decimal numbers, and makes those infinite that are too large)
-    with suppress(ValueError):
-        if not set().union(*words) - _CHARACTERS:
-            values = np.array(words, dtype=np.float64)
-            if not np.isinf(values).any():
-                return values
-    return np.array([_number(file, f"{where}, number {index},", word) for index, word in enumerate(words)])
-
-
-def _number(file: Path, name: str, word: str) -> float:
-    """Return a word as a number; NaN is one here."""
-    if word.lower().lstrip("+-") == "nan":
-        return math.nan
     try:
-        return decimal(word, or_infinite=True)
+        return plain_numbers(words)
     except ValueError as error:
         wrong, _, remedy = str(error).partition("; ")
-        _fail(file, f"{name} is {shown(word)}, which {wrong}", remedy)
+        _fail(file, f"{where}, {wrong}", remedy)
 
 
 def _npy(file: Path, most: int) -> FloatArray:

@@ -16,6 +16,7 @@ import numpy as np
 from cgla_graph._text import shown
 from cgla_graph.scenarios.grid_map import GridMap, check_on_map
 from cgla_graph.scenarios.text_files import fail, is_file, read_text
+from cgla_graph.untrusted.numbers import decimal
 
 FREE = ".GS"
 BLOCKED = "@OTW"
@@ -257,7 +258,7 @@ def _row(line: str, index: int, where: str) -> GridRow:
     numbers = [_count(fields[at], f"{where}, column {at + 1}", columns[at]) for at in (0, 2, 3, 4, 5, 6, 7)]
     bucket, width, height, *cells = numbers
     try:
-        length = float(fields[8])
+        length = decimal(fields[8].strip())
     except ValueError:
         length = math.nan
     if not 0.0 <= length < math.inf:

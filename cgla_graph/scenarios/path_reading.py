@@ -15,6 +15,7 @@ from cgla_graph.errors import ScenarioError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.problem import Problem
 from cgla_graph.scenarios.text_files import read_text, scenario_errors
+from cgla_graph.untrusted.numbers import decimal
 
 #: Start and goal in a file may be off by this, relative to the longer side of the map, as rounded coordinates are.
 END_TOLERANCE = 1e-6
@@ -105,7 +106,7 @@ def _columns(heads: list[str], projection: LocalProjection | None, name: str) ->
 def _numbers(line: list[str], places: list[int], where: str) -> list[float]:
     cells = [line[place].strip() if place < len(line) else "" for place in places]
     try:
-        numbers = [float(cell) for cell in cells]
+        numbers = [decimal(cell) for cell in cells]
     except ValueError:
         numbers = [math.nan]
     if not all(map(math.isfinite, numbers)):

@@ -2,10 +2,16 @@
 
 import math
 import re
+from collections.abc import Sequence
+from contextlib import suppress
 
-from cgla_graph._text import cut
+import numpy as np
+
+from cgla_graph._text import cut, shown
+from cgla_graph._types import FloatArray
 
 _DECIMAL = re.compile(r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?+")
+_CHARACTERS = frozenset("0123456789.eE+-")
 _INFINITE = re.compile(r"([+-]?)inf(?:inity)?", re.IGNORECASE)
 
 
@@ -90,6 +96,41 @@ def parse_float(text: str) -> float:
     except ValueError as error:
         msg = f"{cut(text)} {error}"
         raise ValueError(msg) from error
+
+
+def plain_numbers(words: Sequence[str]) -> FloatArray:
+    """
+    Return many numbers in decimal notation; ``nan`` and ``inf`` are numbers here.
+
+    Raises
+    ------
+    ValueError
+        If one is no such number, or is too large for a float; the message names the first.
+
+    Examples
+    --------
+    >>> plain_numbers(["1", "2.5e1", "nan"]).tolist()
+    [1.0, 25.0, nan]
+    >>> plain_numbers(["1", "1_000"])
+    Traceback (most recent call last):
+        ...
+    ValueError: number 1 is '1_000', which is no number; give a decimal one, such as 2.5
+    """
+    # (NumPy reads more than decimal numbers, and makes those infinite that are too large)
+    if _CHARACTERS.issuperset("".join(words)):
+        with suppress(ValueError):
+            values = np.array(words, dtype=np.float64)
+            if not np.isinf(values).any():
+                return values
+    found = []
+    for index, word in enumerate(words):
+        try:
+            is_nan = word.lower().lstrip("+-") == "nan"
+            found.append(math.nan if is_nan else decimal(word, or_infinite=True))
+        except ValueError as error:
+            msg = f"number {index} is {shown(word)}, which {error}"
+            raise ValueError(msg) from error
+    return np.array(found)
 
 
 def is_infinite(text: str) -> bool:

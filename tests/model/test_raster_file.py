@@ -175,7 +175,7 @@ def test_geotiffs(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "wrong"),
     [
-        ("a.csv", "1,2\n3,x\n", "row 1, number 1, is 'x', which is no number"),
+        ("a.csv", "1,2\n3,x\n", "row 1, number 1 is 'x', which is no number"),
         ("a.csv", "1,2\n3\n", "row 1 has 1 numbers, the first row 2"),
         ("a.csv", "", "it is empty"),
         ("a.csv", "1,-2\n", "1 of its values are no risk, the first is -2 in row 0, column 1"),

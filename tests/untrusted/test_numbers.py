@@ -11,10 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import fast
 
+from cgla_graph.airspace.flight_plans.formats import read_plan
 from cgla_graph.airspace.zones.geojson import read_areas
 from cgla_graph.errors import CglaError
 from cgla_graph.model.risk_raster import RasterRisk
+from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.mission_file import load_mission
+from cgla_graph.scenarios.movingai import read_scenario_rows
+from cgla_graph.scenarios.path_reading import read_path
 from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.untrusted.numbers import decimal, parse_float
 
@@ -71,3 +75,20 @@ def test_every_file_names_them(text: str, tmp_path: Path) -> None:
 def test_rasters_hold_decimal_numbers(text: str, tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(f"1,2\n3,{text}\n", encoding="utf-8")
     refused(lambda: RasterRisk.from_file(tmp_path / "a.csv", bounds=(0, 0, 1, 1)), "which is no number")
+
+
+@pytest.mark.parametrize("text", ["1_0", "\N{ARABIC-INDIC DIGIT ONE}", "1e400", "0x1"])
+def test_places_are_decimal_numbers(text: str, tmp_path: Path) -> None:
+    """In paths, plans, zones and rows of grid maps."""
+    (tmp_path / "path.csv").write_text(f"x,y\n0.1,0.1\n{text},0.5\n0.9,0.9\n", encoding="utf-8")
+    problem = load_scenario("paper").problem
+    refused(lambda: read_path(tmp_path / "path.csv", problem), text)
+    (tmp_path / "plan.csv").write_text(f"longitude,latitude\n24,60\n{text},61\n", encoding="utf-8")
+    refused(lambda: read_plan(tmp_path / "plan.csv"), text)
+    ring = f"24,60 {text},60 24,61 24,60"
+    area = f"<outerBoundaryIs><LinearRing><coordinates>{ring}</coordinates></LinearRing></outerBoundaryIs>"
+    kml = f"<kml><Placemark><Polygon>{area}</Polygon></Placemark></kml>"
+    (tmp_path / "zones.kml").write_text(kml, encoding="utf-8")
+    refused(lambda: list(open_scenarios(str(tmp_path / "zones.kml"))), text)
+    (tmp_path / "a.scen").write_text(f"version 1\n0\ta.map\t4\t3\t0\t0\t1\t1\t{text}\n", encoding="utf-8")
+    refused(lambda: read_scenario_rows(tmp_path / "a.scen"), "optimal length")

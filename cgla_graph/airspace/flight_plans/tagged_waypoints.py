@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from typing import Final, cast
 
 from cgla_graph._text import shown
@@ -17,6 +18,7 @@ from cgla_graph.airspace.flight_plans.plan import (
     fault,
     located,
 )
+from cgla_graph.untrusted.numbers import plain_numbers
 
 #: The role of home.
 HOME: Final = "home"
@@ -132,12 +134,10 @@ def number_of(value: object, where: str) -> float | None:
     if value is None or (isinstance(value, str) and not value.strip()):
         return None
     number = math.nan
-    is_text = isinstance(value, str) and len(value) <= _LONGEST and "_" not in value
-    if is_text or (isinstance(value, int | float) and not isinstance(value, bool)):
-        try:
-            number = float(value)  # type: ignore[arg-type]
-        except (ValueError, OverflowError):
-            number = math.nan
+    is_short = not isinstance(value, str) or len(value) <= _LONGEST
+    if isinstance(value, str | int | float) and not isinstance(value, bool) and is_short:
+        with suppress(ValueError, OverflowError):
+            number = plain_numbers([value.strip()])[0] if isinstance(value, str) else float(value)
     if not math.isfinite(number):
         fault(where, f"it is {shown(str(value))}", "give a finite number")
     return number

@@ -6,6 +6,7 @@ from typing import Final
 from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.mavlink import WAYPOINT, Item, items_of, plan_of
 from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, check_place, decimal, fault, located
+from cgla_graph.untrusted.numbers import plain_numbers
 
 #: Start of the first line. In version 110 the first item is home; version 120 has no home.
 SIGNATURE: Final = "QGC WPL"
@@ -80,7 +81,7 @@ def _whole(cell: str, where: str) -> int:
 
 def _number(cell: str, where: str) -> float:
     try:
-        number = float(cell) if "_" not in cell and len(cell) <= _LONGEST else math.inf
+        number = plain_numbers([cell])[0] if len(cell) <= _LONGEST else math.inf
     except ValueError:
         number = math.inf
     if math.isinf(number):

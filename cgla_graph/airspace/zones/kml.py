@@ -3,12 +3,11 @@
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
-import numpy as np
-
 from cgla_graph._text import shown
 from cgla_graph.airspace.zones.shapes import AreaShape, polygon_of, ring_of, short
 from cgla_graph.airspace.zones.zone import Layer, NoArea, Zone
 from cgla_graph.untrusted.files import fault
+from cgla_graph.untrusted.numbers import plain_numbers
 from cgla_graph.untrusted.xml_files import child_text, tag_of
 
 #: Elements that contain placemarks, and elements of a map that are not areas.
@@ -125,7 +124,7 @@ def _positions(ring: Element, where: str) -> list[list[float]]:
     if bad is not None:
         fault(where, f"one is {short(','.join(bad))}", remedy)
     try:
-        flat = np.array([number for position in positions for number in position[:2]], dtype=np.float64)
+        flat = plain_numbers([number for position in positions for number in position[:2]])
     except ValueError as error:
         fault(where, f"one is no number ({str(error)[:100]})", "give degrees")
     return flat.reshape(-1, 2).tolist()
