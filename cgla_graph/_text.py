@@ -160,7 +160,10 @@ def remark(text: object) -> str:
     >>> remark("a\nb\x07"), len(remark("long" * 10**6))
     ('a b\\x07', 1000)
     """
-    whole = str(text)
+    try:
+        whole = str(text)
+    except Exception:  # noqa: BLE001 - a message may be anything
+        whole = f"something of type {type(text).__name__}"
     # (the ends are enough of a text of any size)
     ends = whole if len(whole) <= 4 * MOST_OF_MESSAGE else whole[: 2 * MOST_OF_MESSAGE] + whole[-MOST_OF_MESSAGE:]
     return cut(printable(ends), MOST_OF_MESSAGE)

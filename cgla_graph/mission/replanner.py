@@ -3,6 +3,7 @@
 import dataclasses
 from collections import Counter
 from collections.abc import Hashable
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import ClassVar, Protocol, runtime_checkable
 
@@ -15,7 +16,6 @@ from cgla_graph.cost_to_go.repair import lazy_cost_matrix, linked, repair, rewei
 from cgla_graph.errors import CglaError
 from cgla_graph.fusion.fusion import fused_graph
 from cgla_graph.fusion.raster_search import RasterGuide
-from cgla_graph.isolation.limits import is_expendable
 from cgla_graph.isolation.outcome import failure_by, one_line
 from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.uav import Uav
@@ -31,6 +31,8 @@ from cgla_graph.model.solver import Remarks, StepByStep, Traits, next_move, run,
 IN_LINE = 1e-9
 #: Rounding of the length of a step, relative to it.
 ROUNDING = 1e-9
+#: Whether a flight ends with the exception if a solver lacks a package or a file; else it goes on without a plan.
+ends_by_environment: ContextVar[bool] = ContextVar("ends_by_environment", default=False)
 
 
 @runtime_checkable
@@ -133,8 +135,7 @@ class Replanner:
                 return self._step(problem, stepper)
             return self._judged(problem, self._solve(problem, situation))
         except Exception as error:
-            if is_expendable() and failure_by(error).is_environment:
-                # (a worker's flight says nothing of the solver then)
+            if ends_by_environment.get() and failure_by(error).is_environment:
                 raise
             return Solution(Status.FAILED, message=str(error) if isinstance(error, CglaError) else one_line(error))
 

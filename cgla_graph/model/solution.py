@@ -16,7 +16,7 @@ from collections.abc import Sequence, Sized
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -350,7 +350,7 @@ def contained(solution: Solution, most_nodes: int = MOST_WAYPOINTS) -> Solution:
     >>> contained(Solution(Status.FOUND, path=np.zeros((3_000_000, 2)))).message
     'its path has 3,000,000 waypoints; at most 100,000 are taken: leave out those between which it is straight'
     """
-    message = remark(solution.message)
+    message = "" if cast("object", solution.message) is None else remark(solution.message)
     trace = solution.trace
     if _count(trace) > MOST_TRACE:
         trace = (*trace[: MOST_TRACE - 1], trace[-1])

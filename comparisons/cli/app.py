@@ -41,7 +41,9 @@ def cgla(
 
 def _say_warning(message: Warning | str, *_: object, **__: object) -> None:
     """Show a warning as one line on standard error."""
-    console.say(f"cgla: {' '.join(str(message).split())}")
+    from cgla_graph._text import remark
+
+    console.say(f"cgla: {remark(message)}")
 
 
 def _leave_garbage() -> None:

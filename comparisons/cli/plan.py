@@ -108,7 +108,7 @@ def plan(
 
 def _solved(scenario: "Scenario", entrant: "Entrant", tolerance: float | None) -> "Run":
     """Find a path by `cgla_graph.solve`, and its bound by `cgla_graph.lower_bound`."""
-    from cgla_graph.comparisons.study.runner import Run, no_certificate, reason
+    from cgla_graph.comparisons.study.runner import Run, no_certificate, reason, status_by
     from cgla_graph.model.solution import Solution, Status
     from cgla_graph.solvers import registry
     from cgla_graph.solvers.solving import bounded, proven, solve
@@ -125,10 +125,8 @@ def _solved(scenario: "Scenario", entrant: "Entrant", tolerance: float | None) -
         else:
             chosen = registry.get(entrant.name, **settings)
             solution = solve(problem, chosen, resolution=scenario.lattice, refine=entrant.refine)
-    except MemoryError as error:
-        solution = Solution(Status.OUT_OF_MEMORY, solver=entrant.name, message=reason(error))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a solver may raise anything
-        solution = Solution(Status.FAILED, solver=entrant.name, message=reason(error))
+        solution = Solution(status_by(error), solver=entrant.name, message=reason(error))
     if tolerance is not None:
         try:
             solution = proven(problem, solution, tolerance)

@@ -4,6 +4,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from contextvars import copy_context
 from typing import Any
 
 import shapely
@@ -22,6 +23,7 @@ from cgla_graph.isolation.outcome import Outcome
 from cgla_graph.isolation.worker import use_up
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight
+from cgla_graph.mission.replanner import ends_by_environment
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
 from cgla_graph.model.isolated import lost
@@ -134,7 +136,10 @@ def _run(mission: MissionFile, variant: str, entrant: Entrant, seed: int | None)
         solver = registry.get(entrant.name, **settings)
         alone = dataclasses.replace(mission, variants={variant: mission.variants[variant]})
         (built,) = alone.missions(lambda _: solver, solver=entrant.label).values()
-        return _answer(built.fly())
+        # (a flight to its end would say nothing of a solver that lacks a package)
+        context = copy_context()
+        context.run(ends_by_environment.set, True)  # noqa: FBT003 - as context variables are set
+        return _answer(context.run(built.fly))
     except BaseException as error:
         # (as of runs on maps)
         if not (isinstance(error, Exception | SystemExit) or is_expendable()):

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import plug_ins
 import pytest
 from command_line import Call, caller
 from missions_small import CROSSING, DEGREES
@@ -21,7 +22,7 @@ from cgla_graph.comparisons.study.store import load
 from cgla_graph.comparisons.study.study import Study, flight_cells
 from cgla_graph.comparisons.tables import flights as flight_tables
 from cgla_graph.comparisons.workers.tasks import run_tasks
-from cgla_graph.errors import CglaError
+from cgla_graph.errors import CglaError, WorkerError
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight
@@ -346,3 +347,17 @@ def test_a_flight_that_takes_too_long_is_a_row(small: MissionFile) -> None:
     assert {run.status for run in runs} == {"timed-out"}
     assert "stopped after 0.001 s" in runs[0].message
     assert not runs[0].all_arrived
+
+
+def test_a_flight_whose_solver_lacks_a_package_is_no_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One whose solver raises is."""
+    plug_ins.install(tmp_path, monkeypatch)
+    fig4 = load_mission("fig4")
+    lacking, failing = (Entrant.parse(f"lacks:note={error!r}") for error in ("ModuleNotFoundError(1)", "ValueError(2)"))
+    study = Study([], [], missions=[fig4], mission_entrants=[lacking, failing])
+    made = run_tasks(compare.flight_tasks(study), limits=Limits(), workers=0)
+    flights: list[FlightRun] = []
+    with pytest.raises(WorkerError, match="ModuleNotFoundError: 1"):
+        flights.extend(flight for _, flight in made)
+    assert {flight.solver for flight in flights} == {failing.label}
+    assert "ValueError: 2" in flights[0].message
