@@ -137,7 +137,7 @@ def number_of(value: object, where: str) -> float | None:
     is_short = not isinstance(value, str) or len(value) <= _LONGEST
     if isinstance(value, str | int | float) and not isinstance(value, bool) and is_short:
         with suppress(ValueError, OverflowError):
-            number = plain_numbers([value.strip()])[0] if isinstance(value, str) else float(value)
+            number = float(plain_numbers([value.strip()])[0]) if isinstance(value, str) else float(value)
     if not math.isfinite(number):
         fault(where, f"it is {shown(str(value))}", "give a finite number")
     return number

@@ -81,7 +81,7 @@ def _whole(cell: str, where: str) -> int:
 
 def _number(cell: str, where: str) -> float:
     try:
-        number = plain_numbers([cell])[0] if len(cell) <= _LONGEST else math.inf
+        number = float(plain_numbers([cell])[0]) if len(cell) <= _LONGEST else math.inf
     except ValueError:
         number = math.inf
     if math.isinf(number):
