@@ -331,9 +331,7 @@ def _points(reweighed: Reweighed) -> tuple[FrontPoint, ...]:
     for (k, solution), low, high in zip(hull, breaks[:-1], breaks[1:], strict=True):
         weight = min(max(k, low), high)
         judged = dataclasses.replace(reweighed.problem, k=weight).judge(
-            dataclasses.replace(
-                solution, cost=solution.length + weight * solution.risk, lower_bound=math.nan, claimed_bound=math.nan
-            )
+            dataclasses.replace(solution, cost=solution.length + weight * solution.risk)
         )
         found.append(FrontPoint(low, high, weight, judged))
     return tuple(found)

@@ -37,8 +37,8 @@ def test_what_is_false_is_seen() -> None:
     for bound in (math.inf, 1.01 * best.length):
         answer = cg.Solution(cg.Status.NOT_FOUND, lower_bound=bound)
         plan = PlanWithin(answer, "risk", 1.01 * best.risk, 0.0, bound, "plane", 1)
-        assert list(faults_of_plan(plan, known))
+        assert list(faults_of_plan(problem, plan, known))
         assert list(faults_of_solution(problem, cg.Solution(cg.Status.NOT_FOUND, lower_bound=1e9), known))
     closed = cg.Solution(cg.Status.NO_PATH, message="the no-fly areas seal the way")
-    assert list(faults_of_plan(PlanWithin(closed, "risk", 0.0, 0.0, 0.0, "plane", 1), known))
+    assert list(faults_of_plan(problem, PlanWithin(closed, "risk", 0.0, 0.0, 0.0, "plane", 1), known))
     assert list(faults_of_solution(problem, closed, known))

@@ -24,6 +24,8 @@ RESOLUTION = 7
 CELLS = 32
 #: Line integrals are exact to about this, of a unit length; sums are rounded.
 NEAR = 1e-9
+#: Rounding of a length or a risk, relative to the greatest coordinate.
+ROUNDED = 1e-14
 #: What solvers that find paths where others do not are called with.
 HYBRID = cg.solvers.get("hybrid", tolerance=None, points=225, candidates=2)
 
@@ -97,12 +99,14 @@ def faults_of_solution(problem: cg.Problem, solution: Solution, known: list[Know
         yield f"says that the way is sealed, and {known[0].finder} finds one"
 
 
-def faults_of_plan(plan: PlanWithin, known: list[Known]) -> Iterator[str]:
+def faults_of_plan(problem: cg.Problem, plan: PlanWithin, known: list[Known]) -> Iterator[str]:
     """Name what a plan within a budget says and a known path refutes."""
     on_risk = plan.limited == "risk"
+    extent = float(np.abs(problem.bounds).max())
     for finder, on_lattice, path in known:
         used, value = (path.risk, path.length) if on_risk else (path.length, path.risk)
-        if used <= plan.budget and (plan.scope == "plane" or on_lattice):
+        # (integrals and lengths are rounded relative to coordinates)
+        if used <= plan.budget * (1.0 - NEAR) - ROUNDED * extent and (plan.scope == "plane" or on_lattice):
             yield from (f"{fault}; {finder} finds one" for fault in _faults_beside(plan, value, NEAR * path.length))
     if plan.scope == "plane" and plan.status is cg.Status.NO_PATH and known:
         yield f"says that no path exists; {known[0].finder} finds one"
@@ -129,7 +133,7 @@ def draw_budget(rng: np.random.Generator, limited: str, known: list[Known]) -> f
     if not known or rng.random() < 0.2:
         return float(10.0 ** rng.uniform(-3.0, 1.0))
     path = known[int(rng.integers(len(known)))].path
-    return float((path.risk if limited == "risk" else path.length) * rng.choice([1.0, 1.0 + 1e-6, 1.01, 1.5]))
+    return float((path.risk if limited == "risk" else path.length) * rng.choice([1.0 + 1e-8, 1.0 + 1e-5, 1.01, 1.5]))
 
 
 def plan_within(problem: cg.Problem, limited: str, budget: float, solver: str | Solver) -> PlanWithin:
@@ -152,5 +156,5 @@ def faults(number: int, name: str, limited: Literal["risk", "length"], **setting
     budget = draw_budget(np.random.default_rng(number), limited, known)
     plan = plan_within(problem, limited, budget, solver)
     known += evaluated(problem, [("the plan", plan.solution)])
-    found += [f"{limited} at most {budget:.12g}: {fault}" for fault in faults_of_plan(plan, known)]
+    found += [f"{limited} at most {budget:.12g}: {fault}" for fault in faults_of_plan(problem, plan, known)]
     return [f"{name} on problem {number}: {fault}" for fault in found]
