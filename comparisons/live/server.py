@@ -166,7 +166,7 @@ class _Handler(LoopbackHandler):
         if int(length) > MOST_BYTES:
             return refusal(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"at most {MOST_BYTES} bytes are read")
         try:
-            return act(self.rfile.read(int(length)))
+            return act(self.body(int(length)))
         except CglaError as error:
             return _json(HTTPStatus.BAD_REQUEST, {"error": reason(error)})
         except ConnectionError:

@@ -1,15 +1,20 @@
 """A server for this machine's own browser, which `cgla view` and `cgla live` share."""
 
 import re
+import socket
 import socketserver
 import sys
 import threading
+import time
 import webbrowser
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field
 from http import HTTPStatus
+from http.client import LineTooLong
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any, ClassVar
+from io import BufferedIOBase, BufferedReader
+from typing import Any, ClassVar, cast
 
 from cgla_graph.comparisons import console
 from cgla_graph.errors import OutputError
@@ -19,7 +24,10 @@ HOST = "127.0.0.1"
 #: Host names that are accepted, with any port, because tunnels have their own.
 _LOOPBACK = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:\d{1,5})?", flags=re.IGNORECASE)
 HTML, JSON, TEXT = "text/html; charset=utf-8", "application/json", "text/plain; charset=utf-8"
-_LONGEST_REQUEST = 30.0  # seconds in which a request has to be there
+#: Seconds in which the whole of a request has to be there, and in which its answer has to be taken.
+LONGEST_REQUEST = 30.0
+#: Connections at once, and bytes of a request's headers.
+MOST_CONNECTIONS, MOST_HEADERS = 64, 2**17
 
 
 @dataclass(frozen=True)
@@ -36,9 +44,20 @@ def refusal(status: HTTPStatus, why: str) -> Response:
     return Response(status, TEXT, f"{why}\n".encode("utf-8", errors="backslashreplace"))
 
 
+@dataclass
+class _Visit:
+    """A connection: since when it waits for its client, or whether it waits for us."""
+
+    since: float = field(default_factory=time.monotonic)
+    is_ours: bool = False
+
+
 class LoopbackServer(ThreadingHTTPServer):
     """
-    Listens on loopback.
+    Listens on loopback, to a bounded number of clients, each for a bounded time.
+
+    A client that comes when the bound is reached takes the place of the one that has kept us waiting longest, with its
+    request or with taking the answer.
 
     Parameters
     ----------
@@ -60,10 +79,13 @@ class LoopbackServer(ThreadingHTTPServer):
     block_on_close = False
     # on Windows this would let two servers share a port
     allow_reuse_address = sys.platform != "win32"
+    request_queue_size = MOST_CONNECTIONS
 
     def __init__(self, handler: type["LoopbackHandler"], port: int, command: str) -> None:
         """Listen."""
         self.command = command
+        self._visits: dict[socket.socket, _Visit] = {}
+        self._visiting = threading.Lock()
         try:
             super().__init__((HOST, port), handler)
         except (OSError, OverflowError) as error:
@@ -80,6 +102,47 @@ class LoopbackServer(ThreadingHTTPServer):
     def url(self) -> str:
         """Its address."""
         return f"http://{HOST}:{self.server_port}/"
+
+    def process_request(self, request: Any, client_address: Any) -> None:  # noqa: ANN401 - as the base class
+        """Answer in a thread of its own, once there is a place."""
+        with self._visiting:
+            waiting = [(visit.since, one.fileno(), one) for one, visit in self._visits.items() if not visit.is_ours]
+            is_full = len(self._visits) >= MOST_CONNECTIONS
+            if is_full and waiting:
+                self._end(min(waiting)[2])
+            if not is_full or waiting:
+                self._visits[request] = _Visit()
+        if request in self._visits:
+            super().process_request(request, client_address)
+            return
+        with suppress(OSError):
+            request.sendall(b"HTTP/1.0 503 Service Unavailable\r\nContent-Length: 0\r\n\r\n")
+        self.shutdown_request(request)
+
+    def service_actions(self) -> None:
+        """End the connections that have kept us waiting for too long; called by `serve_forever` twice a second."""
+        with self._visiting:
+            overdue = time.monotonic() - LONGEST_REQUEST
+            for one in [one for one, visit in self._visits.items() if not visit.is_ours and visit.since < overdue]:
+                self._end(one)
+
+    def waits(self, request: socket.socket, *, is_ours: bool) -> None:
+        """Record for whom a connection waits from now on: for us or for its client."""
+        with self._visiting:
+            if request in self._visits:
+                self._visits[request] = _Visit(is_ours=is_ours)
+
+    def shutdown_request(self, request: Any) -> None:  # noqa: ANN401 - as the base class
+        """Forget a connection, and close it."""
+        with self._visiting:
+            self._visits.pop(request, None)
+        super().shutdown_request(request)
+
+    def _end(self, request: socket.socket) -> None:
+        """End a connection, so that the thread that reads from it or writes to it ends too."""
+        self._visits.pop(request, None)
+        with suppress(OSError):
+            request.shutdown(socket.SHUT_RDWR)
 
     def serve_until_interrupted(self, announcement: str, *, open_browser: bool) -> None:
         """Say where the page is, open it if asked to, and serve until Ctrl-C."""
@@ -103,6 +166,26 @@ class LoopbackServer(ThreadingHTTPServer):
             console.say(f"{self.command}: {type(error).__name__}: {error}")
 
 
+class _BoundedLines:
+    """A reader of a connection, whose lines together are bounded."""
+
+    def __init__(self, reader: "BufferedIOBase") -> None:
+        self._reader, self._left = reader, MOST_HEADERS
+
+    def readline(self, limit: int = -1) -> bytes:
+        """Read a line of the headers."""
+        line = self._reader.readline(limit)
+        self._left -= len(line)
+        if self._left < 0:
+            what = "headers"
+            raise LineTooLong(what)
+        return line
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - of any attribute
+        """Do all else as the reader does."""
+        return getattr(self._reader, name)
+
+
 class LoopbackHandler(BaseHTTPRequestHandler):
     """Answers one request; each has a connection of its own (HTTP/1.0), so that none is left open."""
 
@@ -117,12 +200,41 @@ class LoopbackHandler(BaseHTTPRequestHandler):
     policy = "default-src 'none'"
     #: The methods that are answered.
     allowed: ClassVar[Sequence[str]] = ("GET", "HEAD")
-    timeout = _LONGEST_REQUEST
+    timeout = LONGEST_REQUEST
+    server: LoopbackServer
     # even a request that names no version gets an answer with headers
     default_request_version = "HTTP/1.0"
 
+    def setup(self) -> None:
+        """Read no more headers than the bound."""
+        super().setup()
+        self.rfile = cast("BufferedReader", _BoundedLines(self.rfile))
+
+    def parse_request(self) -> bool:
+        """Read the headers; what has no body waits for us then."""
+        is_whole = super().parse_request()
+        if is_whole and self.command != "POST":
+            self.server.waits(self.connection, is_ours=True)
+        return is_whole
+
+    def body(self, length: int) -> bytes:
+        """
+        Read the body of the request, which waits for us then.
+
+        Raises
+        ------
+        ConnectionError
+            If its client goes away, or is sent away, before it is whole.
+        """
+        found = self.rfile.read(length)
+        if len(found) < length:
+            raise ConnectionAbortedError
+        self.server.waits(self.connection, is_ours=True)
+        return found
+
     def send(self, response: Response, **headers: str) -> None:
         """Send an answer."""
+        self.server.waits(self.connection, is_ours=False)
         self.send_response(response.status)
         for name, value in headers.items():
             self.send_header(name, value)
