@@ -5,10 +5,12 @@ A valid array is returned itself, not copied, and is never written to.
 """
 
 import math
+import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from contextlib import suppress
 from itertools import chain
+from pathlib import Path, PurePath
 from typing import Any, cast
 
 import numpy as np
@@ -16,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._text import cut, shown
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph.errors import ProblemError
+from cgla_graph.errors import CglaError, ProblemError
 
 #: Sides of maps and spreads of threats beyond this, or below one over this, would overflow in fourth powers.
 LARGEST = 1e70
@@ -91,6 +93,70 @@ def clearance_of(value: object) -> float:
         msg = f"clearance is {number:g}; it must be at most {LARGEST:g}, in map units"
         raise ProblemError(msg)
     return number
+
+
+def kind_of(value: object) -> str:
+    """
+    Describe a value of the wrong type.
+
+    Examples
+    --------
+    >>> kind_of("a.csv"), kind_of(None), kind_of({}), kind_of(dict)
+    ("'a.csv'", 'None', 'a dict', 'the class dict')
+    """
+    if value is None or isinstance(value, str | bytes | int | float | PurePath):
+        return shown(value)
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    name = type(value).__name__
+    return f"{'an' if name[0].lower() in 'aeio' or name == 'ndarray' else 'a'} {name}"
+
+
+def instance(
+    name: str, value: object, kind: type | tuple[type, ...], wanted: str, error: type[CglaError] = ProblemError
+) -> None:
+    """Raise an error unless `value` is of a type, or one of several; `wanted` says what to give."""
+    if not isinstance(value, kind):
+        msg = f"{name} is {kind_of(value)}; give {wanted}"
+        raise error(msg)
+
+
+def is_one_of(value: object, allowed: Collection[str]) -> bool:
+    """Return whether `value` is one of some words; arrays, which compare by element, are none."""
+    return isinstance(value, str) and value in allowed
+
+
+def choice(name: str, value: object, allowed: Collection[str], error: type[CglaError] = ProblemError) -> None:
+    """Raise an error unless `value` is one of some words."""
+    if not is_one_of(value, allowed):
+        msg = f"{name} is {shown(value)}; choose one of {', '.join(allowed)}"
+        raise error(msg)
+
+
+def items(name: str, value: object, wanted: str, error: type[CglaError] = ProblemError) -> tuple[Any, ...]:
+    """Return the members of a list or of another iterable, or raise an error that says what to give."""
+    if not isinstance(value, Iterable) or isinstance(value, type):
+        msg = f"{name} is {kind_of(value)}; give {wanted}"
+        raise error(msg)
+    return tuple(value)
+
+
+def file_path(name: str, value: object, error: type[CglaError] = ProblemError) -> Path:
+    """Return the path of a file, or raise an error unless it is a text or a path."""
+    instance(name, value, (str, os.PathLike), "the path of a file", error)
+    try:
+        return Path(cast("str", value))
+    except TypeError:
+        # a path of bytes
+        msg = f"{name} is {shown(value)}; give the path of a file as a text"
+        raise error(msg) from None
+
+
+def truth_value(name: str, value: object, error: type[CglaError] = ProblemError) -> None:
+    """Raise an error unless `value` is True or False."""
+    if not isinstance(value, bool | np.bool_):
+        msg = f"{name} is {shown(value)}; give True or False"
+        raise error(msg)
 
 
 def whole_number(name: str, value: object, *, at_least: int, at_most: int) -> int:

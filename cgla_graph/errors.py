@@ -28,6 +28,10 @@ class NodeNotFoundError(CglaError, KeyError):
     """A node is not in the graph."""
 
 
+class NodeIndexError(NodeNotFoundError, IndexError):
+    """No node of the graph has that index."""
+
+
 class ScenarioError(CglaError, ValueError):
     """A scenario file, or a map that it names, cannot be read or is malformed."""
 

@@ -10,6 +10,7 @@ from types import NoneType, UnionType
 from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
 from cgla_graph._text import shown
+from cgla_graph._validate import choice, instance, kind_of, truth_value
 from cgla_graph.errors import SolverSettingError, SolverUnavailableError, UnknownSolverError
 from cgla_graph.model.solver import Solver, Traits
 from cgla_graph.solvers import listing
@@ -65,6 +66,7 @@ def names(*, installed: bool = True) -> list[str]:
     >>> names()[:2]
     ['cgla', 'dijkstra']
     """
+    truth_value("installed", installed)
     every = [*_BUILT_IN, *listing.plug_ins()]
     return [name for name in every if not installed or missing(name) is None]
 
@@ -85,6 +87,7 @@ def solver_class(name: str) -> type[Solver]:
     >>> solver_class("cgla").__name__
     'Cgla'
     """
+    instance("the name of a solver", name, str, "a text, as 'hybrid'", UnknownSolverError)
     if name in _BUILT_IN:
         module, _, attribute = _BUILT_IN[name].partition(":")
         return cast("type[Solver]", getattr(importlib.import_module(module), attribute))
@@ -93,6 +96,11 @@ def solver_class(name: str) -> type[Solver]:
     if name in plug_ins:
         return _load(plug_ins[name])
     every = [*_BUILT_IN, *plug_ins]
+    head, _, tail = name.partition(":")
+    if tail and head in every:
+        settings = ", ".join(tail.split(":"))
+        msg = f"unknown solver {shown(name)}; here, settings are arguments: {shown(head)}, {settings}"
+        raise UnknownSolverError(msg)
     near = difflib.get_close_matches(name, every, n=3, cutoff=0.4)
     hint = f"did you mean {' or '.join(near)}?" if near else f"known solvers: {', '.join(every)}"
     msg = f"unknown solver {shown(name)}; {hint}"
@@ -213,10 +221,35 @@ def ready(solver: str | Solver, settings: Mapping[str, Any]) -> Solver:
     """
     if isinstance(solver, str):
         return get(solver, **settings)
+    check_ready(solver)
     if settings:
         msg = f"settings {', '.join(settings)} beside a ready solver; give the solver by name, or build it with them"
         raise SolverSettingError(msg)
     return solver
+
+
+def check_ready(solver: object) -> None:
+    """
+    Refuse objects that are not solvers.
+
+    Raises
+    ------
+    SolverSettingError
+        If it is a class instead of an instance, or has no traits or no method `solve`.
+
+    Examples
+    --------
+    >>> check_ready(get("cgla"))
+    """
+    if isinstance(solver, type):
+        msg = f"solver is the class {solver.__name__}; give an instance, as {solver.__name__}()"
+        raise SolverSettingError(msg)
+    own = getattr(solver, "traits", None)
+    if not isinstance(own, Traits) or not callable(getattr(solver, "solve", None)):
+        wanted = "a name, as 'hybrid', or a solver with traits and a method solve, as cg.solvers.get('hybrid')"
+        msg = f"solver is {kind_of(solver)}; give {wanted}"
+        raise SolverSettingError(msg)
+    choice(f"the domain of {own.name}", own.domain, ("graph", "plane"), SolverSettingError)
 
 
 def _isolated(solver: Solver) -> Solver:

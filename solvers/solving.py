@@ -3,19 +3,20 @@
 import dataclasses
 import math
 import time
-from typing import TYPE_CHECKING, Any, cast
+from types import NoneType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cgla_graph._progress import showing
-from cgla_graph._text import shown
+from cgla_graph._validate import instance, truth_value
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem
+from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem, problem_wanted
 from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import BOUND_TOLERANCE, TOLERANCE, Solution, Status, TracePoint, refuted
-from cgla_graph.model.solver import Solver, Traits, run, trivial_solution, with_bounds_of
+from cgla_graph.model.solver import Solver, run, trivial_solution, with_bounds_of
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.warm_up import warm_up, warm_up_restricted
@@ -89,16 +90,10 @@ def solve(
     if solver is None:
         solver = "cgla" if isinstance(problem, GraphProblem) else "hybrid"
     chosen = registry.ready(solver, settings)
-    if not isinstance(getattr(chosen, "traits", None), Traits):
-        msg = f"solver is {shown(chosen)}; give a name, as 'hybrid', or a solver, as cg.solvers.get('hybrid')"
-        raise SolverSettingError(msg)
-    if not isinstance(problem, Problem | GraphProblem):
-        msg = f"problem is a {type(problem).__name__}; give a Problem, or a GraphProblem for a graph of your own"
-        raise ProblemError(msg)
+    instance("problem", problem, (Problem, GraphProblem), problem_wanted(problem, on_graph=True))
+    instance("on", on, (GraphProblem, NoneType), "a GraphProblem, as problem.on_lattice(20)")
     for name, switch in (("refine", refine), ("isolated", isolated)):
-        if not isinstance(cast("object", switch), bool):
-            msg = f"{name} is {shown(switch)}; give True or False"
-            raise SolverSettingError(msg)
+        truth_value(name, switch, SolverSettingError)
     # (the traits of a plug-in say so, unless it cannot be marked)
     isolated = isolated or (isinstance(solver, str) and not registry.is_built_in(solver))
     if refine and isinstance(problem, GraphProblem):
@@ -157,6 +152,7 @@ def lower_bound(
     """
     from cgla_graph.certificate import certificate  # noqa: PLC0415 - not needed to solve on a graph
 
+    instance("problem", problem, Problem, problem_wanted(problem))
     most = certificate.MAX_CELLS if max_cells is None else max_cells
     certificate.check_settings(tolerance, most)
     if path is not None:

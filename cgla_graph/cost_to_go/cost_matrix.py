@@ -10,11 +10,12 @@ import numpy as np
 from cgla_graph._display import Plottable
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph._validate import whole_number
+from cgla_graph._validate import instance, is_one_of, whole_number
 from cgla_graph.errors import GraphError, ProblemError
 from cgla_graph.model import graph_kernels
 from cgla_graph.model.adjacency import Node
 from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.graph_libraries import graph_wanted
 from cgla_graph.model.weights import beyond_holding, reject_overflow
 
 Schedule: TypeAlias = Literal["label-setting", "synchronous", "random", "given"]
@@ -257,10 +258,8 @@ def _check(
     graph: GeometricGraph, source: Node | None, schedule: Schedule, order: Iterable[Node] | None, seed: int | None
 ) -> None:
     """Refuse arguments of `cost_matrix` that do not fit each other."""
-    if not isinstance(graph, GeometricGraph):
-        msg = f"graph is a {type(graph).__name__}; give a GeometricGraph, such as GeometricGraph.from_matrix(weights)"
-        raise GraphError(msg)
-    if schedule not in get_args(Schedule):
+    instance("graph", graph, GeometricGraph, graph_wanted(graph), GraphError)
+    if not is_one_of(schedule, get_args(Schedule)):
         msg = f"unknown schedule {shown(schedule)}; choose one of {', '.join(get_args(Schedule))}"
         raise GraphError(msg)
     if (order is not None) != (schedule == "given"):

@@ -12,10 +12,12 @@ from scipy.sparse import csgraph
 
 from cgla_graph._text import counted, listed
 from cgla_graph._types import FloatArray
+from cgla_graph._validate import instance
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.errors import GraphError
 from cgla_graph.model.adjacency import Node, label_text
 from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.graph_libraries import graph_wanted
 
 #: Up to this many nodes, each round of Eq. 9 is made literally, on the matrix of all weights (200 MB).
 MOST_STEPPED = 5_000
@@ -151,9 +153,7 @@ def check_theorem_1(
     >>> triangle.holds, triangle.witness, triangle.needed
     (False, ('a', 'c'), False)
     """
-    if not isinstance(graph, GeometricGraph):
-        msg = f"graph is a {type(graph).__name__}; give a GeometricGraph, such as GeometricGraph.from_networkx(graph)"
-        raise GraphError(msg)
+    instance("graph", graph, GeometricGraph, graph_wanted(graph), GraphError)
     at = graph.index_of(target)
     start = None if source is None else graph.index_of(source)
     if matrix is not None:
@@ -178,6 +178,7 @@ def check_theorem_1(
 
 def _require_fitting(matrix: CostMatrix, graph: GeometricGraph, target: int) -> None:
     """Refuse a cost matrix of another graph, target or schedule."""
+    instance("matrix", matrix, CostMatrix, "cg.cost_matrix(graph, target)", GraphError)
     if matrix.graph is not graph or matrix.target != target:
         msg = "the matrix is one of another graph or target; give cg.cost_matrix(graph, target)"
         raise GraphError(msg)

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias, get_args
 
 from cgla_graph._text import shown
 from cgla_graph._types import Point
-from cgla_graph._validate import positive_number, whole_number
+from cgla_graph._validate import is_one_of, positive_number, whole_number
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.validate import error_context
 from cgla_graph.model.risk import Threat
@@ -74,7 +74,7 @@ class VirtualObstacle:
                 msg = f"peak is {self.peak:g}; it must be at most 1"
                 raise MissionError(msg)
             for name, choices in (("placement", get_args(Placement)), ("zones", get_args(Zones))):
-                if getattr(self, name) not in choices:
+                if not is_one_of(getattr(self, name), choices):
                     msg = f"unknown {name} {shown(getattr(self, name))}; choose {' or '.join(choices)}"
                     raise MissionError(msg)
 

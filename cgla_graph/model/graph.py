@@ -4,12 +4,13 @@ The geometric graph that every graph solver plans on: complete, 8-connected, or 
 It is longer than most modules because each constructor documents in full what it takes and refuses.
 """
 
+import operator
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import compress
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import numpy as np
 import scipy  # (its modules are imported when they are first used: hints that name them are in quotes)
@@ -18,8 +19,17 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import FloatArray, Point
-from cgla_graph._validate import number_array, point, point_array
-from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
+from cgla_graph._validate import (
+    instance,
+    is_one_of,
+    items,
+    kind_of,
+    number_array,
+    point,
+    point_array,
+    truth_value,
+)
+from cgla_graph.errors import GraphError, NodeIndexError, NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import (
     CornerRule,
     Node,
@@ -32,7 +42,7 @@ from cgla_graph.model.adjacency import (
     reject_weight,
 )
 from cgla_graph.model.cost_model import CostModel
-from cgla_graph.model.graph_libraries import GraphLists, read_igraph, read_networkx, read_rustworkx
+from cgla_graph.model.graph_libraries import GraphLists, graph_wanted, read_igraph, read_networkx, read_rustworkx
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import RiskField
@@ -180,12 +190,10 @@ class GeometricGraph(ShortRepr):
         >>> GeometricGraph.eight_connected(Lattice(20, bounds=(0, 0, 1, 1))).n_edges
         1482
         """
-        if corner_rule not in {"touch", "both-free"}:
+        if not is_one_of(corner_rule, get_args(CornerRule)):
             msg = f"unknown corner rule {shown(corner_rule)}; choose touch or both-free"
             raise ProblemError(msg)
-        if not isinstance(lattice, Lattice):
-            msg = f"lattice is {shown(lattice)}; give a Lattice"
-            raise ProblemError(msg)
+        instance("lattice", lattice, Lattice, "a Lattice")
         model = CostModel(RiskField() if field is None else field, k, no_fly)
         positions = _with_extra(lattice.points, lattice, extra)
         tails, heads = eight_neighbours(lattice, model, corner_rule)
@@ -413,9 +421,7 @@ class GeometricGraph(ShortRepr):
         >>> GeometricGraph.from_matrix([[0, 0], [np.inf, 0]], labels="ab").weights_from(0).tolist()
         [0.0, 0.0]
         """
-        if scipy.sparse.issparse(matrix):
-            msg = f"the weight matrix is a sparse {type(matrix).__name__}; give it to GeometricGraph.from_sparse"
-            raise GraphError(msg)
+        _refuse_other_kinds(matrix, "from_matrix")
         try:
             # the sum is a copy, and has 0.0 where a weight is -0.0
             weights = number_array("the weight matrix", matrix, masked=np.inf) + 0.0
@@ -471,6 +477,8 @@ class GeometricGraph(ShortRepr):
         >>> GeometricGraph.from_sparse(chain).weights_from(0).tolist()
         [0.0, 0.0, inf]
         """
+        truth_value("directed", directed, GraphError)
+        _refuse_other_kinds(matrix, "from_sparse")
         try:
             tails, heads, data, shape = matrix_entries(_without_masks(matrix))
             weights = number_array("stored weights", data)
@@ -582,6 +590,7 @@ class GeometricGraph(ShortRepr):
         GraphError
             If the nodes have no positions.
         """
+        instance("model", model, CostModel, "a CostModel, as problem.model")
         if self.positions is None:
             msg = "this graph has no positions, so that no segment can be weighed; build it with positions"
             raise GraphError(msg)
@@ -630,7 +639,7 @@ class GeometricGraph(ShortRepr):
         """
         if self.positions is None:
             return None
-        (found,) = np.nonzero((self.positions == place).all(axis=1))
+        (found,) = np.nonzero((self.positions == point("place", place)).all(axis=1))
         return self.labels[int(found[0])] if len(found) else None
 
     def weight(self, tail: int, head: int) -> float:
@@ -639,7 +648,7 @@ class GeometricGraph(ShortRepr):
 
         Raises
         ------
-        IndexError
+        NodeIndexError
             If there is no such index.
 
         Examples
@@ -665,7 +674,7 @@ class GeometricGraph(ShortRepr):
 
         Raises
         ------
-        IndexError
+        NodeIndexError
             If there is no such index; negative ones do not count from the end.
         """
         return self.weights.row(self._checked(index))
@@ -729,10 +738,17 @@ class GeometricGraph(ShortRepr):
         return graph
 
     def _checked(self, index: int) -> int:
-        if not 0 <= index < self.n_nodes:
-            msg = f"node index {index} is not in 0 to {self.n_nodes - 1}"
-            raise IndexError(msg)
-        return index
+        try:
+            at = operator.index(index)
+        except TypeError:
+            at = -1
+        if not 0 <= at < self.n_nodes:
+            msg = (
+                f"node index {shown(index)} is not in 0 to {self.n_nodes - 1}; graph.index_of(node) gives the index of "
+                "a node"
+            )
+            raise NodeIndexError(msg)
+        return at
 
 
 def _with_extra(base: FloatArray, lattice: Lattice | None, extra: Sequence[Point]) -> FloatArray:
@@ -740,7 +756,7 @@ def _with_extra(base: FloatArray, lattice: Lattice | None, extra: Sequence[Point
     positions = base.copy()
     added: list[Point] = []
     snapped: dict[int, Point] = {}
-    for entry in extra:
+    for entry in items("extra", extra, "a list of points (x, y)"):
         spot = point("an extra point", entry)
         at = lattice.index_of(spot) if lattice else None
         # of two points on one lattice point, the second becomes a node of its own
@@ -752,6 +768,16 @@ def _with_extra(base: FloatArray, lattice: Lattice | None, extra: Sequence[Point
         positions = np.vstack([positions, np.array(added)])
     positions.flags.writeable = False
     return positions
+
+
+def _refuse_other_kinds(matrix: object, constructor: str) -> None:
+    """Name the constructor for the graph of another library, or a sparse matrix, that was given for a matrix."""
+    wanted = graph_wanted(matrix)
+    if wanted.startswith("GeometricGraph.from_") and not wanted.startswith(f"GeometricGraph.{constructor}("):
+        if constructor == "from_sparse" and wanted.startswith("GeometricGraph.from_matrix"):
+            return
+        msg = f"the weight matrix is {kind_of(matrix)}; give {wanted}"
+        raise GraphError(msg)
 
 
 def _without_masks(matrix: Any) -> Any:  # noqa: ANN401 - sparse, or anything that scipy makes sparse
@@ -771,7 +797,7 @@ def _labels(labels: Sequence[Node] | None, n_nodes: int) -> Sequence[Node]:
         raise GraphError(msg)
     if labels is None:
         return range(n_nodes)
-    names = tuple(labels)
+    names = items("labels", labels, "a list of nodes", GraphError)
     try:
         hash(names)
     except TypeError as error:

@@ -3,11 +3,14 @@
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cgla_graph._types import IntArray
+from cgla_graph._validate import instance
 from cgla_graph.errors import GraphError
 from cgla_graph.model.adjacency import MISSING, Node
 
@@ -44,6 +47,8 @@ class GraphLists:
 def read_networkx(graph: "nx.Graph[Any]", weight: str | None, pos: str) -> GraphLists:
     """Read a networkx graph of any kind."""
     _library_of(graph, "networkx", "Graph")
+    for name, key in (("weight", weight), ("pos", pos)):
+        instance(name, key, (str, NoneType), "the name of an attribute", GraphError)
     labels = list(graph.nodes)
     index = {label: i for i, label in enumerate(labels)}
     edges = list(graph.edges(data=True))
@@ -77,6 +82,29 @@ def read_rustworkx(graph: Any, weight: str | None, pos: str) -> GraphLists:  # n
     ]
     spots = [data.get(pos) if isinstance(data, Mapping) else None for data in graph.nodes()]
     return GraphLists(labels, spots, ends, weights, isinstance(graph, rustworkx.PyDiGraph))
+
+
+def graph_wanted(value: object) -> str:
+    """
+    Return how to make a `GeometricGraph` from a value that was given in its place.
+
+    Examples
+    --------
+    >>> import networkx as nx
+    >>> graph_wanted(nx.DiGraph()), graph_wanted([[0, 1], [1, 0]])
+    ('GeometricGraph.from_networkx(graph)', 'GeometricGraph.from_matrix(weights)')
+    """
+    library = type(value).__module__.partition(".")[0]
+    if library in {"networkx", "igraph", "rustworkx"}:
+        return f"GeometricGraph.from_{library}(graph)"
+    if library == "scipy":
+        return "GeometricGraph.from_sparse(weights)"
+    for attribute, wanted in (("graph", "its graph, as problem.graph"), ("on_lattice", "problem.on_lattice().graph")):
+        if hasattr(value, attribute):
+            return wanted
+    if isinstance(value, str | PathLike):
+        return "a GeometricGraph; cgla_graph.scenarios.graph_file.read_graph(path).graph() reads one from a file"
+    return "GeometricGraph.from_matrix(weights)"
 
 
 def _pairs(ends: Sequence[tuple[int, int]]) -> IntArray:

@@ -3,7 +3,7 @@
 from typing import Literal, TypeAlias, get_args
 
 from cgla_graph._text import shown
-from cgla_graph._validate import positive_number
+from cgla_graph._validate import instance, is_one_of, positive_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.risk_raster import RasterRisk
 
@@ -66,7 +66,8 @@ def ground_risk(
     >>> f"{risk.greatest * 1000:.3g} fatalities"
     '4.51e-08 fatalities'
     """
-    if unit not in list(AREAS):
+    instance("people", people, RasterRisk, "a RasterRisk of people")
+    if not is_one_of(unit, get_args(People)):
         msg = f"unknown unit {shown(unit)} of people; choose one of {', '.join(get_args(People))}"
         raise ProblemError(msg)
     chance = positive_number("fatality", fatality)

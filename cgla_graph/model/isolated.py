@@ -5,6 +5,7 @@ A program has one such worker process. The first run that needs it starts it, wh
 take a millisecond more than in the user's process. After a crash it is replaced.
 """
 
+import math
 import os
 import pickle
 import threading
@@ -16,6 +17,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
 
 from cgla_graph import _progress
+from cgla_graph._text import shown
+from cgla_graph._validate import real_number
 from cgla_graph.errors import SolverFaultError, SolverSettingError
 from cgla_graph.isolation.limits import MEGABYTE, PREPARATION, Limits, is_expendable, limited_time
 from cgla_graph.isolation.outcome import Failure, Outcome, one_line
@@ -89,8 +92,14 @@ def run(solver: Any, problem: Problem | GraphProblem, *, apart: bool = False) ->
     if isinstance(answer, Outcome):
         return Solution(STATUS_OF[cast("Failure", answer.failure)], message=why_lost(solver, answer)), seconds
     if not isinstance(answer, Solution):
-        msg = f"{solver.traits.name} answers with a {type(answer).__name__}; have its solve return a Solution"
+        wanted = "a Solution, as Solution(Status.FOUND, path=waypoints), or nodes=… on a graph"
+        msg = f"{solver.traits.name} answers with a {type(answer).__name__}; have its solve return {wanted}"
         raise SolverFaultError(msg)
+    for name in ("build_seconds", "certificate_seconds", "evaluations"):
+        number = getattr(answer, name)
+        if not math.isfinite(real_number(number)):
+            msg = f"{solver.traits.name} answers with {name} = {shown(number)}; give a number, or leave it out"
+            raise SolverFaultError(msg)
     return answer, seconds
 
 

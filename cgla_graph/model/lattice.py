@@ -8,7 +8,7 @@ import numpy as np
 
 from cgla_graph._text import shown
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph._validate import bounds_box
+from cgla_graph._validate import bounds_box, is_one_of
 from cgla_graph._validate import point as pair
 from cgla_graph.errors import ProblemError
 
@@ -54,7 +54,7 @@ class Lattice:
     def __post_init__(self) -> None:
         """Check the settings."""
         object.__setattr__(self, "bounds", bounds_box(self.bounds))
-        if self.kind not in get_args(LatticeKind):
+        if not is_one_of(self.kind, get_args(LatticeKind)):
             msg = f"unknown lattice kind {shown(self.kind)}; choose one of {', '.join(get_args(LatticeKind))}"
             raise ProblemError(msg)
         given: tuple[object, ...] = (

@@ -11,7 +11,7 @@ from typing import Any
 from cgla_graph._files import write_files
 from cgla_graph._text import json_number
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import unmasked
+from cgla_graph._validate import file_path, unmasked
 from cgla_graph.errors import OutputError
 from cgla_graph.model.earth import LocalProjection, degrees_of
 
@@ -62,7 +62,7 @@ def save_path(
     OutputError
         If there is no path, the ending is another one, or the file cannot be written.
     """
-    target = Path(file)
+    target = file_path("file", file, OutputError)
     kind = target.suffix.lower()
     if kind not in ENDINGS:
         msg = f"{target}: no path is written so; give a file that ends in {', '.join(ENDINGS)}"

@@ -2,12 +2,14 @@
 
 import dataclasses
 import math
+import os
 import sys
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,13 +21,23 @@ from cgla_graph._display import Plottable
 from cgla_graph._lazy import function_above
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
-from cgla_graph._validate import bounds_box, clearance_of, point, point_array, unmasked
-from cgla_graph.errors import NodeNotFoundError, ProblemError
+from cgla_graph._validate import (
+    bounds_box,
+    clearance_of,
+    instance,
+    items,
+    point,
+    point_array,
+    real_number,
+    unmasked,
+)
+from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import CornerRule, Node
 from cgla_graph.model.clearance import ROUNDING, closed_area, joined_with, stretches, widened, widest_gap
 from cgla_graph.model.cost_model import CostModel, indexed_area
 from cgla_graph.model.earth import LocalProjection, project_area, projected_bounds
 from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.graph_libraries import graph_wanted
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import RiskField, SmallSpreadWarning, Threat
@@ -126,6 +138,7 @@ class Problem(Plottable):
 
     def __post_init__(self) -> None:
         """Check all parts once, so that no solver has to."""
+        _check_projection(self.projection)
         object.__setattr__(self, "clearance", clearance_of(self.clearance))
         if self.field is None:
             object.__setattr__(self, "field", RiskField())
@@ -269,7 +282,11 @@ class Problem(Plottable):
         >>> round(problem.least_length)
         161490
         """
+        _check_projection(projection)
         around = LocalProjection.between(start, goal) if projection is None else projection
+        threats = items("threats", threats, "a list of threats")
+        for one in threats:
+            instance("a threat", one, Threat, "Threat(x=…, y=…, spread=…)")
         ends = around.forward([start, goal]).tolist()
         places = [around.forward((one.x, one.y)).tolist() for one in threats]
         moved = [replace(one, x=place[0], y=place[1]) for one, place in zip(threats, places, strict=True)]
@@ -493,7 +510,7 @@ class Problem(Plottable):
             If the resolution is below 2.
         """
         lattice = resolution if isinstance(resolution, Lattice) else Lattice(resolution, bounds=self.bounds)
-        nodes = (self.start, self.goal, *extra)
+        nodes = (self.start, self.goal, *items("extra", extra, "a list of points (x, y)"))
         graph = GeometricGraph.complete(lattice, self.field, self.k, no_fly=self.model.no_fly, extra=nodes)
         return GraphProblem(graph, graph.node_at(self.start), graph.node_at(self.goal))
 
@@ -543,6 +560,7 @@ class GraphProblem(Plottable):
 
     def __post_init__(self) -> None:
         """Check that the graph has both nodes."""
+        instance("graph", self.graph, GeometricGraph, graph_wanted(self.graph), GraphError)
         self.graph.index_of(self.source)
         self.graph.index_of(self.target)
 
@@ -557,7 +575,7 @@ class GraphProblem(Plottable):
         GraphError
             If the weights add up to more than the largest float.
         """
-        indices = [self.graph.index_of(node) for node in nodes]
+        indices = [self.graph.index_of(node) for node in items("nodes", nodes, "a list of nodes", GraphError)]
         weights = [self.graph.weight(i, j) for i, j in pairwise(indices)]
         total = float(sum(weights))
         if total == np.inf and np.isfinite(weights).all():
@@ -592,13 +610,15 @@ class GraphProblem(Plottable):
             if solution.status is Status.NO_PATH:
                 self._reject_overflow()
             return replace(solution, cost=np.inf, length=np.inf, risk=np.inf)
-        nodes = tuple(solution.nodes)
-        if not nodes or (nodes[0], nodes[-1]) != (self.source, self.target):
-            ends = f"{shown(nodes[0])} and {shown(nodes[-1])}" if nodes else "nothing"
-            return _refuse(solution, f"the path joins {ends}, not {shown(self.source)} and {shown(self.target)}")
         try:
+            given = items("nodes", solution.nodes, "the nodes of the path", GraphError)
+            # (labels that are equal to the graph's, as those of numpy, become the graph's own)
+            nodes = tuple(self.graph.labels[self.graph.index_of(node)] for node in given)
+            if (nodes[:1], nodes[-1:]) != ((self.source,), (self.target,)):
+                ends = f"joins {shown(nodes[0])} and {shown(nodes[-1])}" if nodes else "has no nodes"
+                return _refuse(solution, f"the path {ends}; it must join {shown(self.source)} and {shown(self.target)}")
             cost = self.evaluate(nodes)
-        except NodeNotFoundError as error:
+        except (GraphError, NodeNotFoundError) as error:
             return _refuse(solution, str(error))
         judged = replace(solution, nodes=nodes, cost=cost, length=np.nan, risk=np.nan)
         if self.graph.positions is not None:
@@ -617,10 +637,38 @@ class GraphProblem(Plottable):
         return refuted(judged, self.evaluate([self.source, self.target]), "the edge from source to target")
 
 
+def problem_wanted(value: object, *, on_graph: bool = False) -> str:
+    """
+    Return what to give instead of a value that is no problem, or a problem on a graph instead of one in the plane.
+
+    Examples
+    --------
+    >>> problem_wanted("paper")
+    'a Problem, as load_scenario(name).problem'
+    """
+    if isinstance(getattr(value, "problem", None), Problem | GraphProblem):
+        return f"its problem, as {type(value).__name__.lower()}.problem"
+    if isinstance(value, str | os.PathLike):
+        return "a Problem, as load_scenario(name).problem"
+    made = "graph" if isinstance(value, GeometricGraph) else graph_wanted(value)
+    if on_graph and (made == "graph" or "from_" in made):
+        return f"a Problem, or a GraphProblem for a graph: GraphProblem({made}, source, target)"
+    return "a Problem, which knows length and risk apart"
+
+
+def _check_projection(projection: object) -> None:
+    wanted = "a LocalProjection, as LocalProjection(longitude, latitude), or None for a map in the plane"
+    instance("projection", projection, (LocalProjection, NoneType), wanted)
+
+
 def _honest(claimed: Solution, judged: Solution) -> Solution:
     """Return the judged solution unless the solver's own cost or bound contradicts it."""
-    if not abs(claimed.cost - judged.cost) <= COST_TOLERANCE * abs(judged.cost) + 1e-12:
-        lie = f"the solver says its path costs {claimed.cost:.9g}, the oracle says {judged.cost:.9g}"
+    said: object = claimed.cost
+    cost = real_number(said)
+    left_out = said is None or cost == math.inf
+    if not left_out and not abs(cost - judged.cost) <= COST_TOLERANCE * abs(judged.cost) + 1e-12:
+        own = shown(said) if math.isnan(cost) else f"{cost:.9g}"
+        lie = f"the solver says its path costs {own}, the oracle says {judged.cost:.9g}"
         return replace(judged, status=Status.FAILED, claimed_bound=np.nan, message=lie)
     return refuted(judged, judged.cost, "its own")
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cgla_graph._text import place, shown
 from cgla_graph._types import Bounds, FloatArray
-from cgla_graph._validate import bounds_box, non_negative_number
+from cgla_graph._validate import bounds_box, file_path, non_negative_number
 from cgla_graph.errors import FileFormatError, ProblemError
 from cgla_graph.model.earth import LocalProjection, wrapped
 from cgla_graph.untrusted.arrays import ArrayHeader, archive_names, read_archive, read_elements, read_header
@@ -79,7 +79,7 @@ def read_cells(
     ProblemError
         If the file is malformed; the message names the file, the fault and the remedy.
     """
-    file = Path(path)
+    file = file_path("the raster file", path)
     ending = _ending(file)
     if not file.is_file():
         msg = f"{file}: there is no such file: check the name and the folder"

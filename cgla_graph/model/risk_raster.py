@@ -13,9 +13,8 @@ import shapely
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._text import shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray
-from cgla_graph._validate import bounds_box, non_negative_number, number_array, point_array, positive_number
+from cgla_graph._validate import bounds_box, choice, non_negative_number, number_array, point_array, positive_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_raster_kernels as kernels
 from cgla_graph.model.earth import LocalProjection
@@ -93,9 +92,7 @@ class RasterRisk:
             ("interpolation", interpolation, get_args(Interpolation)),
             ("origin", origin, get_args(Origin)),
         ):
-            if chosen not in allowed:
-                msg = f"raster {name} is {shown(chosen)}; choose one of {', '.join(allowed)}"
-                raise ProblemError(msg)
+            choice(f"raster {name}", chosen, allowed)
         given = _checked(values, "give nodata=… to say what it stands for" if nodata is None else None)
         for name, one in {
             "values": given,

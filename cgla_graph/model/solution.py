@@ -24,6 +24,7 @@ from cgla_graph._display import Plottable
 from cgla_graph._lazy import function_above
 from cgla_graph._text import remark
 from cgla_graph._types import FloatArray
+from cgla_graph._validate import instance
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.adjacency import Node
 from cgla_graph.model.earth import LocalProjection, degrees_of
@@ -165,6 +166,13 @@ class Solution(Plottable):
     certificate: Any = field(default=None, repr=False, kw_only=True)
     projection: LocalProjection | None = field(default=None, repr=False)
 
+    def __post_init__(self) -> None:
+        """Check the status, on which all else depends."""
+        if not isinstance(self.status, Status):
+            named = isinstance(self.status, str) and self.status.upper().replace("-", "_") in Status.__members__
+            wanted = f"Status.{self.status.upper().replace('-', '_')}" if named else "a Status, as Status.FOUND"
+            instance("a solution's status", self.status, Status, wanted)
+
     @property
     def lonlat(self) -> FloatArray:
         """
@@ -290,6 +298,7 @@ def with_claims(solution: Solution, problem: object) -> Solution:
     >>> with_claims(Solution(Status.FOUND, cost=2.0, lower_bound=1.5), None)
     Solution(status=found, cost=2, claimed_bound=1.5)
     """
+    instance("solution", solution, Solution, "a Solution, as Solution(Status.FOUND, path=waypoints)")
     proof = solution.certificate
     if proof is not None and proof.problem is problem and not solution.lower_bound > proof.lower_bound:
         return solution

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph._text import shown
-from cgla_graph._validate import non_negative_number
+from cgla_graph._validate import file_path, non_negative_number
+from cgla_graph.errors import MissionError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.validate import error_context
 from cgla_graph.mission.world import World
@@ -202,7 +203,7 @@ def load_mission(name: str | Path, *, clearance: float | None = None) -> Mission
     >>> len(load_mission("swarm").variants[""].uavs)
     20
     """
-    path = Path(name)
+    path = file_path("the name of a mission", name, MissionError)
     if path.suffix.lower() != ".toml":
         return mission_from_toml(shipped_mission(str(name)), str(name), clearance=clearance)
     with error_context():

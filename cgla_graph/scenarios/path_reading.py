@@ -10,10 +10,11 @@ import numpy as np
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
+from cgla_graph._validate import file_path, instance
 from cgla_graph.airspace.flight_plans.formats import read_plan
 from cgla_graph.errors import ScenarioError
 from cgla_graph.model.earth import LocalProjection
-from cgla_graph.model.problem import Problem
+from cgla_graph.model.problem import Problem, problem_wanted
 from cgla_graph.scenarios.text_files import read_text, scenario_errors
 from cgla_graph.untrusted.numbers import decimal
 
@@ -53,7 +54,8 @@ def read_path(file: str | os.PathLike[str], problem: Problem) -> FloatArray:
         ...
     cgla_graph.errors.ScenarioError: mine.csv: there is no such file: check the name and the folder
     """
-    file = Path(file)
+    file = file_path("file", file, ScenarioError)
+    instance("problem", problem, Problem, problem_wanted(problem), ScenarioError)
     name = str(file)
     if file.suffix.lower() in PLANS:
         return _joined(_of_plan(file, problem), problem, name)

@@ -1,8 +1,10 @@
 """Scenarios: problems in TOML files, shipped or the user's own."""
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
 from pydantic import Field
@@ -10,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import Bounds, Point
-from cgla_graph._validate import four_numbers, non_negative_number, point
+from cgla_graph._validate import file_path, four_numbers, instance, items, non_negative_number, point
 from cgla_graph.airspace.zones.applying import ZoneAccount
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.earth import LocalProjection
@@ -184,7 +186,7 @@ def load_scenario(
     goal: Point | None = None,
     bounds: Bounds | None = None,
     clearance: float | None = None,
-    no_fly: Sequence[str | Path] = (),
+    no_fly: str | Path | Sequence[str | Path] = (),
     zones: Mapping[str, object] | None = None,
 ) -> Scenario:
     """
@@ -215,7 +217,7 @@ def load_scenario(
     >>> load_scenario("paper").problem.goal
     (0.9, 0.9)
     """
-    path, table = Path(name), open_table(name)
+    path, table = file_path("the name of a scenario", name, ScenarioError), open_table(name)
     try:
         changes: dict[str, Any] = {
             key: list(check(key, given))
@@ -227,9 +229,15 @@ def load_scenario(
     except CglaError as error:
         msg = f"{path}: {error}"
         raise ScenarioError(msg) from error
-    if no_fly or zones:
+    instance("zones", zones, (Mapping, NoneType), "settings by name, as {'altitude': '80'}", ScenarioError)
+    more: Any = no_fly
+    if isinstance(more, str | os.PathLike):
+        more = (more,)
+    more = () if more is None else items("no_fly", more, "a list of files", ScenarioError)
+    files = [file_path("a file of no_fly", one, ScenarioError) for one in more]
+    if files or zones:
         # (files given here start at the current folder, those of the table at its own)
-        changes["no_fly"] = with_files(table.no_fly, no_fly, zones or {})
+        changes["no_fly"] = with_files(table.no_fly, files, zones or {})
     return scenario_of(table, path.parent, path.stem, str(path), changes)
 
 
@@ -247,7 +255,7 @@ def open_table(name: str | Path) -> ScenarioTable:
     >>> open_table("paper").start
     [0.1, 0.1]
     """
-    path = Path(name)
+    path = file_path("the name of a scenario", name, ScenarioError)
     is_file = path.suffix.lower() == ".toml"
     text = read_text(path, str(path), "a TOML file") if is_file else shipped_scenario(str(name))
     if is_file and is_mission_text(text):

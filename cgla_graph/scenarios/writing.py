@@ -4,6 +4,7 @@ import io
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from types import NoneType
 from typing import Any, NoReturn
 
 import numpy as np
@@ -13,6 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._files import write_files
 from cgla_graph._text import place, shown
+from cgla_graph._validate import file_path, instance, truth_value
 from cgla_graph.errors import OutputError, ScenarioError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
@@ -70,7 +72,9 @@ def write_scenario(
     >>> again.name, again.problem.goal, again.problem.area.geometry == problem.area.geometry
     ('mine', (0.9, 0.9), True)
     """
-    target = Path(path)
+    target = file_path("path", path, OutputError)
+    instance("title", title, (str, NoneType), "a text", ScenarioError)
+    truth_value("overwrite", overwrite, OutputError)
     if target.suffix.lower() != ".toml":
         msg = f"{place(target)}: no scenario is written so; give a file that ends in .toml"
         raise OutputError(msg)

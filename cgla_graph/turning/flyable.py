@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph._validate import finite_number, positive_number
+from cgla_graph._validate import finite_number, instance, positive_number
 from cgla_graph.certificate.certificate import prove
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
@@ -153,6 +153,7 @@ def flyable(
     >>> found.status.label, bool(found.lower_bound <= found.cost <= 1.2 * found.lower_bound)
     ('found', True)
     """
+    instance("solution", solution, Solution, "a solution, as solve(problem)")
     problem = solution.problem
     if not isinstance(problem, Problem):
         what = "has lost its problem on the way from another process" if problem is None else "is one on a graph"

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Literal, NoReturn, TypeAlias
 
 from cgla_graph._text import place
+from cgla_graph._validate import file_path
 from cgla_graph.errors import FileFormatError
 
 FilePath: TypeAlias = str | os.PathLike[str]
@@ -48,7 +49,7 @@ def read_bytes(path: FilePath, called: str = "") -> bytes:
     ...     read_bytes(file)
     b'{}'
     """
-    file = called or os.fspath(path)
+    file = called or str(file_path("the file", path, FileFormatError))
     try:
         # reading a pipe or a device may block or never end
         if not Path(path).is_file():

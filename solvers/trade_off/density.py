@@ -11,10 +11,10 @@ import shapely
 
 from cgla_graph._progress import waiting
 from cgla_graph._text import ShortRepr, json_number
-from cgla_graph._validate import non_negative_number, number_array, whole_number
+from cgla_graph._validate import instance, non_negative_number, number_array, whole_number
 from cgla_graph.certificate.verdict import is_proven_closed
 from cgla_graph.errors import ProblemError
-from cgla_graph.model.problem import Problem
+from cgla_graph.model.problem import Problem, problem_wanted
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Solver
@@ -63,6 +63,7 @@ def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> P
     >>> round(around.length, 3)
     2.785
     """
+    instance("problem", problem, Problem, problem_wanted(problem))
     if not problem.field.rasters:
         msg = "the problem has no raster whose density could be limited; give RiskField(threats, rasters=[…])"
         raise ProblemError(msg)
@@ -169,6 +170,7 @@ def density_front(
     [(1.0, True, inf), (2.0, False, 2.41), (8.0, False, 2.0)]
     """
     point = partial(_point, problem, corridor, solver, settings)
+    instance("problem", problem, Problem, problem_wanted(problem))
     if isinstance(levels, int):
         count = whole_number("levels", levels, at_least=2, at_most=1000)
         return list(waiting("front of cost against density", _spread(problem, count, point)))

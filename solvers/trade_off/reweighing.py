@@ -6,12 +6,12 @@ from typing import Any, cast
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.errors import ProblemError
+from cgla_graph._validate import instance
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.isolated import is_ours
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.problem import GraphProblem, Problem, problem_wanted
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Solver
 from cgla_graph.solvers import registry
@@ -66,9 +66,7 @@ class Reweighed:
         resolution: int | tuple[int, int] | Lattice = 20,
         **settings: Any,  # noqa: ANN401 - each solver has settings of its own
     ) -> None:
-        if not isinstance(problem, Problem):
-            msg = f"problem is a {type(problem).__name__}; give a Problem, which knows length and risk apart"
-            raise ProblemError(msg)
+        instance("problem", problem, Problem, problem_wanted(problem))
         self.problem = problem
         if solver is None:
             # its own proof of each path would cost more than the path

@@ -8,6 +8,7 @@ from xml.etree.ElementTree import Element
 
 from cgla_graph._files import write_files
 from cgla_graph._text import place, shown
+from cgla_graph._validate import file_path, instance
 from cgla_graph.airspace.flight_plans import csv_file, geojson, gpx, kml, qgroundcontrol, waypoints
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint, fault, few_read
 from cgla_graph.airspace.flight_plans.tagged_waypoints import assemble_plan, place_of
@@ -190,7 +191,8 @@ def write_plan(plan: FlightPlan, path: FilePath) -> Path:
     ...     read_plan(write_plan(plan, f"{folder}/mine.kml")) == plan
     True
     """
-    target = Path(path)
+    target = file_path("path", path, OutputError)
+    instance("plan", plan, FlightPlan, "a FlightPlan, as FlightPlan.along(solution.lonlat, altitude=80)", PlanError)
     text = text_of_plan(plan, str(target))
     write_files({target: text.encode("utf-8")})
     return target

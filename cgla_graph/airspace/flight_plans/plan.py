@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import NoneType
 from typing import Final, Literal, NoReturn, TypeAlias, get_args
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._text import ShortRepr, place, shown
 from cgla_graph._types import FloatArray, Point
-from cgla_graph._validate import NO_NUMBERS, point_array
+from cgla_graph._validate import NO_NUMBERS, instance, is_one_of, items, point_array
 from cgla_graph.errors import PlanError, ProblemError
 
 #: Reference of an altitude: the place of take-off, the ground below, mean sea level, or the ellipsoid of WGS84.
@@ -98,7 +99,7 @@ class Waypoint:
         radius = _number("loiter_radius", self.loiter_radius, 0.0, MOST_RADIUS, " m")
         object.__setattr__(self, "loiter_radius", radius)
         for name, value, allowed in (("reference", self.reference, REFERENCES), ("role", self.role, ROLES)):
-            if value not in allowed:
+            if not is_one_of(value, allowed):
                 fault(name, f"it is {shown(value)}", f"choose one of {', '.join(allowed)}")
 
 
@@ -122,6 +123,13 @@ def _check_position(one: "Waypoint | Home") -> None:
         object.__setattr__(one, name, _number(name, getattr(one, name), -math.inf, math.inf))
     if one.altitude is not None:
         object.__setattr__(one, "altitude", _number("altitude", one.altitude, *ALTITUDES, " m"))
+
+
+def _check_types(plan: "FlightPlan") -> None:
+    """Check that the parts of a plan are waypoints and a home."""
+    for one in plan.waypoints:
+        instance("a waypoint", one, Waypoint, "Waypoint(x, y)", PlanError)
+    instance("home", plan.home, (Home, NoneType), "Home(x, y)", PlanError)
 
 
 @dataclass(frozen=True)
@@ -198,7 +206,8 @@ class FlightPlan(ShortRepr):
 
     def __post_init__(self) -> None:
         """Check the plan as a whole."""
-        object.__setattr__(self, "waypoints", tuple(self.waypoints))
+        object.__setattr__(self, "waypoints", items("waypoints", self.waypoints, "a list of waypoints", PlanError))
+        _check_types(self)
         if not isinstance(self.name, str):
             fault("name", f"it is {shown(self.name)}", "give a text")
         printable = "".join(char if char.isprintable() else " " for char in self.name[:2000])
@@ -207,7 +216,7 @@ class FlightPlan(ShortRepr):
             fault("the plan", "it has no waypoint", "give at least one")
         if len(self.waypoints) > MOST_WAYPOINTS:
             fault("the plan", f"it has {len(self.waypoints)} waypoints", f"give at most {MOST_WAYPOINTS}")
-        if self.coordinates not in get_args(Coordinates):
+        if not is_one_of(self.coordinates, get_args(Coordinates)):
             fault("coordinates", f"they are {shown(self.coordinates)}", "choose lonlat or plane")
         if self.coordinates == "lonlat":
             places = np.array([(one.x, one.y) for one in self.marks])

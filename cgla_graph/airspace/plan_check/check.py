@@ -4,12 +4,13 @@ import dataclasses
 import os
 from collections.abc import Mapping, Sequence
 from datetime import datetime
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import point_array, positive_number
+from cgla_graph._validate import instance, items, point_array, positive_number, whole_number
 from cgla_graph.airspace.flight_plans.crossings import crossings_of, geodesic_gaps
 from cgla_graph.airspace.flight_plans.formats import read_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint
@@ -23,7 +24,7 @@ from cgla_graph.airspace.zones.reading import read_zones
 from cgla_graph.certificate.certificate import MAX_CELLS
 from cgla_graph.errors import CglaError, ProblemError
 from cgla_graph.model.earth import geodesic_between
-from cgla_graph.model.problem import Problem
+from cgla_graph.model.problem import Problem, problem_wanted
 from cgla_graph.untrusted.files import FilePath
 
 #: Default width of the bracket of the best possible cost, as a ratio.
@@ -104,11 +105,14 @@ def check(
     """
     if tolerance is not None:
         positive_number("tolerance", tolerance)
-    if through < 0:
-        msg = f"through is {through}; give how many legs are proven at most, 0 or more"
-        raise ProblemError(msg)
+    whole_number("through", through, at_least=0, at_most=10**9)
+    if on is not None and not hasattr(on, "areas"):
+        instance("on", on, Problem, problem_wanted(on))
     held, name = _plan_of(plan, on)
-    has_zones = isinstance(zones, Zones | str | os.PathLike) or bool(zones)
+    listed: Any = zones
+    if not isinstance(listed, Zones | str | os.PathLike):
+        listed = items("zones", () if listed is None else listed, "files of zones, or what read_zones returns")
+    has_zones = not isinstance(listed, tuple) or bool(listed)
     if on is None and not has_zones:
         msg = f"{name}: there is nothing to check it against; give zones, or a map (on)"
         raise CglaError(msg)
@@ -119,7 +123,7 @@ def check(
     elevations = read_ground(ground) if isinstance(ground, str | os.PathLike) else ground
     applied = None
     if has_zones:
-        read = zones if isinstance(zones, Zones) else read_zones(zones)
+        read = listed if isinstance(listed, Zones) else read_zones(listed)
         applied = read.apply(altitude=altitude, at=at, treat=treat, ground=elevations)
     changes = {setting: value for setting, value in (("k", k), ("clearance", clearance)) if value is not None}
     source = PlainMap("map", "", on) if isinstance(on, Problem) else on

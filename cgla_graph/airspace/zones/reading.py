@@ -6,9 +6,11 @@ from pathlib import Path
 
 from shapely.errors import ShapelyError
 
+from cgla_graph._validate import file_path, items
 from cgla_graph.airspace.zones import ed269, ed318, geojson, kml
 from cgla_graph.airspace.zones.applying import Zones
 from cgla_graph.airspace.zones.zone import Format, Layer, NoArea, Validity, Zone
+from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import FilePath, fault, kind_of, read_bytes
 from cgla_graph.untrusted.json_files import json_of
 from cgla_graph.untrusted.kml_files import kml_of
@@ -52,7 +54,11 @@ def read_zones(files: FilePath | Sequence[FilePath]) -> Zones:
     ...     read_zones(path).zones[0].kind
     'PROHIBITED'
     """
-    paths = [files] if isinstance(files, str | os.PathLike) else list(files)
+    paths = (
+        [files]
+        if isinstance(files, str | os.PathLike)
+        else items("files", files, "a file of zones, or a list of files", FileFormatError)
+    )
     read = [_read(path) for path in paths]
     return Zones(
         tuple(zone for one in read for zone in one.zones),
@@ -76,7 +82,7 @@ def is_geojson(path: FilePath) -> bool:
 
 def _read(path: FilePath) -> Zones:
     """Read a file, from the cache if it did not change: loading a map reads it several times."""
-    file = os.fspath(path)
+    file = str(file_path("a file of zones", path, FileFormatError))
     try:
         about = Path(path).stat()
         key = (os.path.abspath(file), about.st_mtime_ns, about.st_size)  # noqa: PTH100 - links stay what they are
