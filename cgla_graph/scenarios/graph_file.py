@@ -220,7 +220,8 @@ def _graphml(path: Path, weight: str | None, _directed: bool) -> GraphFile:
     (graph,), name = found, weight or "weight"
     edges = EdgeList(path, {label: i for i, label in enumerate(graph.nodes)})
     # GraphML may say once what most edges weigh
-    default = graph.graph["edge_default"].get(name)
+    defaults = graph.graph["edge_default"]
+    default = defaults.get(name) if isinstance(defaults, dict) else None
     for u, v, data in graph.edges(data=True):
         value, edge = data.get(name, default), f"the edge from {label_text(u)} to {label_text(v)}"
         if value is None:

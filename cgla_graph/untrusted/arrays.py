@@ -97,17 +97,23 @@ def read_header(stream: IO[bytes], file: str, kinds: str = "biuf") -> ArrayHeade
 
 def read_elements(stream: IO[bytes], header: ArrayHeader, file: str) -> NDArray[Any]:
     """
-    Read the elements after a header.
+    Read the elements after a header; floats of more than 8 bytes become such of 8.
 
     Raises
     ------
     FileFormatError
-        If there are fewer than the header says.
+        If there are fewer than the header says, or one is too large.
     """
     data = stream.read(header.size)
     if len(data) < header.size:
         fault(file, f"it has {len(data)} bytes instead of {header.size}", "it is cut off: write it once more")
     elements = np.frombuffer(data, dtype=header.dtype)
+    if header.dtype.kind == "f" and header.dtype.itemsize > np.dtype(np.float64).itemsize:
+        with np.errstate(over="ignore", invalid="ignore"):
+            shorter = elements.astype(np.float64)
+        if (np.isinf(shorter) & ~np.isinf(elements)).any():
+            fault(file, "one of its elements is too large for a number", "give numbers of at most 1.8e308")
+        elements = shorter
     return elements.reshape(header.shape, order="F" if header.by_columns else "C")
 
 

@@ -167,6 +167,41 @@ def test_graphml_may_say_once_what_edges_weigh(tmp_path: Path) -> None:
     assert edges_of(read_graph(path).graph()) == {("a", "b"): 4.0, ("b", "a"): 1.0}
 
 
+@pytest.mark.parametrize("kind", ["double", "float", "int", "long", "string"])
+@pytest.mark.parametrize(
+    ("weight", "says"),
+    [
+        ("1e400", "has weight '1e400', which is too large for a number"),
+        ("1_000", "'1_000', which is no number"),
+        ("1,5", "'1,5', which has a comma"),
+        ("", "which is no number"),
+    ],
+)
+def test_weights_of_graphml_are_decimal_numbers(weight: str, says: str, kind: str, tmp_path: Path) -> None:
+    edges = f'<edge source="a" target="b"><data key="w">{weight}</data></edge>'
+    (tmp_path / "a.graphml").write_text(graphml(edges, kind), encoding="utf-8")
+    with pytest.raises(ScenarioError) as error:
+        read_graph(tmp_path / "a.graphml")
+    assert says in str(error.value)
+
+
+def test_parallel_edges_of_graphml_with_one_id(tmp_path: Path) -> None:
+    """Networkx takes them for one edge, with the last weight."""
+    edges = "".join(f'<edge id="e" source="a" target="b"><data key="w">{w}</data></edge>' for w in (3, 2, 4))
+    (tmp_path / "a.graphml").write_text(graphml(edges, "double"), encoding="utf-8")
+    assert edges_of(read_graph(tmp_path / "a.graphml").graph()) == {("a", "b"): 2.0, ("b", "a"): 2.0}
+
+
+def graphml(edges: str, kind: str) -> str:
+    """Write a document of two nodes; one attribute of the graph has the name of a default."""
+    keys = (
+        f'<key id="w" for="edge" attr.name="weight" attr.type="{kind}"/>'
+        '<key id="d" for="graph" attr.name="edge_default" attr.type="string"/>'
+    )
+    graph = f'<graph edgedefault="undirected"><data key="d">x</data><node id="a"/><node id="b"/>{edges}</graph>'
+    return f'<graphml xmlns="http://graphml.graphdrawing.org/xmlns">{keys}{graph}</graphml>'
+
+
 @pytest.mark.parametrize(
     ("places", "expected"),
     [

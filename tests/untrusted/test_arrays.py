@@ -100,6 +100,13 @@ def test_hostile_headers_give_one_line(head: str, tmp_path: Path) -> None:
         assert len(str(error.value)) < 400
 
 
+@pytest.mark.skipif(np.dtype(np.longdouble).itemsize == 8, reason="no longer floats")
+def test_longer_floats_do_not_become_infinite() -> None:
+    assert read(saved(np.array([1.5, np.inf], dtype=np.longdouble))).tolist() == [1.5, np.inf]
+    with pytest.raises(FileFormatError, match="too large for a number"):
+        read(saved(np.array([np.longdouble("1e400")])))
+
+
 @pytest.mark.parametrize("part", ["indices", "indptr", "shape"])
 @pytest.mark.parametrize("kind", ["<f8", "?", "S3"])
 def test_indices_are_whole_numbers(part: str, kind: str, tmp_path: Path) -> None:
