@@ -33,7 +33,7 @@ GAP: Final = 1e-9
 ULPS: Final = 8.0
 #: How deep a box over a stretch reaches into the map, beside two gaps, in such units.
 DEPTH: Final = 64.0
-#: Where an area meets the border, it goes on outside for this part of the map's longer side, at most.
+#: Where an area meets the border, it goes on outside for this part of the map's longer side.
 REACH: Final = 0.1
 #: Along shorter stretches, in gaps, an outline may only cross the border.
 SHORT: Final = 1e3
@@ -178,7 +178,9 @@ def widest_gap(bounds: Bounds) -> float:
     return max(GAP * longer, ULPS * float(np.spacing(np.abs(bounds).max())))
 
 
-def stretches(no_fly: BaseGeometry, bounds: Bounds, clearance: float = 0.0) -> list[Polygon]:
+def stretches(
+    no_fly: BaseGeometry, bounds: Bounds, clearance: float = 0.0, reach: float | None = None
+) -> list[Polygon]:
     """
     Return where areas close the border of the map: boxes around those stretches, from just inside the map to outside.
 
@@ -190,6 +192,8 @@ def stretches(no_fly: BaseGeometry, bounds: Bounds, clearance: float = 0.0) -> l
         ``(x_min, y_min, x_max, y_max)``, map units.
     clearance
         The areas close stretches at this distance, map units: a passage there has no width either.
+    reach
+        How far the boxes reach outside, map units; None for a tenth of the map's longer side.
 
     Raises
     ------
@@ -204,7 +208,8 @@ def stretches(no_fly: BaseGeometry, bounds: Bounds, clearance: float = 0.0) -> l
     >>> stretches(tip, (0, 0, 2, 2))
     []
     """
-    longer, gap = max(bounds[2] - bounds[0], bounds[3] - bounds[1]), widest_gap(bounds)
+    gap = widest_gap(bounds)
+    reach = REACH * max(bounds[2] - bounds[0], bounds[3] - bounds[1]) if reach is None else reach
     lines = [(side, at) for side, to in enumerate(bounds) for at in sorted({to - clearance, to + clearance})]
     corners = shapely.get_coordinates(no_fly)
     if not any((np.abs(corners[:, side % 2] - at) < gap).any() for side, at in lines):
@@ -224,14 +229,14 @@ def stretches(no_fly: BaseGeometry, bounds: Bounds, clearance: float = 0.0) -> l
         side = _Side(number, at, gap, (bounds[along], bounds[along + 2]))
         across, places = side.near(edges)
         if clearance > 0.0:
-            found += side.boxes(side.within(across, places), bounds[number], REACH * longer)
+            found += side.boxes(side.within(across, places), bounds[number], reach)
             continue
         flat = side.is_flat(across, places)
         sides = _merged(np.sort(places[flat], axis=1))
-        found += side.prolonged(sides, across[~flat], places[~flat], REACH * longer)
+        found += side.prolonged(sides, across[~flat], places[~flat], reach)
         beside = (across == 0.0) & _holds(sides, places)
         rest = ((np.abs(across) < gap) & ~beside).any(axis=1) & ~flat
-        found += side.boxes(side.open(side.within(across[rest], places[rest]), whole), at, REACH * longer)
+        found += side.boxes(side.open(side.within(across[rest], places[rest]), whole), at, reach)
     return found
 
 
@@ -391,9 +396,9 @@ def joined_with(no_fly: BaseGeometry, boxes: list[Polygon]) -> BaseGeometry:
     # (edges that are prolonged have a vertex on the border, which rounding moves out of line)
     united = shapely.simplify(united, 4.0 * float(np.spacing(np.abs(united.bounds).max())))
     rest = parts[~beside]
-    touches = bool(shapely.intersects(united, rest).any())
-    whole = [*rest, *shapely.get_parts(united)]
-    return GeometryCollection(whole) if touches else _gathered(whole, no_fly)
+    whole = _gathered([*rest, *shapely.get_parts(united)], no_fly)
+    may_overlap = isinstance(whole, MultiPolygon) and bool(shapely.intersects(united, rest).any())
+    return whole if not may_overlap or whole.is_valid else shapely.union_all(shapely.get_parts(whole))
 
 
 def _gathered(polygons: Sequence[Polygon] | NDArray[np.object_], like: BaseGeometry) -> BaseGeometry:

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Self, TypeVar
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike
+from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import at_most_percent
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph._validate import four_numbers, point_array
 from cgla_graph.errors import ProblemError
+from cgla_graph.model.clearance import joined_with, stretches
 from cgla_graph.model.no_fly import polygons_of
 
 if TYPE_CHECKING:
@@ -382,6 +384,86 @@ def project_area(area: GeometryT, projection: LocalProjection) -> GeometryT:
 
     require_area(area)
     return shapely.transform(shapely.segmentize(area, EDGE_DEGREES), metres)
+
+
+def project_on_map(area: BaseGeometry, box: Bounds, projection: LocalProjection) -> BaseGeometry:
+    """
+    Project a lon/lat polygon to metres; where it closes the border of a map, it goes on beyond the map's bounds.
+
+    The sides of the map bend when projected, and its bounds are a box around them: an area that ends on a side would
+    leave a passage.
+
+    Parameters
+    ----------
+    area
+        As `project_area` takes it.
+    box
+        The bounds of the map, degrees.
+    projection
+        The projection.
+
+    Raises
+    ------
+    ProblemError
+        As `project_area`.
+
+    Examples
+    --------
+    >>> box = (24.0, 60.0, 25.0, 61.0)
+    >>> projection = LocalProjection.centred_on(box)
+    >>> wall = project_on_map(shapely.box(24.4, 60.5, 24.5, 61.0), box, projection)
+    >>> wall.bounds[3] > projected_bounds(box, projection)[3]
+    True
+    """
+    meets = _sides_met(area, box)
+    if not meets:
+        return project_area(area, projection)
+    west, _, east, _ = box
+    reach = _beyond(box, projection)
+    boxes = [closing for one in meets for closing in stretches(area, one, reach=reach)]
+    wide = min(reach, max(0.5 * (360.0 - east + west), 0.0))
+    room = shapely.union_all([shapely.box(one[0] - wide, -90.0, one[2] + wide, 90.0) for one in meets])
+    closings = [one for one in shapely.get_parts(shapely.union_all(boxes) & room) if isinstance(one, Polygon)]
+    return project_area(joined_with(area, closings), projection)
+
+
+def closed_on_map(area: BaseGeometry, box: Bounds, projection: LocalProjection) -> BaseGeometry:
+    """
+    Return a projected area as `project_on_map` returns it; one that does not meet the border stays as it is.
+
+    Examples
+    --------
+    >>> box = (24.0, 60.0, 25.0, 61.0)
+    >>> projection = LocalProjection.centred_on(box)
+    >>> area = project_area(shapely.box(24.4, 60.5, 24.5, 60.9), projection)
+    >>> closed_on_map(area, box, projection) is area
+    True
+    """
+
+    def around_origin(metres: FloatArray) -> FloatArray:
+        degrees = projection.inverse(metres)
+        degrees[:, 0] += 360.0 * np.round((projection.longitude - degrees[:, 0]) / 360.0)
+        return degrees
+
+    degrees = shapely.transform(area, around_origin)
+    return project_on_map(degrees, box, projection) if _sides_met(degrees, box) else area
+
+
+def _sides_met(area: BaseGeometry, box: Bounds) -> list[Bounds]:
+    """Return a map's bounds, degrees, turned to where an area meets its border."""
+    west, south, east, north = box
+    turned = [(west + turn, south, east + turn, north) for turn in (0.0, 360.0, -360.0)]
+    return [one for one in turned if stretches(area, one)]
+
+
+def _beyond(box: Bounds, projection: LocalProjection) -> float:
+    """Return how far the bounds of a map in metres reach beyond its bounds in degrees, and a little more, degrees."""
+    rim = shapely.get_coordinates(shapely.box(*projected_bounds(box, projection)).exterior.segmentize(1e5))
+    far = np.hypot(*rim.T)
+    degrees = projection.inverse(rim * np.minimum(1.0, FARTHEST / np.maximum(far, 1.0))[:, None])
+    degrees[:, 0] += 360.0 * np.round((0.5 * (box[0] + box[2]) - degrees[:, 0]) / 360.0)
+    over = np.concatenate([np.subtract(box[:2], degrees), np.subtract(degrees, box[2:])])
+    return 1.1 * float(over.max(initial=0.0)) + EDGE_DEGREES
 
 
 def require_area(area: BaseGeometry) -> None:

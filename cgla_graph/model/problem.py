@@ -35,7 +35,7 @@ from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import CornerRule, Node
 from cgla_graph.model.clearance import ROUNDING, closed_area, joined_with, stretches, widened, widest_gap
 from cgla_graph.model.cost_model import CostModel, indexed_area
-from cgla_graph.model.earth import LocalProjection, project_area, projected_bounds
+from cgla_graph.model.earth import LocalProjection, project_on_map, projected_bounds
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.graph_libraries import graph_wanted
 from cgla_graph.model.lattice import Lattice
@@ -296,7 +296,7 @@ class Problem(Plottable):
             RiskField(moved, rasters=rasters),
             k,
             projected_bounds(bounds, around),
-            None if no_fly is None else project_area(no_fly, around),
+            None if no_fly is None else project_on_map(no_fly, bounds, around),
             clearance,
             around,
         )

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 import numpy as np
 import shapely
@@ -17,8 +17,8 @@ from cgla_graph._types import Bounds, Point
 from cgla_graph.airspace.zones.applying import Applied, ZoneAccount
 from cgla_graph.airspace.zones.ground import read_ground
 from cgla_graph.airspace.zones.reading import is_geojson, read_zones
-from cgla_graph.airspace.zones.shapes import shift_hole, unwrapped, with_fewer_corners
-from cgla_graph.model.earth import LocalProjection, project_area, require_degrees
+from cgla_graph.airspace.zones.shapes import AreaShape, shift_hole, unwrapped, with_fewer_corners
+from cgla_graph.model.earth import LocalProjection, project_on_map, projected_bounds, require_degrees
 from cgla_graph.model.no_fly import require_valid
 
 #: Margin around a map in which zones count, relative to its longer side; latitude above which every meridian may be
@@ -169,7 +169,7 @@ class MapZones:
 
     @classmethod
     def of(
-        cls, applied: Applied, projection: LocalProjection, bounds: Bounds, ends: Sequence[Point], clearance: float
+        cls, applied: Applied, projection: LocalProjection, box: Bounds, ends: Sequence[Point], clearance: float
     ) -> "MapZones":
         """
         Project zones onto the plane of a map.
@@ -180,8 +180,8 @@ class MapZones:
             The verdict on each zone.
         projection
             The projection of the map.
-        bounds
-            The bounds of the map, metres.
+        box
+            The bounds of the map, degrees.
         ends
             Starts and goals, metres: one that keeps the clearance from a zone keeps it from the simplified zone.
         clearance
@@ -193,12 +193,13 @@ class MapZones:
             near = np.asarray(shapely.distance(area, places) < clearance)
             return [bool(one) for one in near | shapely.contains_properly(area, places)]
 
+        bounds = projected_bounds(box, projection)
         reach = MOST_BEYOND * max(bounds[2] - bounds[0], bounds[3] - bounds[1])
         areas: list[BaseGeometry] = []
         found: list[float] = []
         for one in applied.closed:
             if one.area is not None:
-                area = project_area(one.area, projection)
+                area = cast("AreaShape", project_on_map(one.area, box, projection))
                 fewer, beyond = with_fewer_corners(area, MOST_CORNERS, reach)
                 if beyond and closed_ends(fewer) == closed_ends(area):
                     area = fewer

@@ -18,7 +18,7 @@ from cgla_graph._types import Bounds, Point
 from cgla_graph.airspace.zones.geojson import Area
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.clearance import ROUNDING
-from cgla_graph.model.earth import LocalProjection, geodesic_length, places_around, project_area, projected_bounds
+from cgla_graph.model.earth import LocalProjection, geodesic_length, places_around, project_on_map, projected_bounds
 from cgla_graph.model.lattice import Lattice, LatticeKind
 from cgla_graph.model.raster_file import Kind, RasterCells, cells_in_metres, read_cells
 from cgla_graph.model.risk import Reading, Threat
@@ -332,7 +332,7 @@ class MapBuilder:
 
     def _projected(self, shapes: list[BaseGeometry]) -> list[BaseGeometry]:
         projection = self.projection
-        return shapes if projection is None else [project_area(shape, projection) for shape in shapes]
+        return shapes if projection is None else [project_on_map(shape, self.box, projection) for shape in shapes]
 
     @cached_property
     def _own_shapes(self) -> list[BaseGeometry]:
@@ -374,7 +374,7 @@ class MapBuilder:
         assert projection is not None  # noqa: S101 - it is a map in degrees
         applied = applied_zones(given, self.folder).within(seen_box(projection, self.bounds, clearance))
         ends = [self.point(list(place)) for _, place in self.table.ends()]
-        return MapZones.of(applied, projection, self.bounds, ends, clearance)
+        return MapZones.of(applied, projection, self.box, ends, clearance)
 
     @property
     def named_areas(self) -> list[tuple[str, BaseGeometry]]:

@@ -14,9 +14,11 @@ import shapely
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._types import Bounds
 from cgla_graph.comparisons.report.maps import MOST_SAMPLES, RISK_SAMPLES, map_document
 from cgla_graph.comparisons.study.options import open_one
 from cgla_graph.errors import ScenarioError
+from cgla_graph.model.earth import closed_on_map, project_area
 from cgla_graph.model.no_fly import overlay_errors
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.plots.risk_samples import risk_samples
@@ -108,6 +110,8 @@ class LiveMap:
         The table of its file; None where it came from no scenario file.
     file
         That file; None for maps that are shipped, or no scenario file.
+    box
+        The bounds of a map in degrees; None without a table.
     """
 
     scenario: Scenario
@@ -115,6 +119,7 @@ class LiveMap:
     fixed: BaseGeometry | None = None
     table: ScenarioTable | None = None
     file: Path | None = None
+    box: Bounds | None = None
 
     @classmethod
     def open(cls, spec: str) -> "LiveMap":
@@ -146,10 +151,15 @@ class LiveMap:
             table = None
         problem = scenario.problem
         areas: list[list[list[float]]] = []
-        fixed = problem.no_fly
+        fixed, box = problem.no_fly, None
         if table is not None:
             builder = MapBuilder(table, Path(spec).parent)
-            areas = [_corners(shape) for shape in builder.projected_no_fly[: len(table.no_fly.polygons)]]
+            box = None if builder.projection is None else builder.box
+            rings = {f"no_fly.polygons.{number}": ring for number, ring in enumerate(table.no_fly.polygons)}
+            drawn = builder.shapes(rings, (), "")
+            if builder.projection is not None:
+                drawn = [project_area(shape, builder.projection) for shape in drawn]
+            areas = [_corners(shape) for shape in drawn]
             others = builder.projected_no_fly[len(table.no_fly.polygons) :]
             fixed = shapely.GeometryCollection(others) if others else None
         few = len(areas) <= MOST_AREAS and all(len(area) <= MOST_CORNERS for area in areas)
@@ -166,7 +176,7 @@ class LiveMap:
             threats=[DraftThreat(x=t.x, y=t.y, spread=t.spread, peak=t.peak) for t in problem.field.threats],
             areas=areas,
         )
-        return cls(scenario, first, fixed, table, Path(spec) if is_file else None)
+        return cls(scenario, first, fixed, table, Path(spec) if is_file else None, box)
 
     def drawn(self, draft: Draft) -> Scenario:
         """
@@ -189,7 +199,11 @@ class LiveMap:
 
     def _no_fly(self, areas: Iterable[Area]) -> BaseGeometry | None:
         """Unite fixed areas and areas of a draft."""
-        every = [*polygons(areas), *([] if self.fixed is None else [self.fixed])]
+        projection, box = self.scenario.problem.projection, self.box
+        drawn = list(polygons(areas))
+        if projection is not None and box is not None:
+            drawn = [closed_on_map(shape, box, projection) for shape in drawn]
+        every = [*drawn, *([] if self.fixed is None else [self.fixed])]
         return shapely.GeometryCollection(every) if every else None
 
     @cached_property
