@@ -1,8 +1,8 @@
 """The study of claims: experiments are made on maps, claims are checked on what they measured, figures are drawn."""
 
 import time
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from contextvars import copy_context
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,6 +15,7 @@ from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.store import FIGURE, FINDING, SAMPLE, Drawn, Found, Measured, Store
 from cgla_graph.comparisons.workers.tasks import Key, Results, Task, run_tasks
+from cgla_graph.errors import SolverUnavailableError
 from cgla_graph.isolation.limits import Limits, limited
 from cgla_graph.isolation.outcome import Outcome
 from cgla_graph.model.isolated import lost
@@ -209,9 +210,19 @@ def _result_of(claim: Claim, found: Found, store: Store) -> Result:
 # ---- in a worker ----
 
 
+@contextmanager
+def _held(limits: Limits) -> Iterator[None]:
+    """Limit a call; that a solver is not installed is a reason not to check a claim, and no broken environment."""
+    with limited(limits.seconds, limits.megabytes):
+        try:
+            yield
+        except SolverUnavailableError as error:
+            raise RuntimeError(str(error)) from error
+
+
 def _sample(name: str, seed: int, limits: Limits) -> list[Record]:
     """Make an experiment on one map."""
-    with limited(limits.seconds, limits.megabytes):
+    with _held(limits):
         return [dict(record) for record in catalogue.experiments()[name].sample(seed)]
 
 
@@ -221,7 +232,7 @@ def _check(claim: str, evidence: Evidence, limits: Limits) -> tuple[Finding, flo
     # in a context of its own, as this process checks other claims as well
     context = copy_context()
     context.run(LEVEL.set, QUICK_ALPHA if evidence.scale.quick else ALPHA)
-    with limited(limits.seconds, limits.megabytes):
+    with _held(limits):
         finding = context.run(catalogue.claims()[claim].check, evidence)
     return finding, time.perf_counter() - began
 
@@ -229,5 +240,5 @@ def _check(claim: str, evidence: Evidence, limits: Limits) -> tuple[Finding, flo
 def _make(label: str, evidence: Evidence, limits: Limits) -> Content:
     """Make one figure or table."""
     (artefact,) = (one for one in artefacts() if one.label == label)
-    with limited(limits.seconds, limits.megabytes):
+    with _held(limits):
         return artefact.made_from(evidence)

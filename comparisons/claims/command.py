@@ -13,6 +13,7 @@ from cgla_graph.comparisons.claims.claim import Claim, Verdict
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.report import write_report
 from cgla_graph.comparisons.claims.store import Store
+from cgla_graph.errors import WorkerError
 from cgla_graph.model.cost_model import n_cores
 
 
@@ -71,18 +72,21 @@ class Checked:
         Files.
     interrupted
         Whether Ctrl-C ended it.
+    failure
+        Why a part could not be made, which says nothing of the claims; None if all was made.
     """
 
     results: list[Result] = field(default_factory=list)
     shown: list[Shown] = field(default_factory=list)
     written: list[Path] = field(default_factory=list)
     interrupted: bool = False
+    failure: WorkerError | None = None
 
     @property
     def is_whole(self) -> bool:
         """Whether every check came to an end, and every figure and table was made."""
         missing = any(Verdict.MISSING in result.finding.verdicts for result in self.results)
-        return not (self.interrupted or missing or any(one.failed for one in self.shown))
+        return not (self.interrupted or self.failure or missing or any(one.failed for one in self.shown))
 
     @property
     def all_hold(self) -> bool:
@@ -114,6 +118,8 @@ def check_all(request: Request) -> Checked:
                     tick(step.what)
         except KeyboardInterrupt:
             done.interrupted = True
+        except WorkerError as error:
+            done.failure = error
         done.results.sort(key=lambda result: result.claim.number)
         done.shown.sort(key=lambda shown: request.artefacts.index(shown.artefact))
         if request.folder is not None:

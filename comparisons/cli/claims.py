@@ -53,6 +53,8 @@ def claims(
         kept = f"; continue with --out {study.out} --resume" if study.out else ""
         msg = f"{len(done.results)} of {len(request.claims)} claims are checked{kept}"
         raise console.InterruptedRunError(msg)
+    if done.failure is not None:
+        console.say(f"cgla: {done.failure}")
     for shown in done.shown:
         if shown.failed:
             console.say(f"{shown.artefact.label} could not be reproduced: {shown.failed}")

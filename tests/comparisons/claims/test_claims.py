@@ -1,5 +1,6 @@
 """The study of claims: what is kept, what is made again, what is told; not the claims themselves."""
 
+import dataclasses
 import json
 import math
 from pathlib import Path
@@ -25,7 +26,7 @@ from cgla_graph.comparisons.claims.experiment import Experiment, Record
 from cgla_graph.comparisons.claims.report import report_html, report_markdown, sections
 from cgla_graph.comparisons.claims.store import FIGURE, FILE, FINDING, SAMPLE, Measured, Store
 from cgla_graph.comparisons.claims.wording import counted, rerun, results_document
-from cgla_graph.errors import ClaimError, OutputError, StudyError
+from cgla_graph.errors import ClaimError, OutputError, SolverUnavailableError, StudyError
 
 EVIL = "<script>alert('x')</script> | *bold* \\"
 
@@ -314,3 +315,43 @@ def test_some_claims_get_their_own_figures_only(tmp_path: Path) -> None:
     assert [one.label for one in command.Request(CLAIMS[:1], folder=tmp_path).artefacts] == ["Fig. 1"]
     assert not command.Request(CLAIMS[1:2], folder=tmp_path).artefacts
     assert not command.Request(CLAIMS).artefacts
+
+
+@pytest.mark.parametrize("error", [FileNotFoundError, ModuleNotFoundError])
+def test_what_the_environment_stops_is_made_the_next_time(
+    error: type[Exception], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The other checks are made, and the report is written."""
+    file = tmp_path / "file"
+
+    def lacks(_: Evidence) -> Finding:
+        if not file.exists():
+            raise error
+        return Finding.single(Verdict.PROVED, "it is there")
+
+    claims = (Claim("C1", "Section 1", "a file", "there", Kind.PROOF, lacks), CLAIMS[1])
+    monkeypatch.setattr(catalogue, "claims", lambda: MappingProxyType({claim.id: claim for claim in claims}))
+    request = command.Request(claims, Scale(quick=True), tmp_path / "out", workers=0)
+    done = command.check_all(request)
+    assert [result.claim.id for result in done.results] == ["C9"]
+    assert (done.failure is not None, done.is_whole, bool(done.written)) == (True, False, True)
+    file.touch()
+    again = command.check_all(dataclasses.replace(request, resume=True))
+    assert [result.finding.headline for result in again.results] == ["proved", "proved"]
+    assert again.failure is None
+
+
+def test_a_claim_whose_solver_is_not_installed_is_missing() -> None:
+    """It is no broken environment."""
+
+    def lacks(_: Evidence) -> Finding:
+        msg = "needs numpyy"
+        raise SolverUnavailableError(msg)
+
+    with pytest.MonkeyPatch.context() as patch, Store(None, Scale(quick=True)) as store:
+        claim = Claim("C1", "Section 1", "a solver", "there", Kind.PROOF, lacks)
+        patch.setattr(catalogue, "claims", lambda: {"C1": claim})
+        (step,) = check_claims([claim], store, workers=0)
+    assert isinstance(step.result, Result)
+    assert step.result.finding.verdicts == (Verdict.MISSING,)
+    assert "needs numpyy" in step.result.finding.result
