@@ -352,6 +352,30 @@ def json_number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
+def plain_json(value: Any) -> Any:  # noqa: ANN401 - any JSON
+    """
+    Return records, named tuples, enumerations, arrays and sets as JSON; numbers that are not finite become None.
+
+    Examples
+    --------
+    >>> plain_json({"at": (0.5, math.nan), "n": {3}})
+    {'at': [0.5, None], 'n': [3]}
+    """
+    if isinstance(value, Enum):
+        return getattr(value, "label", value.name.lower())
+    if dataclasses.is_dataclass(value):
+        value = {one.name: getattr(value, one.name) for one in dataclasses.fields(value)}
+    elif hasattr(value, "_asdict"):
+        value = value._asdict()
+    elif hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {plain_json(key) if isinstance(key, Enum) else str(key): plain_json(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain_json(item) for item in value]
+    return json_number(value) if isinstance(value, float) else value
+
+
 def duration(seconds: float) -> str:
     """
     Write a time in a unit that suits it.

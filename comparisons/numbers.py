@@ -1,38 +1,12 @@
 """Formats of numbers, cells and intervals, shared by the terminal, files, pictures and the report."""
 
-import dataclasses
 import math
-from collections.abc import Callable, Iterable, Mapping
-from enum import Enum
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
 
-from cgla_graph._text import DASH, figure, json_number
+from cgla_graph._text import DASH, figure
 
 _SMALLEST_P = 0.001
-
-
-def plain_json(value: Any) -> Any:  # noqa: ANN401 - any JSON
-    """
-    Return records, named tuples, enumerations, arrays and sets as JSON; numbers that are not finite become None.
-
-    Examples
-    --------
-    >>> plain_json({"at": (0.5, math.nan), "cell": Cell("1"), "n": {3}})
-    {'at': [0.5, None], 'cell': {'value': '1', 'interval': ''}, 'n': [3]}
-    """
-    if isinstance(value, Enum):
-        return getattr(value, "label", value.name.lower())
-    if dataclasses.is_dataclass(value):
-        value = {one.name: getattr(value, one.name) for one in dataclasses.fields(value)}
-    elif hasattr(value, "_asdict"):
-        value = value._asdict()
-    elif hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, Mapping):
-        return {plain_json(key) if isinstance(key, Enum) else str(key): plain_json(item) for key, item in value.items()}
-    if isinstance(value, list | tuple | set | frozenset):
-        return [plain_json(item) for item in value]
-    return json_number(value) if isinstance(value, float) else value
 
 
 def rounded(value: float, digits: int = 5) -> float | None:

@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._display import Plottable
 from cgla_graph._lazy import function_above
-from cgla_graph._text import ShortRepr
+from cgla_graph._text import ShortRepr, plain_json
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.sharing import Sharing
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
 #: Risk above which a flight is exposed.
 EXPOSED_ABOVE = 0.1
+
+#: Measures of UAVs that a flight adds up.
+_SUMMED = ("length", "risk", "risk_sum")
 
 Entry = TypeVar("Entry", bound=tuple[Any, ...])
 EventKind: TypeAlias = Literal[
@@ -158,6 +161,10 @@ class Separation(Approach):
     first: str
     second: str
 
+    def document(self) -> dict[str, Any]:
+        """Return it as JSON."""
+        return {"uavs": [self.first, self.second], "distance": self.distance, "tick": self.time, "where": self.where}
+
 
 @dataclass(frozen=True)
 class Livelock:
@@ -284,6 +291,23 @@ class UavFlight(ShortRepr, Measures):
         """Return the virtual obstacles that it planned around at a tick."""
         return _last(self.obstacles, tick, (tick, ()))[1]
 
+    def summary(self) -> dict[str, Any]:
+        """Return what its flight came to as JSON."""
+        known = self.knowledge_at(self.ended)
+        keys = ("name", "message", "remark", "took_off", "departed", "delayed", "ended", "length", "risk", "cost")
+        more = ("waited", "risk_sum", "max_risk", "exposure", "replans", "planning_seconds")
+        numbers = {key: getattr(self, key) for key in (*keys, *more)}
+        believed = {"known_threats": list(known.threats), "known_areas": list(known.areas)}
+        found: dict[str, Any] = plain_json({**numbers, "status": self.status.label, **believed})
+        return found
+
+    def document(self) -> dict[str, Any]:
+        """Return all of its flight as JSON."""
+        known = [{"tick": one.tick, "threats": list(one.threats), "areas": list(one.areas)} for one in self.knowledge]
+        plans = [{"tick": tick, "waypoints": waypoints} for tick, waypoints in self.plans]
+        paths = {"trace": self.trace, "path": self.path, "times": self.times}
+        return {**self.summary(), **plain_json({**paths, "knowledge": known, "plans": plans})}
+
     def position_at(self, tick: int) -> Point | None:
         """Return its position at a tick; None on the ground."""
         if not self.took_off or not self.departed <= tick <= self.ended:
@@ -346,6 +370,47 @@ class Flight(Plottable):
         """The pair of least separation; None where no two UAVs were in the air together."""
         pair = min(self.separations, key=lambda pair: pair.distance, default=None)
         return pair if pair is not None and pair.distance < math.inf else None
+
+    @property
+    def totals(self) -> dict[str, float]:
+        """Sums over all UAVs: cost (infinite unless all arrived), length, risk and risk sum."""
+        sums = {name: math.fsum(getattr(uav, name) for uav in self.uavs.values()) for name in _SUMMED}
+        return {"cost": self.cost, **sums}
+
+    def summary(self) -> dict[str, Any]:
+        """Return what the flight came to as JSON; numbers that do not exist are None."""
+        numbers = {
+            "ticks": self.ticks,
+            "arrived": sum(uav.status is MissionStatus.ARRIVED for uav in self.uavs.values()),
+            "all_arrived": self.all_arrived,
+            "interrupted": self.interrupted,
+            "livelock": self.livelock,
+            **self.totals,
+            "least_separation": None if self.closest is None else self.closest.document(),
+        }
+        return {**plain_json(numbers), "uavs": [uav.summary() for uav in self.uavs.values()]}
+
+    def document(self) -> dict[str, Any]:
+        """
+        Return the flight as JSON: what it came to, its rules, traces, plans, separations and events.
+
+        Examples
+        --------
+        >>> from cgla_graph.mission.mission import Mission
+        >>> from cgla_graph.mission.world import World
+        >>> from cgla_graph.solvers import get
+        >>> flight = Mission(World(), [Uav("a", (0.1, 0.1), (0.9, 0.9), 0.2)], get("cgla")).fly()
+        >>> document = flight.document()
+        >>> document["all_arrived"], [uav["name"] for uav in document["uavs"]], document["settings"]["fusion"]
+        (True, ['a'], 'union')
+        """
+        return {
+            **self.summary(),
+            "settings": self.mission.document(),
+            "uavs": [uav.document() for uav in self.uavs.values()],
+            "separations": plain_json([pair.document() for pair in self.separations]),
+            "events": plain_json([event.document() for event in self.events]),
+        }
 
     def animate(self, *, ax: "Axes | None" = None) -> "FuncAnimation":
         """

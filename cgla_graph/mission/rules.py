@@ -1,11 +1,12 @@
 """Rules of a mission: all settings that decide the flight."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from cgla_graph._display import Plottable
+from cgla_graph._text import plain_json
 from cgla_graph.fusion.fusion import Fusion, Integral
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
@@ -140,3 +141,13 @@ class Rules(Plottable):
     def step_of(self, uav: Uav) -> float:
         """Return the length that a UAV flies in a tick, map units."""
         return UNITS_A_STEP * self.unit if uav.step is None else uav.step
+
+    def document(self) -> dict[str, Any]:
+        """Return the settings of the mission but world, UAVs and solver as JSON, those left at their defaults too."""
+        left = ("world", "uavs", "solver", "resolution")
+        settings = {one.name: getattr(self, one.name) for one in fields(self) if one.name not in left}
+        settings["sharing"] = settings.pop("sharing") if self.sharing.is_on else None
+        settings["virtual_obstacle"] = settings.pop("virtual_obstacle")
+        lattice = {"shape": self.lattice.shape, "kind": self.lattice.kind}
+        found: dict[str, Any] = plain_json({**settings, "lattice": lattice})
+        return found

@@ -4,9 +4,11 @@ import math
 import time
 from dataclasses import dataclass, field, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
+from cgla_graph._text import json_number
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import finite_number, instance, positive_number
 from cgla_graph.certificate.certificate import prove
@@ -111,6 +113,42 @@ class Flyable(Solution):
         2.0
         """
         return timed(self.curve, airspeed, wind=wind, power=power)
+
+    def document(
+        self, airspeed: float | None = None, *, wind: Point = (0.0, 0.0), power: float | None = None
+    ) -> dict[str, Any]:
+        """
+        Return the pieces of the curve as JSON, and its times where there are an airspeed and a path.
+
+        Parameters
+        ----------
+        airspeed, wind, power
+            As of `timed`; no airspeed, no times.
+
+        Examples
+        --------
+        >>> path = plan_flyable(Problem((0, 0), (100, 0), bounds=(0, -9, 100, 9)), np.empty((0, 2)), 1)
+        >>> document = path.document(10, wind=(-5, 0))
+        >>> document["n_arcs"], document["flight_seconds"]
+        (0, 20.0)
+        """
+        timing = None
+        if airspeed is not None and self.status.has_path:
+            timing = self.timed(airspeed, wind=wind, power=power)
+        return {
+            "turn_radius": self.turn_radius,
+            "start_heading": self.start_heading,
+            "goal_heading": self.goal_heading,
+            "pieces": self.curve.pieces.tolist(),
+            "n_arcs": len(self.curve.arcs),
+            "least_radius": json_number(self.curve.least_radius),
+            "airspeed": airspeed,
+            "wind": list(wind),
+            "power": power,
+            "flight_seconds": None if timing is None else json_number(timing.seconds),
+            "ground_speed": None if timing is None else [timing.slowest, timing.fastest],
+            "energy_wh": None if timing is None else json_number(timing.energy),
+        }
 
 
 def flyable(

@@ -9,7 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from cgla_graph._text import duration, figure, json_number, shown
+from cgla_graph._text import duration, figure, shown
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import finite_number, non_negative_number, positive_number
 from cgla_graph.comparisons.cli.options import FlyableOptions
@@ -110,21 +110,7 @@ class Flying:
     def document(self, run: Run) -> Mapping[str, Any]:
         """Return the pieces and times of a flyable path as JSON."""
         path = cast("Flyable", run.solution)
-        timing = self.timed(path)
-        return {
-            "turn_radius": self.turn_radius,
-            "start_heading": self.start_heading,
-            "goal_heading": self.goal_heading,
-            "pieces": path.curve.pieces.tolist(),
-            "n_arcs": len(path.curve.arcs),
-            "least_radius": json_number(path.curve.least_radius),
-            "airspeed": self.speed,
-            "wind": list(self.wind),
-            "power": self.power,
-            "flight_seconds": None if timing is None else json_number(timing.seconds),
-            "ground_speed": None if timing is None else [timing.slowest, timing.fastest],
-            "energy_wh": None if timing is None else json_number(timing.energy),
-        }
+        return path.document(self.speed, wind=self.wind, power=self.power)
 
 
 def read_flying(flyable: FlyableOptions, *, limited: bool = False) -> Flying:

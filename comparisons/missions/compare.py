@@ -9,11 +9,10 @@ from typing import Any
 
 import shapely
 
-from cgla_graph.comparisons.numbers import plain_json
+from cgla_graph._text import plain_json
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import check_lacking_here, check_made
 from cgla_graph.comparisons.study.flight_run import FlightRun, Track
-from cgla_graph.comparisons.study.mission_run import team_totals
 from cgla_graph.comparisons.study.runner import reason, status_by
 from cgla_graph.comparisons.study.store import FLIGHT
 from cgla_graph.comparisons.study.study import FlightCell, Study
@@ -153,7 +152,7 @@ def _answer(flight: Flight) -> Mapping[str, Any]:
     late = [uav for uav in uavs if uav.status.label != "arrived"]
     numbers = {
         "arrived": len(uavs) - len(late),
-        **team_totals(flight),
+        **flight.totals,
         "least_separation": flight.least_separation,
         "ticks": flight.ticks,
         "replans": sum(len(uav.replans) for uav in uavs),

@@ -2,17 +2,16 @@
 
 import dataclasses
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import shapely
 
+from cgla_graph._text import plain_json
 from cgla_graph.comparisons.files import csv_text
-from cgla_graph.comparisons.numbers import plain_json
-from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec, team_totals
+from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.errors import OutputError
-from cgla_graph.mission.mission import Mission
-from cgla_graph.mission.records import Flight, Separation, UavFlight
+from cgla_graph.mission.records import Flight, UavFlight
 from cgla_graph.mission.world import TimedArea, TimedThreat, World
 from cgla_graph.model.earth import degrees_of
 from cgla_graph.scenarios.geojson import line_feature_collection
@@ -21,24 +20,11 @@ from cgla_graph.scenarios.geojson import line_feature_collection
 TRACE_COLUMNS = ("uav", "tick", "x", "y", "risk", "known_threats", "known_areas")
 #: Fields of each UAV in the first line of a log.
 _UAV_KEYS = ("name", "start", "goal", "detection_radius", "safe_distance", "k", "departs")
-#: Fields of a mission that are no settings and are described apart.
-_NO_SETTINGS = ("world", "uavs", "solver", "resolution", "sharing", "virtual_obstacle")
 
 
 def _plain(document: Mapping[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = plain_json(document)
     return found
-
-
-def settings_document(mission: Mission) -> dict[str, Any]:
-    """Return the rules of a mission, those left out in its file as well."""
-    plain = {f.name: getattr(mission, f.name) for f in dataclasses.fields(mission) if f.name not in _NO_SETTINGS}
-    sharing = dataclasses.asdict(mission.sharing) if mission.sharing.is_on else None
-    rule = mission.virtual_obstacle
-    obstacle = None if rule is None else dataclasses.asdict(rule)
-    lattice = {"shape": list(mission.lattice.shape), "kind": mission.lattice.kind}
-    rules = {**plain, "sharing": sharing, "virtual_obstacle": obstacle, "lattice": lattice}
-    return _plain(rules)
 
 
 def header_document(spec: MissionSpec) -> dict[str, Any]:
@@ -52,7 +38,7 @@ def header_document(spec: MissionSpec) -> dict[str, Any]:
         "title": spec.title,
         "solver": spec.solver,
         "bounds": mission.world.bounds,
-        "settings": settings_document(mission),
+        "settings": mission.document(),
         "uavs": uavs,
         **_world_document(mission.world),
     }
@@ -179,67 +165,23 @@ def flight_geojson(flown: MissionRun) -> str:
 
 
 def summary_document(flown: MissionRun) -> dict[str, Any]:
-    """Return what a flight came to, as JSON: numbers that do not exist are None."""
-    flight = flown.flight
-    livelock = None if flight.livelock is None else dataclasses.asdict(flight.livelock)
-    closest = flown.flight.closest
-    summary = {
-        "mission": flown.name,
-        "variant": flown.variant,
-        "title": flown.title,
-        "solver": flown.solver,
-        "ticks": flight.ticks,
-        "arrived": flown.n_arrived,
-        "all_arrived": flight.all_arrived,
-        "interrupted": flight.interrupted,
-        "livelock": livelock,
-        **team_totals(flight),
-        "least_separation": None if closest is None else _separation(closest),
-        "seconds": flown.seconds,
-        "uavs": [_uav_document(flown, uav) for uav in flight.uavs.values()],
-    }
-    return _plain(summary)
+    """Return what a flight came to, as JSON: that of `Flight.summary`, and what the mission is called."""
+    return _named(flown, flown.flight.summary())
 
 
 def flight_document(flown: MissionRun) -> dict[str, Any]:
-    """Return everything about a flight, as JSON: what it came to, its rules, traces, plans and events."""
-    uavs = []
-    for uav, summary in zip(flown.flight.uavs.values(), summary_document(flown)["uavs"], strict=True):
-        paths = {"trace": uav.trace, "path": uav.path, "times": uav.times}
-        if flown.projection is not None:
-            paths["path_lonlat"] = flown.projection.inverse(uav.path)
-        known = [{"tick": one.tick, "threats": list(one.threats), "areas": list(one.areas)} for one in uav.knowledge]
-        plans = [{"tick": tick, "waypoints": waypoints} for tick, waypoints in uav.plans]
-        uavs.append({**summary, **paths, "knowledge": known, "plans": plans})
-    return _plain(
-        {
-            **summary_document(flown),
-            "settings": settings_document(flown.mission),
-            "uavs": uavs,
-            "separations": [_separation(pair) for pair in flown.flight.separations],
-            "events": [event.document() for event in flown.flight.events],
-        }
-    )
+    """Return everything about a flight, as JSON: `Flight.document`, and what the mission is called."""
+    document = _named(flown, flown.flight.document())
+    if flown.projection is not None:
+        for uav in document["uavs"]:
+            uav["path_lonlat"] = flown.projection.inverse(uav["path"]).tolist()
+    return document
 
 
-def _separation(pair: Separation) -> dict[str, Any]:
-    return {"uavs": [pair.first, pair.second], "distance": pair.distance, "tick": pair.time, "where": pair.where}
-
-
-def _uav_document(flown: MissionRun, uav: UavFlight) -> dict[str, Any]:
-    known = uav.knowledge_at(uav.ended)
-    keys = (
-        *("name", "message", "remark", "took_off", "departed", "delayed", "ended", "length", "risk", "cost", "waited"),
-        *("risk_sum", "max_risk", "exposure", "replans", "planning_seconds"),
-    )
-    document = {
-        **{key: getattr(uav, key) for key in keys},
-        "status": uav.status.label,
-        "known_threats": list(known.threats),
-        "known_areas": list(known.areas),
-    }
-    worth: Sequence[tuple[str, Mapping[str, float] | None]] = (
-        ("price_of_ignorance", flown.ignorance),
-        ("value_of_sharing", flown.sharing),
-    )
-    return document | {name: ratios[uav.name] for name, ratios in worth if ratios is not None}
+def _named(flown: MissionRun, document: dict[str, Any]) -> dict[str, Any]:
+    """Add names, the seconds and, where they were measured, what knowing and sharing are worth."""
+    worth = {"price_of_ignorance": flown.ignorance, "value_of_sharing": flown.sharing}
+    for uav in document["uavs"]:
+        uav.update(_plain({name: ratios[uav["name"]] for name, ratios in worth.items() if ratios is not None}))
+    names = {"mission": flown.name, "variant": flown.variant, "title": flown.title, "solver": flown.solver}
+    return {**names, **document, "seconds": flown.seconds}

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 from cgla_graph._text import duration, figure
-from cgla_graph.comparisons.study.mission_run import MissionRun, team_totals
+from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.mission.records import EXPOSED_ABOVE, MissionStatus, UavFlight
 
@@ -24,9 +24,9 @@ _TEAM_COLUMNS: Mapping[str, Callable[[MissionRun], str]] = {
     "arrived": lambda flown: f"{flown.n_arrived}/{len(flown.flight.uavs)}",
     "ticks": lambda flown: str(flown.flight.ticks),
     "least separation": lambda flown: figure(flown.flight.least_separation, 4),
-    "length": lambda flown: figure(team_totals(flown.flight)["length"], 6),
-    "risk": lambda flown: figure(team_totals(flown.flight)["risk"], 4),
-    "risk sum": lambda flown: figure(team_totals(flown.flight)["risk_sum"], 4),
+    "length": lambda flown: figure(flown.flight.totals["length"], 6),
+    "risk": lambda flown: figure(flown.flight.totals["risk"], 4),
+    "risk sum": lambda flown: figure(flown.flight.totals["risk_sum"], 4),
     "cost": lambda flown: figure(flown.flight.cost, 6),
     "replans": lambda flown: str(sum(len(uav.replans) for uav in flown.flight.uavs.values())),
 }

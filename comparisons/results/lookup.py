@@ -6,11 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cgla_graph._text import counted, listed
+from cgla_graph._text import counted, listed, plain_json
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, failed, leaderboard_of
 from cgla_graph.comparisons.leaderboard.regression import Regression, regression
-from cgla_graph.comparisons.numbers import plain_json
 from cgla_graph.comparisons.results import exports
 from cgla_graph.comparisons.results.filters import Filters
 from cgla_graph.comparisons.results.rerun import Rerun, rerun_table

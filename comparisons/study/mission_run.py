@@ -1,6 +1,5 @@
 """A mission with its name and map, before and after its flight: the input of tables, files and pictures."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -71,10 +70,3 @@ class MissionRun(MissionSpec):
     def n_arrived(self) -> int:
         """Number of UAVs that arrived."""
         return sum(uav.status is MissionStatus.ARRIVED for uav in self.flight.uavs.values())
-
-
-def team_totals(flight: Flight) -> dict[str, float]:
-    """Return sums over all UAVs of a flight; the cost is infinite unless all arrived."""
-    uavs = flight.uavs.values()
-    sums = {name: math.fsum(getattr(uav, name) for uav in uavs) for name in ("length", "risk", "risk_sum")}
-    return {"cost": flight.cost, **sums}

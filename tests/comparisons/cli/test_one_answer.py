@@ -99,11 +99,14 @@ def test_a_budget_on_the_earth(cgla: Call) -> None:
     assert document["path"] == found.solution.path.tolist()
 
 
-def test_turns(cgla: Call) -> None:
+@pytest.mark.parametrize("flight", [{}, {"speed": 2.0, "power": 100.0}])
+def test_turns(flight: dict[str, float], cgla: Call) -> None:
     scenario, words = opened("walls")
-    document = cgla("plan", *words, "--turn-radius", 0.02, *LOOSE, "--json").document()
-    found = cg.flyable(cg.solve(scenario.problem, tolerance=0.05), 0.02)
+    more = [word for name, value in flight.items() for word in (f"--{name}", value)]
+    document = cgla("plan", *words, "--turn-radius", 0.02, "--goal-heading", 90, *more, *LOOSE, "--json").document()
+    found = cg.flyable(cg.solve(scenario.problem, tolerance=0.05), 0.02, goal_heading=90.0)
     assert (document["cost"], document["lower_bound"], document["gap"]) == (found.cost, found.lower_bound, found.gap)
+    assert document["flyable"] == found.document(flight.get("speed"), power=flight.get("power"))
 
 
 def test_a_graph(cgla: Call) -> None:
@@ -115,12 +118,15 @@ def test_a_graph(cgla: Call) -> None:
     assert (row["cost"], row["path"], row["status"]) == (found.cost, list(found.nodes), found.status.label)
 
 
-def test_a_mission(cgla: Call) -> None:
-    flights = cgla("fly", "fig9", "--json").document()["flights"]
-    missions = cg.load_mission("fig9").missions(cg.solvers.get).values()
-    for flight, found in zip(flights, (mission.fly() for mission in missions), strict=True):
-        uavs = {uav["name"]: (uav["cost"], uav["length"], uav["risk"]) for uav in flight["uavs"]}
-        assert uavs == {name: (one.cost, one.length, one.risk) for name, one in found.uavs.items()}
+@pytest.mark.parametrize("mission", ["fig9", "swap", "finland-popup"])
+def test_a_mission(mission: str, cgla: Call) -> None:
+    flights = cgla("fly", mission, "--no-value", "--json").document()["flights"]
+    missions = cg.load_mission(mission).missions(cg.solvers.get).values()
+    for printed, flown in zip(flights, (one.fly() for one in missions), strict=True):
+        found = flown.document()
+        for uav, same in zip(found.pop("uavs"), printed["uavs"], strict=True):
+            assert lasting({key: same[key] for key in uav}) == lasting(uav)
+        assert {key: printed[key] for key in found} == found
 
 
 def test_limits_of_the_density(cgla: Call) -> None:

@@ -18,9 +18,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from missions_small import CROSSING, DEGREES, flown_of
 
+from cgla_graph._text import plain_json
 from cgla_graph.comparisons.missions import fly
 from cgla_graph.comparisons.missions.tables import closest_note, flight_table, variants_table
-from cgla_graph.comparisons.numbers import plain_json
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import OutputError
