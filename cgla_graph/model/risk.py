@@ -446,8 +446,8 @@ class RiskField(ShortRepr):
         Integrate ``F`` along straight segments (Eq. 6).
 
         The result is exact up to rounding and negligible tails: within 1e-10 on maps of unit size, for any number of
-        overlapping threats; for rasters, within 1e-12 of the integral. Both directions of a segment give the same
-        float.
+        overlapping threats, relative to the strongest where all are weak (`unit`); for rasters, within 1e-12 of the
+        integral. Both directions of a segment give the same float.
 
         Parameters
         ----------

@@ -201,6 +201,13 @@ def test_the_optimum_of_a_plug_in_on_a_graph_is_a_claim() -> None:
     assert math.isnan(cg.solve(PROBLEM, ends, on=on).claimed_bound)
 
 
+def test_the_claim_behind_a_refined_path_is_one() -> None:
+    found = cg.solve(PROBLEM, "refine", base=Claims(1.0))
+    assert (found.status, found.claimed_bound, math.isnan(found.lower_bound)) == (Status.FOUND, 1.0, True)
+    liar = cg.solve(PROBLEM, "refine", base=Claims(COST))
+    assert (liar.status, f"less than {COST:.9g}, its own costs" in liar.message) == (Status.FAILED, True)
+
+
 # Studies
 
 
