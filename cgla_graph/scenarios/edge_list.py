@@ -73,21 +73,21 @@ def read_weight(path: Path, edge: str, value: object, written: str = "") -> floa
     ScenarioError
         If it is no number, or -infinity.
     """
-    has = f"{edge} has weight {written or shown(value)}"
+    wrong, remedy = "", "give a number, or leave the edge out"
+    number = math.nan
     try:
         if isinstance(value, str):
             number = decimal(value.strip(), or_infinite=True)
-        else:
-            number = math.nan if isinstance(value, NO_NUMBERS) else float(cast("Any", value))
+        elif not isinstance(value, NO_NUMBERS):
+            number = float(cast("Any", value))
     except OverflowError:
-        fail(path, f"{has}, which is too large for a number", "give one of at most 1.8e308")
+        wrong, remedy = ", which is too large for a number", "give one of at most 1.8e308"
     except ValueError as error:
-        wrong, _, remedy = str(error).partition("; ")
-        fail(path, f"{has}, which {wrong}", remedy)
+        wrong, _, remedy = f", which {error}".partition("; ")
     except TypeError:
         number = math.nan
     if not number > -math.inf:
-        fail(path, has, "give a number, or leave the edge out")
+        fail(path, f"{edge} has weight {written or shown(value)}{wrong}", remedy)
     return number
 
 
