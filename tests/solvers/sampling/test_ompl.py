@@ -79,7 +79,8 @@ def test_paths_are_feasible_and_cost_what_the_planner_says(
 def test_a_map_without_a_free_place_ends(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ompl_space, "MAX_REJECTIONS", 2000)
     monkeypatch.setattr(isolated, "is_expendable", lambda: True)
-    problem = cg.Problem((0.0, 0.0), (1.0, 1.0), no_fly=shapely.box(0, 0, 1, 1))
+    # but for a rim that no sample meets
+    problem = cg.Problem((0.0, 0.0), (1.0, 1.0), no_fly=shapely.box(1e-7, 1e-7, 1.0 - 1e-7, 1.0 - 1e-7))
     answer = cg.solve(problem, name, **QUICK[name])
     assert (answer.status, bool(answer.message)) == (Status.NOT_FOUND, True)
 
@@ -150,9 +151,9 @@ def test_a_run_ends_where_nothing_better_can_be_sampled(name: str, monkeypatch: 
 def test_samples_are_drawn_no_longer_than_the_budget_lasts(
     name: str, budget: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # hardly a sample of this map is near enough, and the path is not straight
-    wall = shapely.box(0.0099, 0.0, 0.0101, 0.01)
-    problem = cg.Problem((0.0, 0.0), (0.02, 0.0), no_fly=wall, bounds=(0, 0, 100, 100))
+    # hardly a sample of this map is near enough, and the path costs more than its length
+    field = cg.RiskField([cg.Threat(0.01, 0.0, 1.0, peak=0.1)])
+    problem = cg.Problem((0.0, 0.0), (0.02, 0.0), field, k=1.0, bounds=(0, 0, 100, 100))
     if "seconds" not in budget:
         monkeypatch.setattr(ompl_space, "MORE_BOUNDS", 10_000)
     else:
