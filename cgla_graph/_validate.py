@@ -141,14 +141,16 @@ def items(name: str, value: object, wanted: str, error: type[CglaError] = Proble
     return tuple(value)
 
 
-def file_path(name: str, value: object, error: type[CglaError] = ProblemError) -> Path:
+def file_path(
+    name: str, value: object, error: type[CglaError] = ProblemError, wanted: str = "the path of a file"
+) -> Path:
     """Return the path of a file, or raise an error unless it is a text or a path."""
-    instance(name, value, (str, os.PathLike), "the path of a file", error)
+    instance(name, value, (str, os.PathLike), wanted, error)
     try:
         return Path(cast("str", value))
     except TypeError:
         # a path of bytes
-        msg = f"{name} is {shown(value)}; give the path of a file as a text"
+        msg = f"{name} is {shown(value)}; give {wanted} as a text"
         raise error(msg) from None
 
 

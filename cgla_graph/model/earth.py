@@ -415,6 +415,7 @@ def project_on_map(area: BaseGeometry, box: Bounds, projection: LocalProjection)
     >>> wall.bounds[3] > projected_bounds(box, projection)[3]
     True
     """
+    require_area(area)
     meets = _sides_met(area, box)
     if not meets:
         return project_area(area, projection)

@@ -26,6 +26,7 @@ from cgla_graph._validate import (
     clearance_of,
     instance,
     items,
+    number_array,
     point,
     point_array,
     real_number,
@@ -364,7 +365,7 @@ class Problem(Plottable):
         >>> Problem((0, 0), (1, 1)).in_bounds(np.array([[0.5, 1.0], [0.5, 1.1]])).tolist()
         [True, False]
         """
-        points, (low, high) = unmasked("points", points), np.reshape(self.bounds, (2, 2))
+        points, (low, high) = number_array("points", points), np.reshape(self.bounds, (2, 2))
         return np.asarray(((points >= low) & (points <= high)).all(axis=-1))
 
     def evaluate(self, path: ArrayLike) -> Evaluation:

@@ -203,7 +203,7 @@ def load_mission(name: str | Path, *, clearance: float | None = None) -> Mission
     >>> len(load_mission("swarm").variants[""].uavs)
     20
     """
-    path = file_path("the name of a mission", name, MissionError)
+    path = file_path("name", name, MissionError, "the name of a mission, or the path of a file")
     if path.suffix.lower() != ".toml":
         return mission_from_toml(shipped_mission(str(name)), str(name), clearance=clearance)
     with error_context():

@@ -83,6 +83,10 @@ class Scenario(ShortRepr):
         return self.problem.projection
 
 
+#: What `load_scenario` takes.
+NAME = "the name of a scenario, or the path of a file"
+
+
 def as_scenario(given: object, name: str) -> Scenario:
     """
     Return a scenario unchanged, wrap a problem under a name, or load a scenario by name or path.
@@ -217,7 +221,7 @@ def load_scenario(
     >>> load_scenario("paper").problem.goal
     (0.9, 0.9)
     """
-    path, table = file_path("the name of a scenario", name, ScenarioError), open_table(name)
+    path, table = file_path("name", name, ScenarioError, NAME), open_table(name)
     try:
         changes: dict[str, Any] = {
             key: list(check(key, given))
@@ -255,7 +259,7 @@ def open_table(name: str | Path) -> ScenarioTable:
     >>> open_table("paper").start
     [0.1, 0.1]
     """
-    path = file_path("the name of a scenario", name, ScenarioError)
+    path = file_path("name", name, ScenarioError, NAME)
     is_file = path.suffix.lower() == ".toml"
     text = read_text(path, str(path), "a TOML file") if is_file else shipped_scenario(str(name))
     if is_file and is_mission_text(text):
