@@ -39,7 +39,7 @@ from cgla_graph.model.risk_kernels import (
 #: The table of all different threats (see `risk_kernels.threat_table`), shape ``(u, 8)``; how often each field has
 #: each of them, shape ``(n, u)``; the fields' own tables one below the other, and the ``n + 1`` rows where they begin.
 Fields: TypeAlias = tuple[FloatArray, IntArray, FloatArray, IntArray]
-#: Scratch memory of one thread: threats in reach; Legendre coefficients of ``1 - F`` on a panel for each rival; borders
+#: Scratch memory of one thread: threats in reach; Legendre coefficients of ``F`` on a panel for each rival; borders
 #: of the pieces of a panel; scratch of `segment_risk` and `_sample`; indices of the rivals, which are the fields that
 #: may be the largest somewhere; and of the rivals that may be the largest on a panel.
 Work: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray]
@@ -111,24 +111,24 @@ def _rivals(m: int, active: FloatArray, counts: IntArray, rivals: IntArray) -> i
 
 
 @kernel
-def _clear(at: float, j: int, m: int, active: FloatArray, counts: IntArray) -> float:
-    """Evaluate ``1 - F`` of field `j` at the distance `at` from the start of the segment."""
-    clear = 1.0
+def _risk(at: float, j: int, m: int, active: FloatArray, counts: IntArray) -> float:
+    """Evaluate ``F`` of field `j` at the distance `at` from the start of the segment."""
+    risk = 0.0
     for i in range(m):
         for _ in range(counts[j, int(active[i, ROW])]):
             d = at - active[i, AT]
-            clear *= 1.0 - math.exp(active[i, LOG_AMPLITUDE] - 0.5 * active[i, PRECISION_AT] * d * d)
-    return clear
+            risk += math.exp(active[i, LOG_AMPLITUDE] - 0.5 * active[i, PRECISION_AT] * d * d) * (1.0 - risk)
+    return risk
 
 
 @kernel
 def _sample(start: float, end: float, m: int, active: FloatArray, counts: IntArray, n: int, work: Work) -> None:
-    """Write the Legendre coefficients of ``1 - F`` on a panel, for each of the `n` rivals."""
+    """Write the Legendre coefficients of ``F`` on a panel, for each of the `n` rivals."""
     series, scratch, rivals = work[1], work[3], work[4]
     half = 0.5 * (end - start)
     middle = 0.5 * (end + start)
-    left, clear = scratch[0], scratch[1 : n + 1]
-    clear[:] = 1.0
+    f, risk = scratch[0], scratch[1 : n + 1]
+    risk[:] = 0.0
     for i in range(m):
         if active[i, LOW] < end and active[i, HIGH] > start:
             centre = active[i, AT]
@@ -136,16 +136,16 @@ def _sample(start: float, end: float, m: int, active: FloatArray, counts: IntArr
             offset = active[i, LOG_AMPLITUDE] * LOG2_E
             for node in range(N_NODES):
                 d = middle + half * _NODES[node] - centre
-                left[node] = 1.0 - exp2(offset + scale * d * d)
+                f[node] = exp2(offset + scale * d * d)
             for r in range(n):
                 for _ in range(counts[rivals[r], int(active[i, ROW])]):
                     for node in range(N_NODES):
-                        clear[r, node] *= left[node]
+                        risk[r, node] += f[node] * (1.0 - risk[r, node])
     for r in range(n):
         series[r] = 0.0
         for node in range(N_NODES):
             for k in range(N_NODES):
-                series[r, k] += _SERIES[node, k] * clear[r, node]
+                series[r, k] += _SERIES[node, k] * risk[r, node]
 
 
 @kernel
@@ -217,7 +217,7 @@ def _root(c: FloatArray, size: float) -> float:
 
 
 @kernel
-def _crossings(start: float, end: float, length: float, n: int, work: Work) -> tuple[int, int]:
+def _crossings(start: float, end: float, length: float, n: int, unit: float, work: Work) -> tuple[int, int]:
     """
     Find where the largest of the `n` rivals may change on a panel: in how many pieces, and between how many rivals.
 
@@ -228,11 +228,11 @@ def _crossings(start: float, end: float, length: float, n: int, work: Work) -> t
     difference, slope = work[3][0], work[3][1]
     top = 0
     for r in range(1, n):
-        if series[r, 0] < series[top, 0]:
+        if series[r, 0] > series[top, 0]:
             top = r
     n_winners = 0
     for r in range(n):
-        difference[:] = series[r] - series[top]
+        difference[:] = series[top] - series[r]
         if r == top or difference[0] <= _rest(difference):
             winners[n_winners] = r
             n_winners += 1
@@ -243,7 +243,8 @@ def _crossings(start: float, end: float, length: float, n: int, work: Work) -> t
             difference[:] = series[winners[p]] - series[winners[q]]
             rest = _rest(difference)
             size = abs(difference[0]) + rest
-            if abs(difference[0]) > rest or size <= NO_DIFFERENCE or size * (end - start) <= NO_RISK * length:
+            alike = size <= NO_DIFFERENCE * unit or size * (end - start) <= NO_RISK * unit * length
+            if alike or abs(difference[0]) > rest:
                 continue
             _differentiate(difference, slope)
             if abs(slope[0]) <= _rest(slope):
@@ -268,12 +269,12 @@ def _winner(at: float, n_winners: int, m: int, counts: IntArray, work: Work) -> 
     best = rivals[winners[0]]
     if n_winners == 1:
         return int(best)
-    least = math.inf
+    greatest = -math.inf
     for w in range(n_winners):
         j = rivals[winners[w]]
-        clear = _clear(at, j, m, active, counts)
-        if clear < least:
-            least = clear
+        risk = _risk(at, j, m, active, counts)
+        if risk > greatest:
+            greatest = risk
             best = j
     return int(best)
 
@@ -309,7 +310,9 @@ def envelope_risk(x1: float, y1: float, x2: float, y2: float, fields: Fields, wo
     # with one rival there is nothing to cut
     start = 0.0 if n > 1 else length
     # no wider than the panels of `segment_risk`, which resolve ``F``
-    panel_widths(m, length, 1.0, deeper_of(threats), active)
+    deeper = deeper_of(threats)
+    unit = math.exp(-deeper)
+    panel_widths(m, length, 1.0, deeper, active)
     last = length
     known = False
     while start < length:
@@ -320,7 +323,7 @@ def envelope_risk(x1: float, y1: float, x2: float, y2: float, fields: Fields, wo
             while n_pieces == 0:
                 last = end - start
                 _sample(start, end, m, active, counts, n, work)
-                n_pieces, n_winners = _crossings(start, end, length, n, work)
+                n_pieces, n_winners = _crossings(start, end, length, n, unit, work)
                 if n_pieces == 0:
                     end = 0.5 * (start + end)
             for piece in range(n_pieces):

@@ -32,27 +32,27 @@ def raster_risk(
     if m == 0:
         return 0.0, 0.0
     part = length / samples
-    left = np.empty(samples + 1)
-    clear = np.ones((counts.shape[0], samples + 1))
+    f = np.empty(samples + 1)
+    risk = np.zeros((counts.shape[0], samples + 1))
     for i in range(m):
         centre = active[i, AT]
         scale = -0.5 * active[i, PRECISION_AT] * LOG2_E
         offset = active[i, LOG_AMPLITUDE] * LOG2_E
         for sample in range(samples + 1):
             d = sample * part - centre
-            left[sample] = 1.0 - exp2(offset + scale * d * d)
+            f[sample] = exp2(offset + scale * d * d)
         for j in range(counts.shape[0]):
             for _ in range(counts[j, int(active[i, ROW])]):
                 for sample in range(samples + 1):
-                    clear[j, sample] *= left[sample]
-    least = clear[0]
+                    risk[j, sample] += f[sample] * (1.0 - risk[j, sample])
+    most = risk[0]
     for j in range(1, counts.shape[0]):
         for sample in range(samples + 1):
-            least[sample] = min(least[sample], clear[j, sample])
+            most[sample] = max(most[sample], risk[j, sample])
     inside = 0.0
     for sample in range(1, samples):
-        inside += 1.0 - least[sample]
-    return part * (inside + (1.0 - least[samples])), part * (inside + (1.0 - least[0]))
+        inside += most[sample]
+    return part * (inside + most[samples]), part * (inside + most[0])
 
 
 @kernel

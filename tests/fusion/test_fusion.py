@@ -439,3 +439,17 @@ def test_malformed_settings_are_refused(change: dict[str, Any], said: str) -> No
 def test_malformed_points_are_refused(ask: Callable[..., object], places: tuple[Any, ...], said: str) -> None:
     with pytest.raises(ProblemError, match=said):
         ask(*places, [RiskField()], fusion="integral_max")
+
+
+@pytest.mark.parametrize("integral", ["exact", "raster"])
+@pytest.mark.parametrize("fusion", ["union", "max_integral", "integral_max", "riskiest"])
+def test_weak_threats_are_fused_as_strong_ones_are(fusion: Fusion, integral: Integral) -> None:
+    """Of threats too weak for their overlap to count, a million times weaker ones cost the same."""
+
+    def weights(scale: float) -> FloatArray:
+        one = RiskField([Threat(0.3, 0.5, 0.1, 0.9 * scale), Threat(0.7, 0.4, 0.2, 0.5 * scale)])
+        two = RiskField([Threat(0.5, 0.5, 0.1, 0.7 * scale)])
+        lattice = Lattice(5, bounds=(0, 0, 1, 1))
+        return fused_graph(lattice, [one, two], 1.0 / scale, fusion=fusion, integral=integral).weight_matrix()
+
+    assert weights(1e-18) == pytest.approx(weights(1e-12), rel=1e-9)
