@@ -398,13 +398,21 @@ def joined_with(no_fly: BaseGeometry, boxes: list[Polygon]) -> BaseGeometry:
     rest = parts[~beside]
     whole = _gathered([*rest, *shapely.get_parts(united)], no_fly)
     may_overlap = isinstance(whole, MultiPolygon) and bool(shapely.intersects(united, rest).any())
-    return whole if not may_overlap or whole.is_valid else shapely.union_all(shapely.get_parts(whole))
+    if not may_overlap or whole.is_valid:
+        return whole
+    if not shapely.is_valid(rest).all():
+        # (as in `stretches`)
+        return no_fly
+    with overlay_errors():
+        return shapely.union_all(shapely.get_parts(whole))
 
 
 def _gathered(polygons: Sequence[Polygon] | NDArray[np.object_], like: BaseGeometry) -> BaseGeometry:
     """Gather polygons: if those of `like` may overlap, in a collection, else in a multipolygon."""
-    kind = GeometryCollection if isinstance(like, GeometryCollection) else MultiPolygon
-    return kind(list(polygons))
+    parts = list(polygons)
+    # (what is no polygon is refused with the whole area)
+    is_flat = not isinstance(like, GeometryCollection) and all(isinstance(part, Polygon) for part in parts)
+    return MultiPolygon(parts) if is_flat else GeometryCollection(parts)
 
 
 def _polygons(geometry: BaseGeometry) -> NDArray[np.object_]:

@@ -10,6 +10,7 @@ import pytest
 import shapely
 from hypothesis import given, reject
 from hypothesis import strategies as st
+from shapely.geometry.base import BaseGeometry
 from strategies import examples
 
 import cgla_graph as cg
@@ -168,3 +169,18 @@ def test_bounds_in_degrees_that_are_no_box_are_refused(bounds: tuple[float, ...]
 def test_a_clearance_wider_than_any_map_is_refused() -> None:
     with pytest.raises(ProblemError, match=r"clearance is 1e\+300; it must be at most"):
         cg.Problem((0, 0), (1, 1), no_fly=shapely.box(0.4, 0.4, 0.6, 0.6), clearance=1e300)
+
+
+@pytest.mark.parametrize("shape", [shapely.Point(0.5, 0.0), shapely.LineString([(0.2, 0.5), (1.0, 0.5)])])
+@pytest.mark.parametrize("gather", [lambda shape: shape, lambda shape: shapely.GeometryCollection([shape])])
+def test_an_area_without_width_on_the_border_is_refused(
+    shape: BaseGeometry, gather: Callable[[BaseGeometry], BaseGeometry]
+) -> None:
+    with pytest.raises(ProblemError, match="only polygons have an interior"):
+        cg.Problem((0.1, 0.1), (0.9, 0.9), no_fly=gather(shape))
+
+
+def test_an_invalid_part_beside_one_on_the_border_is_named() -> None:
+    bow = shapely.Polygon([(0.3, 0.6), (0.6, 0.9), (0.6, 0.6), (0.3, 0.9)])
+    with pytest.raises(ProblemError, match=r"part \[0\] of the no-fly area is invalid: .*make_valid"):
+        cg.Problem((0.1, 0.1), (0.9, 0.1), no_fly=shapely.MultiPolygon([bow, shapely.box(0.4, 0.5, 0.6, 1.0)]))
