@@ -21,13 +21,13 @@ from cgla_graph.solvers.trade_off.plan_within import PlanWithin
 #: Points a side of lattices.
 RESOLUTION = 7
 #: Cells along a side of the only grid of a proof: a coarse bound is a bound as well.
-CELLS = 32
+CELLS = 24
 #: Line integrals are exact to about this, of a unit length; sums are rounded.
 NEAR = 1e-9
 #: Rounding of a length or a risk, relative to the greatest coordinate.
 ROUNDED = 1e-14
 #: What solvers that find paths where others do not are called with.
-HYBRID = cg.solvers.get("hybrid", tolerance=None, points=225, candidates=2)
+HYBRID = cg.solvers.get("hybrid", tolerance=None, points=100, candidates=1)
 
 #: Solvers that are quick enough for many problems, and their settings.
 QUICK: dict[str, dict[str, Any]] = {
@@ -35,7 +35,7 @@ QUICK: dict[str, dict[str, Any]] = {
     **{name: {} for name in ("eight-direction", "lazy-theta-star", "straight-line", "visibility-graph", "refine")},
     "fast-marching": {"cells": 40},
     "skimage-route": {"cells": 40},
-    "hybrid": {"tolerance": None, "points": 225, "candidates": 2},
+    "hybrid": {"tolerance": None, "points": 100, "candidates": 1},
 }
 
 
@@ -57,7 +57,7 @@ def make_quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(constrained, "SHIFTS", 1)
     monkeypatch.setattr(constrained, "HALVINGS", 6)
     monkeypatch.setattr(constrained, "SEEDS_UP_TO", 0)
-    monkeypatch.setattr(pareto, "MOST_GROWTHS", 1)
+    monkeypatch.setattr(pareto, "MOST_GROWTHS", 0)
 
 
 class Tried(NamedTuple):
