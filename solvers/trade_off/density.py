@@ -18,7 +18,8 @@ from cgla_graph.model.problem import Problem, problem_wanted
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Solver
-from cgla_graph.solvers.solving import solve
+from cgla_graph.solvers import registry
+from cgla_graph.solvers.trade_off.reweighing import solve_or_fail
 
 
 class SealedError(ProblemError):
@@ -59,6 +60,7 @@ def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> P
     >>> from cgla_graph.model.risk_raster import RasterRisk
     >>> town = RasterRisk([[0, 0, 0], [0, 9, 0], [0, 0, 0]], bounds=(0, 0, 3, 3))
     >>> problem = Problem((0.5, 1.5), (2.5, 1.5), RiskField(rasters=[town]), bounds=(0, 0, 3, 3))
+    >>> from cgla_graph.solvers.solving import solve
     >>> around = solve(below_density(problem, 5.0, corridor=0.4), "hybrid", tolerance=None)
     >>> round(around.length, 3)
     2.785
@@ -185,7 +187,7 @@ def _point(
         limited = below_density(problem, level, corridor=corridor)
     except SealedError as error:
         return DensityPoint(level, Solution(Status.NO_PATH, message=str(error)), no_path=True)
-    found = solve(limited, solver, **settings)
+    found = solve_or_fail(limited, registry.ready(solver, settings))
     return DensityPoint(level, found, no_path=not found.status.has_path and is_proven_closed(limited))
 
 

@@ -7,12 +7,14 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import instance
+from cgla_graph.errors import CglaError
+from cgla_graph.isolation.outcome import one_line
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.isolated import is_ours
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem, problem_wanted
-from cgla_graph.model.solution import Solution
+from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Solver
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.solving import solve
@@ -122,14 +124,33 @@ class Reweighed:
         """Solve on the shared lattice under other weights, shape ``(n, n)``."""
         on = cast("GraphProblem", self._on)
         graph = GeometricGraph.from_matrix(weights, positions=on.graph.positions)
-        return solve(GraphProblem(graph, on.source, on.target), self.solver)
+        return solve_or_fail(GraphProblem(graph, on.source, on.target), self.solver)
 
     def _solve(self, problem: Problem) -> Solution:
         if self._on is None:
-            return solve(problem, self.solver, resolution=self.resolution)
+            return solve_or_fail(problem, self.solver, resolution=self.resolution)
         if not self._lengths.size or not problem.field.is_proper:
-            return solve(problem, self.solver, on=problem.on_lattice(self.resolution))
+            return solve_or_fail(problem, self.solver, on=problem.on_lattice(self.resolution))
         return problem.judge(self._on_graph(self._lengths + problem.k * self._risks))
+
+
+def solve_or_fail(problem: Problem | GraphProblem, solver: Solver, **how: Any) -> Solution:  # noqa: ANN401 - as `solve` takes them
+    """
+    Solve; an error of a solver in a process of its own is a failed answer, that of a solver in this one is raised.
+
+    Examples
+    --------
+    >>> solve_or_fail(Problem((0, 0), (1, 1)), registry.get("straight-line")).status.label
+    'found'
+    """
+    try:
+        return solve(problem, solver, **how)
+    except CglaError:
+        raise
+    except Exception as error:
+        if not solver.traits.isolated:
+            raise
+        return Solution(Status.FAILED, solver=solver.traits.name, message=one_line(error))
 
 
 def _matrices(problem: Problem, graph: GeometricGraph) -> tuple[FloatArray, FloatArray]:

@@ -41,3 +41,8 @@ def test_a_plan_that_hangs_is_stopped(cgla: Call, monkeypatch: pytest.MonkeyPatc
 def test_other_commands_survive_it_too(cgla: Call) -> None:
     assert "crashed" in cgla("pareto", "one-threat", "--solver", "leaves").out
     assert "its process left with the exit code 0" in cgla("fly", "fig4", "--solver", "leaves", "--json").out
+    for words in (["plan", "one-threat", "--max-risk", "1", "--no-certificate"], ["pareto", "one-threat"]):
+        answer = cgla(*words, "--solver", "raises", "--json")
+        assert (answer.code, answer.err) == (1, "")
+        assert answer.document()["status"] == "failed"
+        assert "ValueError: not today" in answer.document()["message"]
