@@ -35,6 +35,7 @@ from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
 from cgla_graph.certificate import corners
 from cgla_graph.certificate.scale import least_scale, scale_at
+from cgla_graph.certificate.separation import is_separated
 from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, halo, next_grid
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
@@ -458,6 +459,8 @@ class _Search:
             here = max(one.bound for one in bounds) - (GEODESIC_ERROR if self.on_earth else 0.0)
             # no bound exceeds the cost of a known path
             self.best = max(self.best, min(here * shrink, self.known.least))
+            if math.isinf(self.known.least) and len(self.grids) == 1 and is_separated(closed):
+                self.best = math.inf
             self.grids[-1] = replace(self.grids[-1], lower_bound=self.best)
             if outcome := self._outcome():
                 return self._end(outcome)

@@ -304,13 +304,15 @@ class _Side(NamedTuple):
         if not len(ends):
             return ends
         shapely.prepare(whole)
-        # a long one is looked at in its middle, a short one on both sides
-        beyond = np.where(ends[:, 1] - ends[:, 0] < SHORT * self.gap, self.gap, 0.5 * (ends[:, 0] - ends[:, 1]))
+        # a short one is looked at on both sides, a long one at both ends: if it ends beyond the line, by less than the
+        # gap, the area covers both
+        is_short = ends[:, 1] - ends[:, 0] < SHORT * self.gap
+        beyond = np.where(is_short, self.gap, -self.gap)
         places = np.concatenate([ends[:, 0] - beyond, ends[:, 1] + beyond])
         line = np.full(len(places), self.at)
         points = np.column_stack([line, places] if self.number % 2 == 0 else [places, line])
-        inside = shapely.contains_properly(whole, shapely.points(points)).reshape(2, -1)
-        return ends[~inside.any(axis=0)]
+        first, last = shapely.contains_properly(whole, shapely.points(points)).reshape(2, -1)
+        return ends[~np.where(is_short, first | last, first != last)]
 
     def prolonged(self, ends: FloatArray, across: FloatArray, places: FloatArray, reach: float) -> list[Polygon]:
         """Prolong the area outwards from where it lies on the line, in the directions of its edges beside."""
@@ -332,7 +334,10 @@ class _Side(NamedTuple):
     def boxes(self, ends: FloatArray, border: float, reach: float) -> list[Polygon]:
         """Lay boxes over stretches of the border, from some gaps inside the map to outside."""
         # (deep enough that tips are wider there than coordinates are apart)
-        depth = 2.0 * self.gap + DEPTH * float(np.spacing(abs(border) + abs(self.limits[1])))
+        # (and, at a distance, that polygons inside round corners reach the box)
+        depth = (
+            2.0 * self.gap + 0.01 * abs(border - self.at) + DEPTH * float(np.spacing(abs(border) + abs(self.limits[1])))
+        )
         inner = border - self.outward * depth
         found = []
         for begin, end in ends.tolist():

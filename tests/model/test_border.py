@@ -1,6 +1,7 @@
 """The border of the map is no passage: areas that meet it close it, for the oracle and for every solver."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -11,12 +12,14 @@ from shapely.geometry.base import BaseGeometry
 from strategies import few
 
 from cgla_graph._types import Bounds
+from cgla_graph.certificate.separation import is_separated
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.clearance import closed_area
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Status
 from cgla_graph.solvers import solve
+from cgla_graph.solvers.solving import lower_bound
 
 ENDS = (0.1, 0.5), (0.9, 0.5)
 OVER, UNDER = ([(0.1, 0.5), (0.1, y), (0.9, y), (0.9, 0.5)] for y in (1.0, 0.0))
@@ -67,6 +70,18 @@ def test_an_area_that_meets_the_border_closes_it(area: BaseGeometry, place: Boun
     assert not solve(problem, "visibility-graph").status.has_path
     # the closed area is closed
     assert closed_area(problem.model.no_fly, problem.bounds) is problem.model.no_fly
+
+
+@pytest.mark.parametrize("area", [area for name, area in CLOSING.items() if name != "sharp tip"])
+def test_it_is_proven_that_no_path_passes(area: BaseGeometry) -> None:
+    problem = Problem(*ENDS, no_fly=area)
+    assert is_separated(problem)
+    assert lower_bound(problem).lower_bound == math.inf
+
+
+@pytest.mark.parametrize("area", FREE.values(), ids=FREE)
+def test_nothing_is_proven_where_paths_pass(area: BaseGeometry) -> None:
+    assert not is_separated(Problem(*ENDS, no_fly=area))
 
 
 @pytest.mark.parametrize("area", FREE.values(), ids=FREE)
@@ -132,6 +147,7 @@ def test_areas_at_the_clearance_from_the_border_close_it(clearance: float, short
             assert not problem.evaluate(along).feasible
             assert problem.relaxed().evaluate(along).violations == ("segment 1 crosses the no-fly area",)
         assert solve(problem, "cgla", resolution=11).status is Status.NO_PATH
+        assert is_separated(problem.relaxed())
     free = Problem(*ENDS, no_fly=shapely.box(0.45, 0.2, 0.55, 0.8), clearance=0.1)
     assert free.evaluate(OVER).feasible
     assert free.relaxed().evaluate(OVER).feasible
