@@ -379,7 +379,7 @@ def test_weak_threats_are_as_exact_as_strong_ones(peak: float, n: int) -> None:
     field = RiskField([Threat(x, y, 0.1, peak * (1.0 - i / 100)) for i, (x, y) in enumerate(spots)])
     for start, end in (((0.05, 0.5), (0.95, 0.5)), ((0.3, 0.4), (0.31, 0.45)), ((0.9, 0.9), (0.2, 0.3))):
         truth = scipy_integral(field.threats, np.array(start), np.array(end))
-        assert integral(field, (start, end)) == pytest.approx(truth, rel=1e-9)
+        assert integral(field, (start, end)) == pytest.approx(truth, rel=1e-9, abs=0.0)
     points = rng.random((50, 2))
     assert field.density(points) == pytest.approx(summed(field.threats, points), rel=1e-12, abs=1e-16 * peak)
 
@@ -392,7 +392,7 @@ def test_under_a_great_weight_the_tail_of_a_strong_threat_counts(n: int) -> None
     strong = [Threat(0.5, 0.5, 0.05, 0.9), *(Threat(*rng.random(2), 0.05, 0.8) for _ in range(n - 1))]
     weak = Threat(0.05, 0.95, 0.02, 1e-12)
     field = Problem((0.0, 0.0), (1.0, 1.0), RiskField([*strong, weak]), k=k).field
-    for start, end in (((0.0, 0.5), (0.2, 0.5)), ((0.0, 0.14), (1.0, 0.14)), ((0.0, 0.95), (0.1, 0.95))):
+    for start, end in (((0.0, 0.5), (0.1, 0.5)), ((0.0, 0.1), (1.0, 0.1)), ((0.0, 0.95), (0.1, 0.95))):
         truth = scipy_integral(field.threats, np.array(start), np.array(end))
         length = math.dist(start, end)
         assert k * integral(field, (start, end)) == pytest.approx(k * truth, rel=1e-9, abs=1e-9 * length)
@@ -404,7 +404,7 @@ def test_thousands_of_threats_that_add_up() -> None:
     field = RiskField(threats)
     points = np.column_stack([np.linspace(0.1, 0.9, 2001), np.full(2001, 0.5)])
     assert integral(field, ((0.1, 0.5), (0.9, 0.5))) == pytest.approx(
-        simpson(summed(threats, points), points[:, 0]), rel=1e-9
+        simpson(summed(threats, points), points[:, 0]), rel=1e-9, abs=0.0
     )
 
 
