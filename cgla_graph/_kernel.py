@@ -54,9 +54,6 @@ _import_numpy_functions()
 #: looking for it, in seconds.
 PATIENCE, GLANCE = 60.0, 0.02
 
-#: Kernels that are being compiled, here or in a process that this one waits for.
-_under_way: list[object] = []
-
 #: Held while numba's cache folder is set.
 _settings_lock = threading.Lock()
 
@@ -128,21 +125,10 @@ def _announced(compiler: Any) -> Callable[..., Any]:  # noqa: ANN401 - numba has
     """Return the method of numba that compiles a kernel, which says first that it does."""
 
     def compile_(*given: Any) -> Any:  # noqa: ANN401 - the same
-        with _compiling(compiler):
+        with _progress.while_compiling():
             return type(compiler).compile(compiler, *given)
 
     return compile_
-
-
-@contextmanager
-def _compiling(what: object) -> Iterator[None]:
-    """Mark a kernel as being compiled."""
-    _progress.compiling()
-    _under_way.append(what)
-    try:
-        yield
-    finally:
-        _under_way.remove(what)
 
 
 def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - numba has no hints
@@ -188,7 +174,7 @@ def _lock(file: IO[bytes]) -> None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         return
     latest = time.monotonic() + PATIENCE
-    with _compiling(file):
+    with _progress.while_compiling():
         while time.monotonic() < latest:
             time.sleep(GLANCE)
             with suppress(BlockingIOError):
@@ -229,18 +215,6 @@ def is_kept(compiled: Callable[..., object], *arguments: object) -> bool:
         # (numba has no public way to ask; an unreadable index counts as none)
         kept = [signature for signature, *_ in cast("Any", compiled)._cache._cache_file._load_index()]  # noqa: SLF001
     return tuple(map(cast("Any", numba).typeof, arguments)) in kept if arguments else bool(kept)
-
-
-def is_compiling() -> bool:
-    """
-    Return whether kernels are being compiled whose machine code is not on disk, here or where this process waits.
-
-    Examples
-    --------
-    >>> is_compiling()
-    False
-    """
-    return bool(_under_way)
 
 
 @cache

@@ -75,6 +75,8 @@ class _State:
     relay: Callable[[str, str], None] | None = None
     #: Called before kernels are compiled; None after the first call.
     when_compiling: Callable[[], None] | None = None
+    #: Number of kernels that are being compiled, here or in processes that this one waits for.
+    n_compiling = 0
 
 
 @contextmanager
@@ -175,6 +177,17 @@ def compiling() -> None:
         say()
 
 
+@contextmanager
+def while_compiling() -> Iterator[None]:
+    """Count a kernel as being compiled during the body."""
+    compiling()
+    _State.n_compiling += 1
+    try:
+        yield
+    finally:
+        _State.n_compiling -= 1
+
+
 def say_above(text: str) -> None:
     """Write a line to standard error, above any progress."""
     console = _State.console
@@ -203,12 +216,6 @@ def _is_watched() -> bool:
     return False
 
 
-def _is_compiling() -> bool:
-    """Return whether kernels are being compiled; without kernels, `_kernel`, slow to import, is not loaded."""
-    known = sys.modules.get("cgla_graph._kernel")
-    return known is not None and bool(cast("Any", known).is_compiling())
-
-
 class _Line(threading.Thread):
     """The state of a computation, and the thread that draws it."""
 
@@ -231,7 +238,7 @@ class _Line(threading.Thread):
 
     def text(self) -> str:
         """Return the whole state in one line."""
-        doing = "compiling kernels, once after an installation" if _is_compiling() else self.inner
+        doing = "compiling kernels, once after an installation" if _State.n_compiling else self.inner
         return " ".join(printable(": ".join(filter(None, (self.what, self.at, doing)))).split())
 
     def run(self) -> None:

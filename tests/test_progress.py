@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import cgla_graph as cg
-from cgla_graph import _kernel, _progress
+from cgla_graph import _progress
 from cgla_graph._progress import say_above, showing, waiting
 from cgla_graph.isolation.process import WorkerProcess
 
@@ -136,7 +136,7 @@ def test_other_threads_and_dumb_terminals_show_nothing(terminal: Terminal, monke
 
 
 def test_the_compiling_of_kernels_is_shown(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_kernel, "_under_way", [(object(), ())])
+    monkeypatch.setattr(_progress._State, "n_compiling", 1)
     with showing("planning"):
         until(terminal, "planning: compiling kernels, once after an installation")
 
