@@ -256,10 +256,12 @@ class _Search:
         lengths, risks = matrices
         ends = on.graph.index_of(on.source), on.graph.index_of(on.target)
         known = self.value(kept) * (1.0 - ROUNDING)
+        # matrices and the oracle round sums differently: what keeps half of the room here keeps all of it there
+        room = self.budget * (1.0 + 0.5 * ROUNDING)
         if self.on_risk:
-            found = constrained_path(lengths, risks, ends, self.room, price=k, known=known)
+            found = constrained_path(lengths, risks, ends, room, price=k, known=known)
         else:
-            found = constrained_path(risks, lengths, ends, self.room, price=1.0 / k if k > 0.0 else 0.0, known=known)
+            found = constrained_path(risks, lengths, ends, room, price=1.0 / k if k > 0.0 else 0.0, known=known)
         if found.nodes and on.graph.positions is not None:
             path = on.graph.positions[list(found.nodes)]
             # the search adds up matrices; the oracle decides
