@@ -4,13 +4,14 @@ import dataclasses
 import os
 from collections.abc import Mapping, Sequence
 from datetime import datetime
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import instance, items, point_array, positive_number, whole_number
+from cgla_graph._validate import instance, items, point_array, positive_number
 from cgla_graph.airspace.flight_plans.crossings import crossings_of, geodesic_gaps
 from cgla_graph.airspace.flight_plans.formats import read_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint
@@ -105,7 +106,9 @@ def check(
     """
     if tolerance is not None:
         positive_number("tolerance", tolerance)
-    whole_number("through", through, at_least=0, at_most=10**9)
+    if not isinstance(cast("object", through), int) or through < 0:
+        msg = f"through is {shown(through)}; give how many legs are proven at most, 0 or more"
+        raise ProblemError(msg)
     if on is not None and not hasattr(on, "areas"):
         instance("on", on, Problem, problem_wanted(on))
     held, name = _plan_of(plan, on)
