@@ -234,6 +234,9 @@ def stretches(
         flat = side.is_flat(across, places)
         sides = _merged(np.sort(places[flat], axis=1))
         found += side.prolonged(sides, across[~flat], places[~flat], reach)
+        # areas outside that touch the border
+        outer = (across == 0.0).all(axis=1) & ~flat
+        found += side.boxes(side.within(across[outer], places[outer]), at, reach)
         beside = (across == 0.0) & _holds(sides, places)
         rest = ((np.abs(across) < gap) & ~beside).any(axis=1) & ~flat
         found += side.boxes(side.open(side.within(across[rest], places[rest]), whole), at, reach)
