@@ -267,7 +267,7 @@ def _cut_open(
     (cut,) = np.nonzero(met)
     place[cut] = np.arange(len(cut))
     # (an area may have no width at all where it was joined with the rim)
-    thinnest = max(min(area.thinnest, width_at_rim(edges, bounds)), np.finfo(np.float64).tiny)
+    thinnest = max(min(area.thinnest, width_at_rim(edges, bounds)), 1e-100)
     along = min(max(SUB_CELLS, LEAKS * max(last) * max(spacing) / thinnest), FINER_SIDE * SUB_CELLS)
     for_walls = math.ceil(along / max(last)), 1 if along == SUB_CELLS else MORE
     for_tips = math.ceil(2.0 * LEAKS / least_angle(edges, bounds)), MORE_AT_TIPS
