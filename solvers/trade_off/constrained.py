@@ -34,6 +34,8 @@ SEEDS_UP_TO = 1000
 MOST_SHIFT, SHIFTS = 64.0, 12
 #: Statuses by which a solver says that it finds no path.
 NONE_FOUND = {Status.NO_PATH, Status.NOT_FOUND, Status.STUCK, Status.INFEASIBLE}
+#: Statuses of a solver that has not looked for a path.
+NOT_TRIED = {Status.UNSUPPORTED, Status.UNAVAILABLE}
 #: Halvings on the way from a path that keeps the budget towards one that does not.
 HALVINGS = 30
 
@@ -331,6 +333,8 @@ class _Search:
         if self.reweighed.exact and answer.status is Status.NO_PATH:
             msg = "no path on the lattice joins start and goal"
             return self._plan(dataclasses.replace(answer, message=msg), 0.0, math.inf)
+        if answer.status in NOT_TRIED:
+            return self._plan(answer, 0.0, math.nan)
         k, shortest, status = 0.0, self._certified(0.0), answer.status
         if math.isinf(shortest):
             bound, known = math.inf, "it is proven that no path joins start and goal inside the bounds"
