@@ -24,7 +24,7 @@ ARRAY = np.zeros((100, 100))
             "give a RiskField, as RiskField([Threat(",
         ),
         (lambda: cg.Problem(ARRAY, (1, 1)), "start is an array of shape (100, 100); give (x, y)"),
-        (lambda: cg.solve(PROBLEM, ARRAY), "solver is an array of shape (100, 100); give a name, as 'hybrid'"),
+        (lambda: cg.solve(PROBLEM, ARRAY), "solver is an ndarray; give a name, as 'hybrid'"),
         (lambda: Study([ARRAY], ["cgla"]), "a scenario is an array of shape (100, 100); give a Scenario, a Problem"),
         (lambda: Study([PROBLEM], [3]), "an entrant is 3; give a text"),
         (lambda: cg.GeometricGraph.from_matrix(np.zeros((0, 0))), "the graph has no nodes; give one with some"),

@@ -4,8 +4,6 @@ from typing import Final
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from cgla_graph.model.clearance import GAP
 from cgla_graph.model.problem import Problem
@@ -29,6 +27,9 @@ def is_separated(problem: Problem) -> bool:
     >>> is_separated(Problem((0.1, 0.5), (0.9, 0.5), no_fly=shapely.affinity.scale(tips, 0.9, 0.9)))
     False
     """
+    from scipy.sparse import coo_array  # noqa: PLC0415 - slow to import, and rarely needed
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415 - the same
+
     area = problem.model.area
     if area.is_empty:
         return False

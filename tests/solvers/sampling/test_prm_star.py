@@ -211,7 +211,9 @@ def test_start_and_goal_in_pockets() -> None:
 
 
 def test_a_map_without_a_free_place_ends() -> None:
-    problem = cg.Problem((0.0, 0.0), (1.0, 1.0), no_fly=shapely.box(0, 0, 1, 1))
+    # (start and goal are on the boundary of a hole without width for samples)
+    hole = shapely.Polygon([(0.2, 0.2), (0.8, 0.8), (0.2, 0.2 + 1e-12)])
+    problem = cg.Problem((0.2, 0.2), (0.8, 0.8), no_fly=shapely.box(-1, -1, 2, 2) - hole)
     answer = cg.solve(problem, "prm-star", seconds=30.0, milestones=None)
     assert (answer.status, "no free place" in answer.message) == (Status.NOT_FOUND, True)
     assert answer.seconds < 10.0
