@@ -10,9 +10,9 @@ better.
 **No-fly areas** are used: the mesh is cut open along them (`mesh`), so that ``phi`` may jump across walls.
 Their outline counts as smaller than it is, by up to a few parts of a cell.
 
-**On a map in degrees**, the bound holds on the Earth: each cell has its own scale (`scale`). It is compared with the
-path's cost on the plane, which is at least that on the Earth. No bound exceeds the path's cost under that scale, so
-that the rest of the gap may be due to the distortion of the map; the message says so then.
+**On a map in degrees**, the bound holds on the Earth: each cell has its own scale (`costs.scale_at`). It is compared
+with the path's cost on the plane, which is at least that on the Earth. No bound exceeds the path's cost under that
+scale, so that the rest of the gap may be due to the distortion of the map; the message says so then.
 
 **Rounding.** The inequality is checked for the stored numbers; a factor covers the rounding of each check and of the
 evaluation of ``F`` (`rounding`).
@@ -34,7 +34,7 @@ from cgla_graph._text import json_number, shown
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
 from cgla_graph.certificate import corners
-from cgla_graph.certificate.scale import least_scale, scale_at
+from cgla_graph.certificate.costs import least_scale, scale_at
 from cgla_graph.certificate.separation import is_separated
 from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, halo, next_grid
 from cgla_graph.eikonal import cell_runs

@@ -47,10 +47,9 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.certificate import corner_kernels
-from cgla_graph.certificate.scale import scale_at
+from cgla_graph.certificate.costs import scale_at
 from cgla_graph.certificate.tips import bounds_on_disc
-from cgla_graph.eikonal.bends import Sight, bends_of
-from cgla_graph.eikonal.marching import Links, straight_costs
+from cgla_graph.eikonal.marching import Links, Sight, bends_of, straight_costs
 from cgla_graph.eikonal.mesh import NO_CELL, SHARP, SplineMesh, angles_of
 from cgla_graph.model.problem import Problem
 

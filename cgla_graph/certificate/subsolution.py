@@ -2,7 +2,7 @@
 A proven bound of the cost from everywhere to one end of a problem, on one grid.
 
 **Statement.** Let ``c = 1 + k F`` be the cost of a unit of length, on a map of the Earth times a lower bound of the
-length of a unit of the plane on the Earth (`scale`). Let ``phi`` be continuously differentiable wherever a path may go,
+length of a unit of the plane on the Earth (`costs`). Let ``phi`` be continuously differentiable wherever a path may go,
 with ``|grad phi| <= c`` there. Along any path from ``x`` to ``y``, ``phi`` changes by at most the integral of
 ``|grad phi|``, so that the path costs at least ``phi(x) - phi(y)``. Here ``phi`` is a biquadratic spline through an
 approximate solution of ``|grad T| = c``, divided by the greatest bound of ``|grad phi| / c`` over all cells
@@ -42,9 +42,8 @@ import shapely
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.corners import BendingPath, CornerBlock, corners_of, links_of
-from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
+from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for, scale_at
 from cgla_graph.certificate.finer import FineCornerBlock
-from cgla_graph.certificate.scale import scale_at
 from cgla_graph.certificate.tips import EndFormula, EndGrid
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go, descent, straight_costs

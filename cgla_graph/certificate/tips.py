@@ -17,7 +17,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.certificate import certificate_kernels
-from cgla_graph.certificate.scale import least_scale, lower_by_scale
+from cgla_graph.certificate.costs import least_scale, lower_by_scale
 from cgla_graph.eikonal.mesh import SplineMesh, bezier_values
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster_kernels import raster_floor

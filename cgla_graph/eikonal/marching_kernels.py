@@ -35,7 +35,7 @@ Mesh: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, tuple[float, float],
 Nodes: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, tuple[float, float], tuple[float, float]]
 #: Controls, columns and rows of the pieces of a mesh, and the piece in whose middle each node is.
 Pieces: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, WholeArray]
-#: Points beside the mesh that ways may lead over (`eikonal.bends`): per node the number of its first entry, or -1;
+#: Points beside the mesh that ways may lead over (`marching.bends_of`): per node the number of its first entry, or -1;
 #: entries in the order of their nodes: node, bend, and the cost between; per bend its first entry in a second list in
 #: the order of bends, and of that list the nodes and costs.
 Bends: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, FloatArray, WholeArray, WholeArray, FloatArray]

@@ -18,8 +18,7 @@ from test_speed import PAPER, UNIT, report
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.eikonal import cell_runs
-from cgla_graph.eikonal.bends import bends_of
-from cgla_graph.eikonal.marching import Links, march
+from cgla_graph.eikonal.marching import Links, bends_of, march
 from cgla_graph.eikonal.marching_kernels import DONE, FAR, TRIAL
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.model.no_fly import NoFlyArea

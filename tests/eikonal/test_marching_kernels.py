@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.eikonal import marching_kernels
-from cgla_graph.eikonal.bends import bends_of
+from cgla_graph.eikonal.marching import bends_of
 from cgla_graph.eikonal.mesh import NO_PAIRS, joints_of
 
 #: The time from a source to points of shape ``(..., 2)``.

@@ -15,8 +15,7 @@ from strategies import examples
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.certificate.certificate import FIRST_CELLS, prove
-from cgla_graph.certificate.costs import cost_bounds
-from cgla_graph.certificate.scale import lower_by_scale
+from cgla_graph.certificate.costs import cost_bounds, lower_by_scale
 from cgla_graph.certificate.subsolution import Level
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.model.earth import POLAR_RADIUS, LocalProjection
