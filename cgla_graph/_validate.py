@@ -7,7 +7,7 @@ A valid array is returned itself, not copied, and is never written to.
 import math
 import os
 import sys
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from itertools import chain
 from pathlib import Path, PurePath
@@ -113,11 +113,15 @@ def kind_of(value: object) -> str:
 
 
 def instance(
-    name: str, value: object, kind: type | tuple[type, ...], wanted: str, error: type[CglaError] = ProblemError
+    name: str,
+    value: object,
+    kind: type | tuple[type, ...],
+    wanted: str | Callable[[object], str],
+    error: type[CglaError] = ProblemError,
 ) -> None:
-    """Raise an error unless `value` is of a type, or one of several; `wanted` says what to give."""
+    """Raise an error unless `value` is of a type, or one of several; `wanted`, perhaps of it, says what to give."""
     if not isinstance(value, kind):
-        msg = f"{name} is {kind_of(value)}; give {wanted}"
+        msg = f"{name} is {kind_of(value)}; give {wanted if isinstance(wanted, str) else wanted(value)}"
         raise error(msg)
 
 

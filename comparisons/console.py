@@ -35,7 +35,7 @@ class InterruptedRunError(Exception):
 #: Program of the second process, which compiles kernels.
 _COMPILE = (
     "import sys; sys.path[:] = sys.argv[1].split('\\n'); "
-    "from cgla_graph.model.small_problem import MapKind; from cgla_graph.solvers.warm_up import load_last_first; "
+    "from cgla_graph.model.cost_model import MapKind; from cgla_graph.solvers.warm_up import load_last_first; "
     "load_last_first(MapKind(walls='walls' in sys.argv, rasters='rasters' in sys.argv))"
 )
 #: Seconds to wait for it at the end of a command.

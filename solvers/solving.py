@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from cgla_graph._progress import showing
 from cgla_graph._validate import instance, truth_value
 from cgla_graph.errors import ProblemError, SolverSettingError
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem, problem_wanted
-from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import BOUND_TOLERANCE, TOLERANCE, Solution, Status, TracePoint, refuted
 from cgla_graph.model.solver import Solver, run, trivial_solution, with_bounds_of
 from cgla_graph.refine.refine import refine_path

@@ -9,9 +9,10 @@ import numpy as np
 
 from cgla_graph.certificate import corners
 from cgla_graph.certificate.certificate import load_kernels
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.no_fly_kernels import segments_cross
 from cgla_graph.model.problem import FULL_UP_TO
-from cgla_graph.model.small_problem import SMALL_PATH, MapKind, load_oracle, small_problem
+from cgla_graph.model.small_problem import SMALL_PATH, load_oracle, small_problem
 from cgla_graph.model.solver import Solver
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.refine.refine_kernels import minimise, shortcut

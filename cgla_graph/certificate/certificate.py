@@ -40,9 +40,10 @@ from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, 
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
 from cgla_graph.errors import ProblemError
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.earth import GEODESIC_ERROR
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.small_problem import SMALL_PATH, MapKind, small_problem
+from cgla_graph.model.small_problem import SMALL_PATH, small_problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, TOLERANCE
 from cgla_graph.refine.refine import refine_path
 

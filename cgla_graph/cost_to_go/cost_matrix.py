@@ -258,7 +258,7 @@ def _check(
     graph: GeometricGraph, source: Node | None, schedule: Schedule, order: Iterable[Node] | None, seed: int | None
 ) -> None:
     """Refuse arguments of `cost_matrix` that do not fit each other."""
-    instance("graph", graph, GeometricGraph, graph_wanted(graph), GraphError)
+    instance("graph", graph, GeometricGraph, graph_wanted, GraphError)
     if not is_one_of(schedule, get_args(Schedule)):
         msg = f"unknown schedule {shown(schedule)}; choose one of {', '.join(get_args(Schedule))}"
         raise GraphError(msg)

@@ -153,7 +153,7 @@ def check_theorem_1(
     >>> triangle.holds, triangle.witness, triangle.needed
     (False, ('a', 'c'), False)
     """
-    instance("graph", graph, GeometricGraph, graph_wanted(graph), GraphError)
+    instance("graph", graph, GeometricGraph, graph_wanted, GraphError)
     at = graph.index_of(target)
     start = None if source is None else graph.index_of(source)
     if matrix is not None:

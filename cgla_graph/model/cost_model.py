@@ -5,7 +5,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,33 @@ from cgla_graph.model.risk import RiskField
 THREADED_FROM = 200
 #: Areas that are found by identity.
 RECENT = 4
+
+
+class MapKind(NamedTuple):
+    """
+    The parts of a map that need kernels of their own.
+
+    Attributes
+    ----------
+    walls
+        Whether it has a no-fly area.
+    rasters
+        Whether it has risk on rasters.
+
+    Examples
+    --------
+    >>> import shapely
+    >>> MapKind.of(CostModel(no_fly=shapely.box(0, 0, 1, 1)))
+    MapKind(walls=True, rasters=False)
+    """
+
+    walls: bool = False
+    rasters: bool = False
+
+    @classmethod
+    def of(cls, model: "CostModel | None") -> "MapKind":
+        """Return the kind of a map with a cost model; without one, as in a user's own graph, the simplest kind."""
+        return cls() if model is None else cls(not model.area.is_empty, bool(model.field.rasters))
 
 
 @dataclass(frozen=True)

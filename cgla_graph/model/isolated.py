@@ -23,9 +23,10 @@ from cgla_graph.errors import SolverFaultError, SolverSettingError
 from cgla_graph.isolation.limits import MEGABYTE, PREPARATION, Limits, is_expendable, limited_time
 from cgla_graph.isolation.outcome import Failure, Outcome, one_line
 from cgla_graph.model import risk_kernels
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.model.problem import GraphProblem, Problem
-from cgla_graph.model.small_problem import MapKind, load_oracle, small_problem
+from cgla_graph.model.small_problem import load_oracle, small_problem
 from cgla_graph.model.solution import MOST_WAYPOINTS, Solution, Status, contained
 from cgla_graph.model.unchanged import unchanged
 
@@ -114,7 +115,7 @@ def made(solver: Any, method: str, args: tuple[Any, ...], *, apart: bool = False
     'found'
     """
     # a worker runs solvers itself
-    if is_expendable() or not (apart or getattr(solver.traits, "isolated", False)):
+    if not (apart or getattr(solver.traits, "isolated", False)) or is_expendable():
         return _timed(solver, method, args)
     limit = limit_of(solver)
     with _working:

@@ -561,7 +561,7 @@ class GraphProblem(Plottable):
 
     def __post_init__(self) -> None:
         """Check that the graph has both nodes."""
-        instance("graph", self.graph, GeometricGraph, graph_wanted(self.graph), GraphError)
+        instance("graph", self.graph, GeometricGraph, graph_wanted, GraphError)
         self.graph.index_of(self.source)
         self.graph.index_of(self.target)
 

@@ -1,43 +1,16 @@
 """Small maps of each kind: a solver that runs on one loads the kernels that such maps need."""
 
 from functools import cache
-from typing import NamedTuple
 
 import shapely
 
-from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 
 #: A path on a small problem, around its wall and not straight.
 SMALL_PATH = (0.0, 0.0), (0.2, 0.9), (1.0, 1.0)
-
-
-class MapKind(NamedTuple):
-    """
-    The parts of a map that need kernels of their own.
-
-    Attributes
-    ----------
-    walls
-        Whether it has a no-fly area.
-    rasters
-        Whether it has risk on rasters.
-
-    Examples
-    --------
-    >>> MapKind.of(CostModel(no_fly=shapely.box(0, 0, 1, 1)))
-    MapKind(walls=True, rasters=False)
-    """
-
-    walls: bool = False
-    rasters: bool = False
-
-    @classmethod
-    def of(cls, model: CostModel | None) -> "MapKind":
-        """Return the kind of a map with a cost model; without one, as in a user's own graph, the simplest kind."""
-        return cls() if model is None else cls(not model.area.is_empty, bool(model.field.rasters))
 
 
 def small_field(kind: MapKind) -> RiskField:

@@ -56,10 +56,11 @@ from cgla_graph.certificate.certificate import LEAST_SHRINK
 from cgla_graph.cost_to_go.cost_matrix import RESTRICTED, CostMatrix
 from cgla_graph.errors import GraphError
 from cgla_graph.model.clearance import closed_area
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem
-from cgla_graph.model.small_problem import MapKind, small_problem
+from cgla_graph.model.small_problem import small_problem
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.restricted import restricted_kernels
 from cgla_graph.restricted.restricted_kernels import INTEGRATED, NEAR_ENOUGH, PAIRS, PAST_MIDDLE, PAST_RASTER, PRIMITIVE

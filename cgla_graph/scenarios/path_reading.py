@@ -55,7 +55,7 @@ def read_path(file: str | os.PathLike[str], problem: Problem) -> FloatArray:
     cgla_graph.errors.ScenarioError: mine.csv: there is no such file: check the name and the folder
     """
     file = file_path("file", file, ScenarioError)
-    instance("problem", problem, Problem, problem_wanted(problem), ScenarioError)
+    instance("problem", problem, Problem, problem_wanted, ScenarioError)
     name = str(file)
     if file.suffix.lower() in PLANS:
         return _joined(_of_plan(file, problem), problem, name)

@@ -13,8 +13,9 @@ from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import finite_number, instance, positive_number
 from cgla_graph.certificate.certificate import prove
 from cgla_graph.errors import ProblemError
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.small_problem import MapKind, small_problem
+from cgla_graph.model.small_problem import small_problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.turning.bending import IDLE, STAGES, bent, candidates, dubins
 from cgla_graph.turning.curve import Curve

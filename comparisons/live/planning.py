@@ -15,8 +15,8 @@ from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import reason
 from cgla_graph.eikonal import cell_runs
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.problem import Evaluation, Problem
-from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import listing, registry

@@ -30,9 +30,9 @@ from cgla_graph.errors import WorkerError
 from cgla_graph.isolation.limits import Limits, limited
 from cgla_graph.isolation.outcome import Failure, Outcome
 from cgla_graph.isolation.worker import use_up
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.isolated import lost
 from cgla_graph.model.problem import FULL_UP_TO
-from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario
 

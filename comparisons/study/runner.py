@@ -16,9 +16,9 @@ from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
 from cgla_graph.errors import CglaError
 from cgla_graph.isolation.limits import is_expendable
 from cgla_graph.isolation.outcome import failure_by, one_line
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.isolated import STATUS_OF
 from cgla_graph.model.problem import GraphProblem, Problem
-from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import TOLERANCE, Solution, Status, refuted
 from cgla_graph.scenarios.scenario import Scenario, as_scenario
 from cgla_graph.solvers import registry

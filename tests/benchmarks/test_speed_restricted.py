@@ -8,7 +8,7 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
-from cgla_graph.model.small_problem import MapKind
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.restricted.restricted import load_kernels, restricted_optimum
 from cgla_graph.scenarios.scenario import load_scenario
 

@@ -10,9 +10,9 @@ from kept_kernels import kept_but_for
 
 from cgla_graph import _kernel
 from cgla_graph.comparisons import console
-from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.cost_model import CostModel, MapKind
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.small_problem import MapKind, small_field
+from cgla_graph.model.small_problem import small_field
 from cgla_graph.model.solution import Solution
 from cgla_graph.solvers import registry, warm_up
 from cgla_graph.solvers.continuous.hybrid import Hybrid
@@ -72,7 +72,7 @@ import sys
 import cgla_graph as cg
 from cgla_graph.certificate.certificate import load_kernels
 from cgla_graph.solvers.continuous.hybrid import Hybrid
-from cgla_graph.model.small_problem import MapKind
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.solvers.warm_up import warm_up
 
 def loaded():
@@ -131,7 +131,7 @@ def test_what_was_loaded_for_walls_is_not_taken_for_all(monkeypatch: pytest.Monk
 OF_OTHERS = """
 from cgla_graph.model.no_fly_kernels import segments_cross
 from cgla_graph.model.risk_kernels import segment_risks
-from cgla_graph.model.small_problem import MapKind
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.solvers.warm_up import warm_up
 
 class Own:

@@ -110,7 +110,7 @@ def check(
         msg = f"through is {shown(through)}; give how many legs are proven at most, 0 or more"
         raise ProblemError(msg)
     if on is not None and not hasattr(on, "areas"):
-        instance("on", on, Problem, problem_wanted(on))
+        instance("on", on, Problem, problem_wanted)
     held, name = _plan_of(plan, on)
     listed: Any = zones
     if not isinstance(listed, Zones | str | os.PathLike):

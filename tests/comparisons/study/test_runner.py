@@ -19,8 +19,8 @@ from cgla_graph.comparisons.study.entrant import Entrant, every_solver
 from cgla_graph.comparisons.study.rows import row, rows_of
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.errors import ProblemError
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.problem import GraphProblem, Problem
-from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Solver, Traits
 from cgla_graph.scenarios.loading import open_scenarios
