@@ -7,8 +7,8 @@ A valid array is returned itself, not copied, and is never written to.
 import math
 import os
 import sys
-from collections.abc import Callable, Collection, Iterable
-from contextlib import suppress
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from itertools import chain
 from pathlib import Path, PurePath
 from typing import Any, cast
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._text import cut, shown
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph.errors import CglaError, ProblemError
+from cgla_graph.errors import CglaError, MissionError, ProblemError
 
 #: Sides of maps and spreads of threats beyond this, or below one over this, would overflow in fourth powers.
 LARGEST = 1e70
@@ -30,6 +30,8 @@ NO_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating
 NO_NUMBER_KINDS = "bSUcmMV"
 #: Types that hold numbers or arrays, and types of plain numbers.
 _LISTS, _PLAIN = (list, tuple), {float, int, np.float64}
+#: Larger ticks of missions are refused.
+MOST_TICKS = 1_000_000
 #: How to give an array that has masked places.
 UNMASK = "set them with .filled(…), or leave them out with .compressed()"
 
@@ -345,3 +347,28 @@ def bounds_box(value: object) -> Bounds:
         msg = f"bounds have sides {sides[0]:g} and {sides[1]:g}; each must be between {1.0 / LARGEST:g} and {LARGEST:g}"
         raise ProblemError(msg)
     return x_min, y_min, x_max, y_max
+
+
+@contextmanager
+def error_context(place: str = "") -> Iterator[None]:
+    """
+    Turn errors into a `MissionError` that names the place of the fault in a mission.
+
+    Examples
+    --------
+    >>> with error_context("UAV a"):
+    ...     whole_tick("departs", -1)
+    Traceback (most recent call last):
+    cgla_graph.errors.MissionError: UAV a: departs is -1; give a whole number from 0 to 1000000
+    """
+    try:
+        yield
+    except (ValueError, CglaError) as error:
+        msg = f"{place}: {error}" if place else str(error)
+        raise MissionError(msg) from error
+
+
+def whole_tick(name: str, value: object, *, at_least: int = 0) -> int:
+    """Return a tick of a mission, or raise `MissionError` unless it is a whole number in range."""
+    with error_context():
+        return whole_number(name, value, at_least=at_least, at_most=MOST_TICKS)

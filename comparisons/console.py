@@ -5,13 +5,14 @@ import json
 import os
 import shutil
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, redirect_stdout, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
+    from rich.table import Table
 
     from cgla_graph.model.cost_model import CostModel
 
@@ -111,6 +112,25 @@ def out_table(table: "RenderableType") -> None:
     with console.capture() as capture:
         console.print(Segments(parts), crop=False, end="")
     _write(capture.get())
+
+
+def listing(
+    title: str, heads: Sequence[str], lines: Iterable[Mapping[str, Any]], widest: Mapping[str, int] | None = None
+) -> "Table":
+    """
+    Show records as a plain table, one column for each head; the first, names to be typed, is not folded.
+
+    Columns in `widest` are at most so wide.
+    """
+    from rich.table import Table  # noqa: PLC0415 - `cgla --help` answers at once
+    from rich.text import Text  # noqa: PLC0415 - the same
+
+    table = Table(title=title, title_justify="left", title_style="bold")
+    for number, head in enumerate(heads):
+        table.add_column(head, overflow="fold", no_wrap=number == 0, max_width=(widest or {}).get(head))
+    for line in lines:
+        table.add_row(*(Text(str(line[head])) for head in heads))
+    return table
 
 
 def say(text: str) -> None:

@@ -35,11 +35,11 @@ from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
 from cgla_graph.certificate import corners
 from cgla_graph.certificate.costs import least_scale, scale_at
-from cgla_graph.certificate.separation import is_separated
 from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, halo, next_grid
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
 from cgla_graph.errors import ProblemError
+from cgla_graph.model.clearance import GAP
 from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.earth import GEODESIC_ERROR
 from cgla_graph.model.problem import Problem
@@ -74,6 +74,8 @@ SECOND_LOOK, LOOKS_APART = 4 * FIRST_CELLS, 4
 #: Relative loss that a refined path may have because its waypoints are too far apart, and its waypoints then, at most.
 #: A closer proof wants a hundredth of its tolerance, but never less than `LEAST_LOSS`.
 LOSS, POINTS, LEAST_LOSS = 1e-6, 512, 1e-9
+#: Areas are made narrower by this part of the width of gaps that are closed, so that rounding closes no passage.
+NARROWER = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -409,6 +411,41 @@ def rounding(problem: Problem) -> float:
     of_threats = min(sum(peaks), 1.0) * (len(peaks) + 4.0) - sum(peak * math.log(peak) for peak in peaks)
     in_plane = float(2.0**-50 * (16.0 + of_rasters + problem.k * of_threats))
     return in_plane if problem.projection is None else (in_plane + 2.0**-46) / max(least_scale(problem), LEAST_SCALE)
+
+
+def is_separated(problem: Problem) -> bool:
+    """
+    Return whether no path joins start and goal: they are in different parts of the map outside the areas.
+
+    Walls may be too thin for the cells of a grid. Areas are made narrower by more than rounding, and parts that touch
+    count as one. If the answer is no, there may be a path or none.
+
+    Examples
+    --------
+    >>> tips = shapely.Polygon([(0.5, 0.0), (0.6, 0.5), (0.5, 1.0), (0.4, 0.5)])
+    >>> is_separated(Problem((0.1, 0.5), (0.9, 0.5), no_fly=tips))
+    True
+    >>> is_separated(Problem((0.1, 0.5), (0.9, 0.5), no_fly=shapely.affinity.scale(tips, 0.9, 0.9)))
+    False
+    """
+    from scipy.sparse import coo_array  # noqa: PLC0415 - slow to import, and rarely needed
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415 - the same
+
+    area = problem.model.area
+    if area.is_empty:
+        return False
+    x_min, y_min, x_max, y_max = problem.bounds
+    farthest = float(np.spacing(np.abs(problem.bounds).max()))
+    less = max(NARROWER * GAP * max(x_max - x_min, y_max - y_min), 4.0 * farthest)
+    narrow = shapely.buffer(area.geometry, -less, join_style="mitre")
+    parts = shapely.get_parts(shapely.difference(shapely.box(*problem.bounds), narrow))
+    ends = [shapely.STRtree(parts).query(shapely.Point(end), "dwithin", less) for end in (problem.start, problem.goal)]
+    if len(parts) < 2 or not all(map(len, ends)):  # noqa: PLR2004 - two parts
+        return False
+    one, other = shapely.STRtree(parts).query(parts, "dwithin", less)
+    near = coo_array((np.ones(len(one)), (one, other)), shape=(len(parts), len(parts)))
+    _, label = connected_components(near, directed=False)
+    return not set(label[ends[0]]) & set(label[ends[1]])
 
 
 @dataclass

@@ -7,7 +7,7 @@ from math import dist
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from cgla_graph._text import shown
-from cgla_graph._validate import clearance_of, non_negative_number
+from cgla_graph._validate import MOST_TICKS, clearance_of, error_context, non_negative_number, whole_tick
 from cgla_graph.errors import MissionError
 from cgla_graph.fusion.fusion import Fusion, Integral
 from cgla_graph.mission import rules
@@ -16,7 +16,6 @@ from cgla_graph.mission.rules import LEAST_GAMMA, Rules
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.simulation import Simulation, fly
 from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.validate import MOST_TICKS, error_context, whole_tick
 from cgla_graph.mission.virtual_obstacle import UNITS_A_STEP, VirtualObstacle
 from cgla_graph.mission.world import World, union_of
 from cgla_graph.model.lattice import Lattice

@@ -8,10 +8,9 @@ import numpy as np
 
 from cgla_graph._text import shown
 from cgla_graph._types import BoolArray, FloatArray
-from cgla_graph._validate import finite_number, positive_number, unmasked, whole_number
+from cgla_graph._validate import error_context, finite_number, positive_number, unmasked, whole_number, whole_tick
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.belief import Belief, Report
-from cgla_graph.mission.validate import error_context, whole_tick
 
 
 @dataclass(frozen=True)

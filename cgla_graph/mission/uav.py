@@ -6,9 +6,8 @@ from typing import cast
 
 from cgla_graph._text import shown
 from cgla_graph._types import Point
-from cgla_graph._validate import non_negative_number, point, positive_number
+from cgla_graph._validate import error_context, non_negative_number, point, positive_number, whole_tick
 from cgla_graph.errors import MissionError
-from cgla_graph.mission.validate import error_context, whole_tick
 
 #: Pattern of a colour.
 COLOUR = r"#[0-9a-fA-F]{6}"

@@ -7,9 +7,8 @@ from typing import Literal, TypeAlias, get_args
 
 from cgla_graph._text import shown
 from cgla_graph._types import Point
-from cgla_graph._validate import is_one_of, positive_number, whole_number
+from cgla_graph._validate import error_context, is_one_of, positive_number, whole_number
 from cgla_graph.errors import MissionError
-from cgla_graph.mission.validate import error_context
 from cgla_graph.model.risk import Threat
 
 #: Length of a step of a UAV, and of the paper's look-ahead, in units.

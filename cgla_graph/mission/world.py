@@ -11,9 +11,8 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import Bounds
-from cgla_graph._validate import bounds_box, point
+from cgla_graph._validate import bounds_box, error_context, point, whole_tick
 from cgla_graph.errors import MissionError
-from cgla_graph.mission.validate import error_context, whole_tick
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import RiskField, Threat
 

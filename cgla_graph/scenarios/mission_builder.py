@@ -10,9 +10,9 @@ from typing import Any
 import shapely
 
 from cgla_graph._text import shown
+from cgla_graph._validate import error_context
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.validate import error_context
 from cgla_graph.mission.virtual_obstacle import VirtualObstacle
 from cgla_graph.mission.world import Timed, TimedArea, TimedThreat, World
 from cgla_graph.model.lattice import Lattice

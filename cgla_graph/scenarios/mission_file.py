@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph._text import shown
-from cgla_graph._validate import file_path, non_negative_number
+from cgla_graph._validate import error_context, file_path, non_negative_number
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.mission import Mission
-from cgla_graph.mission.validate import error_context
 from cgla_graph.mission.world import World
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice

@@ -11,7 +11,6 @@ from cgla_graph.airspace.flight_plans.crossings import Crossing
 from cgla_graph.airspace.plan_check.plan_map import ROUNDED
 from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.comparisons import console, files
-from cgla_graph.comparisons.tables.listing import listing
 from cgla_graph.model.earth import distortion_note
 
 #: Legs that are printed, at most: of longer plans, only those that are not clean.
@@ -76,7 +75,7 @@ def _print_legs(checked: PlanCheck) -> None:
         rows = [_row(checked, leg) for leg in chosen.tolist()]
         every = len(chosen) == len(checked.lengths)
         title = "legs" if every else f"legs that are not clean, {len(chosen)} of {len(faulty)}"
-        console.out_table(listing(title, list(rows[0]), rows))
+        console.out_table(console.listing(title, list(rows[0]), rows))
 
 
 def _row(checked: PlanCheck, index: int) -> dict[str, str]:

@@ -76,8 +76,6 @@ def _print_listing(
     widest: Mapping[str, int] | None = None,
 ) -> None:
     """Print records as JSON with all keys, or as a table of the columns `heads` with some widths limited."""
-    from cgla_graph.comparisons.tables.listing import listing
-
     if as_json:
         console.out_json({what: lines})
         return
@@ -85,4 +83,4 @@ def _print_listing(
         {head: ", ".join(line[head]) if isinstance(line[head], list) else line[head] for head in heads}
         for line in lines
     ]
-    console.out_table(listing(what, heads, plain, widest))
+    console.out_table(console.listing(what, heads, plain, widest))

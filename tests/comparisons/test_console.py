@@ -14,8 +14,8 @@ from rich.text import Text
 from cgla_graph import _progress
 from cgla_graph._text import MOST_OF_MESSAGE, printable, remark
 from cgla_graph.comparisons import console
+from cgla_graph.comparisons.console import listing
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
-from cgla_graph.comparisons.tables.listing import listing
 
 #: Texts with what steers terminals: colours, titles, the bell, NUL, C1 controls, directions, tags, lone surrogates.
 HOSTILE = "\x1b[31mred\x1b]0;title\x07 \x00\x9b2J \u202edetrever\u2069 \ud800 \U000e0041 [bold]markup[/] :smile:"

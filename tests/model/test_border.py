@@ -12,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 from strategies import few
 
 from cgla_graph._types import Bounds
-from cgla_graph.certificate.separation import is_separated
+from cgla_graph.certificate.certificate import is_separated
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.clearance import closed_area
 from cgla_graph.model.problem import Problem

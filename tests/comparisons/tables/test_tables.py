@@ -13,11 +13,11 @@ from rich.console import Console
 from rich.table import Table
 
 from cgla_graph.certificate.certificate import Certificate
+from cgla_graph.comparisons.console import listing
 from cgla_graph.comparisons.leaderboard.performance import performances
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.rows import bound_note
 from cgla_graph.comparisons.study.runner import Run, compare
-from cgla_graph.comparisons.tables.listing import listing
 from cgla_graph.comparisons.tables.tables import comparison_table, performance_table
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario, scenario_from_toml
