@@ -1,16 +1,18 @@
 """The commands and their modules; each command is imported when it is looked up."""
 
+import functools
 import importlib
-from collections.abc import Iterator, Mapping
-from functools import cache
-from typing import Any, TypeAlias, cast
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import Field, fields, is_dataclass
+from typing import Any, TypeAlias, cast, get_type_hints
 
 import typer
 from typer.core import TyperGroup
 
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.cli.options import flattened
 
+_BY_NAME = inspect.Parameter.KEYWORD_ONLY
 #: Options of graphs in version 0.1, where `plan` and `compare` took their files.
 _OF_GRAPHS = {"--from", "--to", "--pairs", "--weight", "--directed"}
 #: Place of a command: its module and function; of a group of commands, its help and the commands.
@@ -74,7 +76,7 @@ class CommandGroup(TyperGroup):
         return list(self.commands)
 
 
-@cache
+@functools.cache
 def _imported(name: str, place: str) -> Any:  # noqa: ANN401 - click's, which typer holds in itself
     """Import the function of a command, and read its options."""
     module, _, function = place.partition(":")
@@ -83,6 +85,44 @@ def _imported(name: str, place: str) -> Any:  # noqa: ANN401 - click's, which ty
     register = home.command(name, context_settings={"allow_interspersed_args": name != "conform"})
     register(flattened(getattr(importlib.import_module(f"cgla_graph.comparisons.cli.{module}"), function)))
     return typer.main.get_command(home)
+
+
+def flattened(function: Callable[..., None]) -> Callable[..., None]:
+    """
+    Replace each parameter that is a group of options by its options, for typer.
+
+    If groups share an option, each gets its value.
+
+    Examples
+    --------
+    >>> from cgla_graph.comparisons.cli.options import ExportOptions, ZoneOptions
+    >>> def plan(scenario: str, export: ExportOptions, zones: ZoneOptions) -> None:
+    ...     print(scenario, export.altitude, zones.altitude, zones.at)
+    >>> flattened(plan)(scenario="paper", altitude=80.0, at="now")
+    paper 80.0 80.0 now
+    >>> list(inspect.signature(flattened(plan)).parameters)[:4]
+    ['scenario', 'export', 'altitude', 'above']
+    """
+    hints = get_type_hints(function, include_extras=True)
+    groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
+    flat = {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        kind = groups.get(name)
+        for one in [parameter] if kind is None else fields(kind):
+            annotation = one.type if isinstance(one, Field) else hints[name]
+            flat[one.name] = inspect.Parameter(
+                one.name, inspect.Parameter.KEYWORD_ONLY, default=one.default, annotation=annotation
+            )
+
+    @functools.wraps(function)
+    def command(**given: Any) -> None:  # noqa: ANN401 - values of any options
+        of_groups = {name: {one.name for one in fields(kind)} & set(given) for name, kind in groups.items()}
+        gathered = {name: groups[name](**{one: given[one] for one in found}) for name, found in of_groups.items()}
+        function(**{name: value for name, value in given.items() if name in hints and name not in groups}, **gathered)
+
+    command.__signature__ = inspect.Signature(list(flat.values()))  # type: ignore[attr-defined]
+    command.__annotations__ = {name: one.annotation for name, one in flat.items()}
+    return command
 
 
 def renamed(words: list[str]) -> list[str]:

@@ -1,13 +1,11 @@
 """Options of the command line in groups, and arguments that several commands share."""
 
 import dataclasses
-import functools
-import inspect
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import Field, dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
@@ -22,7 +20,6 @@ if TYPE_CHECKING:
 ABOVE = {"ground": "AGL", "sea": "AMSL", "home": "HOME"}
 #: Formats of pictures.
 FORMATS = ("png", "svg", "pdf")
-_BY_NAME = inspect.Parameter.KEYWORD_ONLY
 
 
 Number: TypeAlias = float | None
@@ -356,41 +353,6 @@ class PageOptions:
 
     port: PortOption = 0
     browser: BrowserOption = True
-
-
-def flattened(function: Callable[..., None]) -> Callable[..., None]:
-    """
-    Replace each parameter that is a group of options by its options, for typer.
-
-    If groups share an option, each gets its value.
-
-    Examples
-    --------
-    >>> def plan(scenario: str, export: ExportOptions, zones: ZoneOptions) -> None:
-    ...     print(scenario, export.altitude, zones.altitude, zones.at)
-    >>> flattened(plan)(scenario="paper", altitude=80.0, at="now")
-    paper 80.0 80.0 now
-    >>> list(inspect.signature(flattened(plan)).parameters)[:4]
-    ['scenario', 'export', 'altitude', 'above']
-    """
-    hints = get_type_hints(function, include_extras=True)
-    groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
-    flat = {}
-    for name, parameter in inspect.signature(function).parameters.items():
-        kind = groups.get(name)
-        for one in [parameter] if kind is None else fields(kind):
-            annotation = one.type if isinstance(one, Field) else hints[name]
-            flat[one.name] = inspect.Parameter(one.name, _BY_NAME, default=one.default, annotation=annotation)
-
-    @functools.wraps(function)
-    def command(**given: Any) -> None:  # noqa: ANN401 - values of any options
-        of_groups = {name: {one.name for one in fields(kind)} & set(given) for name, kind in groups.items()}
-        gathered = {name: groups[name](**{one: given[one] for one in found}) for name, found in of_groups.items()}
-        function(**{name: value for name, value in given.items() if name in hints and name not in groups}, **gathered)
-
-    command.__signature__ = inspect.Signature(list(flat.values()))  # type: ignore[attr-defined]
-    command.__annotations__ = {name: one.annotation for name, one in flat.items()}
-    return command
 
 
 def open_map(
