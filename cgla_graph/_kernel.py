@@ -1,4 +1,4 @@
-"""The decorator of compiled kernels, and the kind of array that they are compiled for."""
+"""The decorator of compiled kernels."""
 
 import gc
 import hashlib
@@ -15,7 +15,6 @@ from types import FunctionType
 from typing import IO, Any, ParamSpec, TypeVar, cast
 
 import numba
-import numpy as np
 from numba.core.compiler_lock import global_compiler_lock
 
 from cgla_graph import _progress
@@ -25,7 +24,6 @@ if sys.platform != "win32":
 
 P = ParamSpec("P")
 R = TypeVar("R")
-ArrayT = TypeVar("ArrayT", bound=np.ndarray[Any, Any])
 
 
 def _import_numpy_functions() -> None:
@@ -180,22 +178,6 @@ def _lock(file: IO[bytes]) -> None:
             with suppress(BlockingIOError):
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 return
-
-
-def fixed(array: ArrayT) -> ArrayT:
-    """
-    Return a read-only view of an array, or a copy in C order if it is in another order.
-
-    Kernels are compiled once for writeable and once for read-only arrays: all arrays that they only read are fixed.
-
-    Examples
-    --------
-    >>> fixed(np.zeros((2, 2)).T).flags.writeable
-    False
-    """
-    view = np.ascontiguousarray(array).view()
-    view.flags.writeable = False
-    return cast("ArrayT", view)
 
 
 def is_kept(compiled: Callable[..., object], *arguments: object) -> bool:

@@ -1,7 +1,7 @@
 """
 Checks of users' arguments: each returns a checked value or raises a `ProblemError` that names the fault.
 
-A valid array is returned itself, not copied, and is never written to.
+A valid array is returned itself, not copied, and is never written to; `fixed` and `broadcast` prepare it for kernels.
 """
 
 import math
@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from itertools import chain
 from pathlib import Path, PurePath
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +19,8 @@ from numpy.typing import ArrayLike
 from cgla_graph._text import cut, shown
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.errors import CglaError, MissionError, ProblemError
+
+ArrayT = TypeVar("ArrayT", bound=np.ndarray[Any, Any])
 
 #: Sides of maps and spreads of threats beyond this, or below one over this, would overflow in fourth powers.
 LARGEST = 1e70
@@ -313,6 +315,22 @@ def point_array(name: str, value: ArrayLike) -> FloatArray:
         msg = f"{name} holds {array[where].tolist()} at index {where or 0}; coordinates must be finite"
         raise ProblemError(msg)
     return array
+
+
+def fixed(array: ArrayT) -> ArrayT:
+    """
+    Return a read-only view of an array, or a copy in C order if it is in another order.
+
+    Kernels are compiled once for writeable and once for read-only arrays: all arrays that they only read are fixed.
+
+    Examples
+    --------
+    >>> fixed(np.zeros((2, 2)).T).flags.writeable
+    False
+    """
+    view = np.ascontiguousarray(array).view()
+    view.flags.writeable = False
+    return cast("ArrayT", view)
 
 
 def broadcast(starts: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:

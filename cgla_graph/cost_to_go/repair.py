@@ -5,8 +5,8 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from cgla_graph._kernel import fixed
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
+from cgla_graph._validate import fixed
 from cgla_graph._validate import point as pair
 from cgla_graph.cost_to_go import repair_kernels, reweigh_kernels
 from cgla_graph.cost_to_go.bound_kernels import risk_error

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._kernel import fixed
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import non_negative_number, point_array, unmasked
+from cgla_graph._validate import fixed, non_negative_number, point_array, unmasked
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import graph_kernels
 from cgla_graph.model.no_fly import NoFlyArea

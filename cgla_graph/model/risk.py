@@ -10,10 +10,17 @@ from typing import Any, Literal, Self, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cgla_graph._kernel import fixed
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import LARGEST, broadcast, finite_number, non_negative_number, point_array, positive_number
+from cgla_graph._validate import (
+    LARGEST,
+    broadcast,
+    finite_number,
+    fixed,
+    non_negative_number,
+    point_array,
+    positive_number,
+)
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_kernels
 from cgla_graph.model.risk_raster import RasterRisk, raster_array

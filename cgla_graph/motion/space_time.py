@@ -8,9 +8,8 @@ from typing import TypeAlias, cast
 
 import numpy as np
 
-from cgla_graph._kernel import fixed
 from cgla_graph._types import FloatArray, IntArray, Point
-from cgla_graph._validate import finite_number, non_negative_number, positive_number
+from cgla_graph._validate import finite_number, fixed, non_negative_number, positive_number
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import COST_TOLERANCE, Problem
