@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import time
+from functools import partial
 from types import NoneType
 from typing import TYPE_CHECKING, Any
 
@@ -90,7 +91,7 @@ def solve(
     if solver is None:
         solver = "cgla" if isinstance(problem, GraphProblem) else "hybrid"
     chosen = registry.ready(solver, settings)
-    instance("problem", problem, (Problem, GraphProblem), problem_wanted(problem, on_graph=True))
+    instance("problem", problem, (Problem, GraphProblem), partial(problem_wanted, on_graph=True))
     instance("on", on, (GraphProblem, NoneType), "a GraphProblem, as problem.on_lattice(20)")
     for name, switch in (("refine", refine), ("isolated", isolated)):
         truth_value(name, switch, SolverSettingError)
@@ -152,7 +153,7 @@ def lower_bound(
     """
     from cgla_graph.certificate import certificate  # noqa: PLC0415 - not needed to solve on a graph
 
-    instance("problem", problem, Problem, problem_wanted(problem))
+    instance("problem", problem, Problem, problem_wanted)
     most = certificate.MAX_CELLS if max_cells is None else max_cells
     certificate.check_settings(tolerance, most)
     if path is not None:

@@ -65,7 +65,7 @@ def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> P
     >>> round(around.length, 3)
     2.785
     """
-    instance("problem", problem, Problem, problem_wanted(problem))
+    instance("problem", problem, Problem, problem_wanted)
     if not problem.field.rasters:
         msg = "the problem has no raster whose density could be limited; give RiskField(threats, rasters=[…])"
         raise ProblemError(msg)
@@ -172,7 +172,7 @@ def density_front(
     [(1.0, True, inf), (2.0, False, 2.41), (8.0, False, 2.0)]
     """
     point = partial(_point, problem, corridor, solver, settings)
-    instance("problem", problem, Problem, problem_wanted(problem))
+    instance("problem", problem, Problem, problem_wanted)
     if isinstance(levels, int):
         count = whole_number("levels", levels, at_least=2, at_most=1000)
         return list(waiting("front of cost against density", _spread(problem, count, point)))

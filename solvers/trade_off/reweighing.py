@@ -68,7 +68,7 @@ class Reweighed:
         resolution: int | tuple[int, int] | Lattice = 20,
         **settings: Any,  # noqa: ANN401 - each solver has settings of its own
     ) -> None:
-        instance("problem", problem, Problem, problem_wanted(problem))
+        instance("problem", problem, Problem, problem_wanted)
         self.problem = problem
         if solver is None:
             # its own proof of each path would cost more than the path
