@@ -1,15 +1,17 @@
 """No claim of a slow solver, or of one that draws samples, about all paths is refuted by a path, on random problems."""
 
+import math
 from typing import Any
 
 import plane_claims
 import pytest
+import strategies
 from plane_claims import faults
 
 from cgla_graph.solvers import registry
 
-#: Problems of each solver.
-NUMBER = 30
+#: Problems of each solver, as `make check` runs them.
+NUMBER = math.ceil(30 * strategies.TIMES)
 #: Small budgets: a solver that finds nothing must not be believed either.
 SMALL: dict[str, dict[str, Any]] = {
     **{f"{name}-star": {"iterations": 40} for name in ("rrt", "informed-rrt", "sorrt", "bit")},
