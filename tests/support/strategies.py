@@ -59,6 +59,20 @@ def examples(number: int) -> settings:
 
 few, usual, fast = examples(20), examples(50), examples(150)
 
+
+def damaged(text: str, characters: str, most: int = 3) -> st.SearchStrategy[str]:
+    """Draw a text with up to `most` changes of one character each: put in, replaced or left out."""
+    change = st.tuples(st.integers(0, len(text) - 1), st.sampled_from(characters), st.integers(0, 2))
+
+    def changed(changes: list[tuple[int, str, int]]) -> str:
+        found = list(text)
+        for place, character, how in changes:
+            found[place : place + (how > 0)] = character * (how < 2)
+        return "".join(found)
+
+    return st.lists(change, max_size=most).map(changed)
+
+
 seeds = st.integers(0, 2**32 - 1)
 coordinates = st.floats(0.0, 1.0)
 points = st.tuples(coordinates, coordinates)
