@@ -10,7 +10,7 @@ from cgla_graph.comparisons.claims.claim import Table
 from cgla_graph.comparisons.claims.evidence import Evidence
 
 #: Modules with artefacts.
-MODULES = ("single_figures", "team_figures", "paper_tables", "sweep_artefacts", "bcv_figure", "lattice_figure")
+MODULES: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""All claims, by id. A new claim is a check in the module of its topic; a new topic is a module and a row here."""
+"""All claims, by number. A new claim is a check in the module of its topic; a new topic is a module and a row here."""
 
 import importlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -8,35 +8,50 @@ from cgla_graph.comparisons.claims.claim import Claim
 from cgla_graph.comparisons.claims.experiment import Experiment
 from cgla_graph.errors import ClaimError
 
-#: Modules with claims and experiments.
-TOPICS = (
-    "field_claims",
-    "matrix_claims",
-    "path_claims",
-    "convergence_claims",
-    "complexity_claims",
-    "time_claims",
-    "learning_claims",
-    "direction_claims",
-    "weight_claims",
-    "sudden_claims",
-    "resolution_claims",
-    "printed_claims",
-    "planner_claims",
-    "bcv_claims",
-    "introduction_claims",
-    "obstacle_claims",
-    "sharing_claims",
-    "one_matrix_claims",
-    "sweeps",
-)
 PACKAGE = "cgla_graph.comparisons.claims.paper"
+#: Modules with claims and experiments, in the order of the page, with their titles.
+TOPICS: Mapping[str, str] = {
+    "direction_claims": "Eight directions",
+    "bcv_claims": "BCV",
+}
+#: Modules with experiments only.
+TABLES = ("cgla_graph.comparisons.claims.panel.single_uav",)
+#: Claims without weight, which are not checked, and why.
+LEFT_OUT: Mapping[int, str] = {
+    27: "it says only that the method is new",
+    31: "it is a table of numbers without units, which C32 to C35 read",
+    43: "it describes how the method is defined",
+    47: "a finer lattice takes more time by C20",
+    49: "it describes how the method is defined",
+    51: "it follows from C17 and C22",
+    52: "the table that it speaks of has no row of Q-Learning",
+    54: "it is part of the reasons given for C17 and C19",
+}
 
 
-def _found() -> Iterator[object]:
-    """List what the modules of all topics define."""
-    for topic in TOPICS:
-        yield from vars(importlib.import_module(f"{PACKAGE}.{topic}")).values()
+def _found() -> Iterator[tuple[str, object]]:
+    """List what the modules of all topics define, with their topics."""
+    for topic, title in TOPICS.items():
+        yield from ((title, one) for one in vars(importlib.import_module(f"{PACKAGE}.{topic}")).values())
+    for module in TABLES:
+        yield from (("", one) for one in vars(importlib.import_module(module)).values())
+
+
+@cache
+def topics() -> Mapping[str, Sequence[Claim]]:
+    """
+    Return the claims of each topic, in the order of the page.
+
+    Examples
+    --------
+    >>> list(topics())[0]
+    'Eight directions'
+    """
+    found: dict[str, dict[int, Claim]] = {}
+    for title, one in _found():
+        if isinstance(one, Claim):
+            found.setdefault(title, {})[one.number] = one
+    return {title: [of[number] for number in sorted(of)] for title, of in found.items()}
 
 
 @cache
@@ -46,10 +61,10 @@ def claims() -> Mapping[str, Claim]:
 
     Examples
     --------
-    >>> len(claims()), claims()["C28"].place
-    (54, 'Section 5.1')
+    >>> claims()["C32"].place
+    'Section 5.1'
     """
-    found = [one for one in _found() if isinstance(one, Claim)]
+    found = [claim for of in topics().values() for claim in of]
     return {claim.id: claim for claim in sorted(found, key=lambda claim: claim.number)}
 
 
@@ -60,10 +75,25 @@ def experiments() -> Mapping[str, Experiment]:
 
     Examples
     --------
-    >>> "online-k" in experiments()
+    >>> "single-uav" in experiments()
     True
     """
-    return {one.name: one for one in _found() if isinstance(one, Experiment)}
+    return {one.name: one for _, one in _found() if isinstance(one, Experiment)}
+
+
+def remark(number: int) -> str:
+    """
+    Say of a number that is no claim of its own where it went; empty of one that is.
+
+    Examples
+    --------
+    >>> remark(27), remark(32)
+    ('C27 is left out: it says only that the method is new', '')
+    """
+    for claim in claims().values():
+        if number in claim.merged:
+            return f"C{number} is part of {claim.id}"
+    return f"C{number} is left out: {LEFT_OUT[number]}" if number in LEFT_OUT else ""
 
 
 def chosen(ids: Sequence[str]) -> list[Claim]:
@@ -73,31 +103,36 @@ def chosen(ids: Sequence[str]) -> list[Claim]:
     Parameters
     ----------
     ids
-        As ``C28`` or ``28``, in any case; ``C17-C19`` is a range.
+        As ``C28`` or ``28``, in any case; ``C17-C19`` is a range. A number that is part of another claim stands for
+        that one; in a range, numbers that are left out are passed over.
 
     Raises
     ------
     ClaimError
-        If there is no such claim.
+        If there is no such claim, or it is left out.
 
     Examples
     --------
-    >>> [claim.id for claim in chosen(["c28", "1-2"])]
-    ['C1', 'C2', 'C28']
+    >>> [claim.id for claim in chosen(["c32"])]
+    ['C32']
     """
     if not ids:
         return list(claims().values())
-    numbers: set[int] = set()
+    wanted = {number: one for one in claims().values() for number in (one.number, *one.merged)}
+    kept: set[str] = set()
     for text in ids:
         first, dash, last = text.partition("-")
         low = _number(first, text)
-        numbers.update(range(low, (_number(last, text) if dash else low) + 1))
-    return [claim for claim in claims().values() if claim.number in numbers]
+        numbers = range(low, (_number(last, text) if dash else low) + 1)
+        if not dash and low in LEFT_OUT:
+            raise ClaimError(remark(low))
+        kept |= {wanted[number].id for number in numbers if number in wanted}
+    return [claim for claim in claims().values() if claim.id in kept]
 
 
 def _number(text: str, given: str) -> int:
     digits = text.strip().removeprefix("C").removeprefix("c")
-    known = {claim.number for claim in claims().values()}
+    known = {number for claim in claims().values() for number in (claim.number, *claim.merged)} | LEFT_OUT.keys()
     if not (digits.isascii() and digits.isdigit() and int(digits) in known):
         msg = f"no claim {given!r}; there are C1 to C{max(known)} (as C28, or C17-C19 for a range)"
         raise ClaimError(msg)

@@ -3,16 +3,15 @@
 import time
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
-from contextvars import copy_context
 from dataclasses import dataclass, field
 from typing import Any
 
 from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.artefact import MODULES, Artefact, Content, artefacts
-from cgla_graph.comparisons.claims.claim import Claim, Finding, Verdict
-from cgla_graph.comparisons.claims.contrasts import ALPHA, LEVEL, QUICK_ALPHA
+from cgla_graph.comparisons.claims.claim import Claim, Finding, missing
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
+from cgla_graph.comparisons.claims.panel.settings import PanelMap
 from cgla_graph.comparisons.claims.store import FIGURE, FINDING, SAMPLE, Drawn, Found, Measured, Store
 from cgla_graph.comparisons.workers.tasks import Key, Results, Task, run_tasks
 from cgla_graph.errors import SolverUnavailableError
@@ -109,7 +108,7 @@ def check_claims(
     ------
     step
         Whatever is done, in no fixed order; those with a result are the claims, figures and tables, each once. A check
-        that fails has the verdict "missing", with the reason, and a figure that fails says why; a map that tells
+        that fails has the answer "missing", with the reason, and a figure that fails says why; a map that tells
         nothing is counted.
 
     Raises
@@ -122,13 +121,13 @@ def check_claims(
     >>> from cgla_graph.comparisons.claims.evidence import Scale
     >>> with Store(None, Scale(quick=True)) as store:
     ...     steps = list(check_claims(catalogue.chosen(["C16"]), store, workers=0))
-    >>> [step.result.finding.headline for step in steps]
-    ['refuted']
+    >>> [step.result.finding.rows[0].answer.label for step in steps]
+    ['holds']
     """
     named: dict[Key, Claim | Artefact] = {(FINDING, claim.id): claim for claim in claims}
     named |= {(FIGURE, artefact.label): artefact for artefact in wanted}
     yield from (Step(key[1], _result(of, store[key], store)) for key, of in named.items() if key in store)
-    modules = [f"cgla_graph.comparisons.claims.paper.{name}" for name in catalogue.TOPICS]
+    modules = [f"{catalogue.PACKAGE}.{name}" for name in catalogue.TOPICS]
     modules += [f"cgla_graph.comparisons.claims.figures.{name}" for name in (MODULES if wanted else ())]
     how: dict[str, Any] = {"limits": LIMITS, "workers": workers, "scheduler": scheduler, "preload": modules}
     with closing(run_tasks(claim_tasks(claims, store, wanted), store, **how)) as results:
@@ -153,10 +152,10 @@ def _samples_of(of: Claim | Artefact, store: Store) -> list[Key]:
     return [(SAMPLE, name, seed) for name in of.experiments for seed in _seeds(name, store)]
 
 
-def _seeds(experiment: str, store: Store) -> range:
+def _seeds(experiment: str, store: Store) -> list[int]:
     """Return the seeds of the maps of an experiment."""
     scale = store.scale
-    return scale.map_seeds(catalogue.experiments()[experiment].maps(scale.maps, quick=scale.quick))
+    return catalogue.experiments()[experiment].seeds(scale.seed, scale.maps, quick=scale.quick)
 
 
 def _evidence(of: Claim | Artefact, store: Store) -> Any:  # noqa: ANN401 - arguments of a task
@@ -181,7 +180,7 @@ def _measured(outcome: Outcome, limits: Limits, _: Results) -> Measured:
 
 def _found(outcome: Outcome, limits: Limits, _: Results) -> Found:
     if outcome.failure is not None:
-        return Found(Finding.single(Verdict.MISSING, _reason(outcome, limits)))
+        return Found(missing(_reason(outcome, limits)))
     return Found(*outcome.value)
 
 
@@ -223,17 +222,14 @@ def _held(limits: Limits) -> Iterator[None]:
 def _sample(name: str, seed: int, limits: Limits) -> list[Record]:
     """Make an experiment on one map."""
     with _held(limits):
-        return [dict(record) for record in catalogue.experiments()[name].sample(seed)]
+        return [dict(record) for record in catalogue.experiments()[name].sample(PanelMap(seed))]
 
 
 def _check(claim: str, evidence: Evidence, limits: Limits) -> tuple[Finding, float]:
     """Check a claim."""
     began = time.perf_counter()
-    # in a context of its own, as this process checks other claims as well
-    context = copy_context()
-    context.run(LEVEL.set, QUICK_ALPHA if evidence.scale.quick else ALPHA)
     with _held(limits):
-        finding = context.run(catalogue.claims()[claim].check, evidence)
+        finding = catalogue.claims()[claim].check(evidence)
     return finding, time.perf_counter() - began
 
 

@@ -1,53 +1,30 @@
-"""A claim of the paper as data, and what its check finds."""
+"""A statement of the paper as data, and the answers that its check finds."""
 
 import dataclasses
-import itertools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any, TypeAlias
 
 from cgla_graph.comparisons.claims.evidence import Evidence
 
 
-class Kind(Enum):
+class Answer(Enum):
     """
-    How a claim is checked.
+    What is known of one statement.
 
     Examples
     --------
-    >>> Kind.PROOF.label, Kind.PROOF.value
-    ('proof', 'an argument, and a program that asserts each of its steps')
-    """
-
-    PROOF = "an argument, and a program that asserts each of its steps"
-    PROPERTY = "an assertion on random instances"
-    STATISTIC = "a test on a sample of random maps"
-    SCENARIO = "the paper's own situation, as far as it is stated"
-    PROSE = "words that no program decides"
-
-    @property
-    def label(self) -> str:
-        """The short form for tables and files."""
-        return self.name.lower()
-
-
-class Verdict(Enum):
-    """
-    What is found of one thing that a claim says; its condition belongs to it (see `Part`).
-
-    Examples
-    --------
-    >>> Verdict.NOT_TESTABLE.label
+    >>> Answer.NOT_TESTABLE.label
     'not testable'
     """
 
-    PROVED = "holds always, under the condition that stands with it"
-    REFUTED = "does not hold: there is a counterexample, which is stored and can be run again"
-    SUPPORTED = "a test on random maps shows it, in every cell"
-    CONTRADICTED = "a test on random maps shows the opposite"
-    UNDECIDED = "the sample shows neither it nor the opposite in every cell, or is too small to"
-    NOT_TESTABLE = "no program can decide it from what the paper says"
+    HOLDS = "proved, or shown in every part of the panel and opposed in none"
+    FAILS = "refuted by a counterexample, or the opposite holds in the same sense"
+    DEPENDS = "it holds in some cases, and fails or is open in others, which the row names"
+    OPEN = "the sample shows neither the statement nor its opposite"
+    NOT_REPRODUCED = "the paper's number could not be reproduced with our programs"
+    NOT_TESTABLE = "no program can decide it from the text of the paper"
     MISSING = "its check did not come to an end"
 
     @property
@@ -56,14 +33,29 @@ class Verdict(Enum):
         return self.name.lower().replace("_", " ")
 
 
-#: What stands in a table: a number is written with four significant digits, None as a dash.
+class Basis(Enum):
+    """How an answer is known."""
+
+    PROOF = "an argument, and a program that asserts each of its steps"
+    COUNTEREXAMPLE = "a stored counterexample, which runs again each time"
+    PANEL = "tests on the maps of the panel, by the rule"
+    SAMPLE = "random instances of its own"
+    TEXT = "the text of the paper"
+
+    @property
+    def label(self) -> str:
+        """The short form for tables and files."""
+        return self.name.lower()
+
+
+#: An entry of a table: a number is written with four significant digits, None as a dash.
 Entry: TypeAlias = str | int | float | bool | None
 
 
 @dataclass(frozen=True)
 class Table:
     """
-    Numbers behind a verdict.
+    Numbers behind an answer.
 
     Attributes
     ----------
@@ -74,7 +66,7 @@ class Table:
     rows
         One entry for each head.
     note
-        What has to be said with it.
+        A remark on how to read it.
     """
 
     title: str
@@ -84,57 +76,35 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Part:
+class Row:
     """
-    One thing that a claim says, with a verdict of its own.
-
-    What holds under a condition, and not without it, is two parts: ``proved`` with the condition, and ``refuted`` as it
-    is printed.
+    One statement with its answer: a line of the page.
 
     Attributes
     ----------
     statement
-        What is asserted; empty if it is the claim's whole sentence.
-    verdict
-        Of this part.
-    result
-        The reason in a sentence, with numbers.
-    condition
-        What belongs to the verdict wherever it is shown, so written that it can follow it: ``if all weights are
-        positive``, ``as printed``, ``for gamma = 0.95``; empty if it holds without any.
-    effect
-        How large it is here, with its interval.
+        One assertion, in a few words.
+    answer
+        What is known of it.
+    basis
+        How.
+    where
+        The condition of the answer. For `Answer.DEPENDS`: where the statement holds, and where it fails or is open.
+    size
+        How large the effect is here, as a range over the panel.
     printed
         How large it is in the paper.
-    levels
-        The levels of a factor that the condition names, where several have the same verdict.
+    why
+        The reason in a sentence, with numbers.
     """
 
     statement: str
-    verdict: Verdict
-    result: str
-    condition: str = ""
-    effect: str = ""
+    answer: Answer
+    basis: Basis
+    where: str = ""
+    size: str = ""
     printed: str = ""
-    levels: tuple[str, ...] = ()
-
-    @property
-    def ruling(self) -> str:
-        """
-        The verdict with its condition, and what it is about.
-
-        Examples
-        --------
-        >>> Part("risk", Verdict.PROVED, "as above", condition="if F >= 0").ruling
-        'risk: proved if F >= 0'
-        """
-        verdict = f"{self.verdict.label} {self.condition}".rstrip()
-        return f"{self.statement}: {verdict}" if self.statement else verdict
-
-    @property
-    def sizes(self) -> str:
-        """The effect here beside the paper's own; empty if there is none."""
-        return " ".join(filter(None, [self.effect, f"(paper: {self.printed})" if self.printed else ""]))
+    why: str = ""
 
 
 @dataclass(frozen=True)
@@ -144,97 +114,50 @@ class Finding:
 
     Attributes
     ----------
-    parts
-        What the claim says, each with its verdict: at least one.
-    result
-        The reason in one or two sentences, with numbers: effect and interval, or the counterexample.
-    beside
-        What the sentence does not say, but is worth knowing beside it; no part of the verdict.
+    rows
+        The statements of the claim, each with its answer: at least one.
+    notes
+        Proofs, readings and choices of ours, a short paragraph each.
     tables
         The evidence.
-    notes
-        Remarks: choices of ours, readings, what was left out.
-    counterexample
-        Of what is refuted: the name of the stored counterexample (see `counterexamples`).
+    counterexamples
+        Names of stored counterexamples (see `counterexamples`).
     """
 
-    parts: tuple[Part, ...]
-    result: str
-    beside: tuple[Part, ...] = ()
-    tables: tuple[Table, ...] = ()
+    rows: tuple[Row, ...]
     notes: tuple[str, ...] = ()
-    counterexample: str = ""
+    tables: tuple[Table, ...] = ()
+    counterexamples: tuple[str, ...] = ()
 
     @property
-    def is_proof(self) -> bool:
-        """Whether something of it is proved: the argument, in the notes, then comes before the samples."""
-        return any(part.verdict is Verdict.PROVED for part in self.parts)
-
-    @classmethod
-    def single(
-        cls,
-        verdict: Verdict,
-        result: str,
-        beside: tuple[Part, ...] = (),
-        tables: tuple[Table, ...] = (),
-        notes: tuple[str, ...] = (),
-        counterexample: str = "",
-        *,
-        condition: str = "",
-        effect: str = "",
-        printed: str = "",
-    ) -> "Finding":
+    def answers(self) -> tuple[Answer, ...]:
         """
-        Make the finding of a claim that says one thing.
+        The different answers of its rows, in the order in which they are defined.
 
         Examples
         --------
-        >>> Finding.single(Verdict.PROVED, "by induction", condition="if all weights are positive").headline
-        'proved if all weights are positive'
+        >>> Finding((Row("risk", Answer.OPEN, Basis.PANEL), Row("length", Answer.HOLDS, Basis.PANEL))).answers
+        (<Answer.HOLDS: ...>, <Answer.OPEN: ...>)
         """
-        whole = Part("", verdict, result, condition, effect, printed)
-        return cls((whole,), result, beside, tables, notes, counterexample)
+        found = {row.answer for row in self.rows}
+        return tuple(answer for answer in Answer if answer in found)
 
-    @property
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """The different verdicts of its parts, in the order in which they are defined."""
-        found = {part.verdict for part in self.parts}
-        return tuple(verdict for verdict in Verdict if verdict in found)
 
-    @property
-    def rulings(self) -> tuple[str, ...]:
-        """The verdict of each part, with its condition."""
-        return tuple(part.ruling for part in self.parts)
+def missing(reason: str) -> Finding:
+    """
+    Return the finding of a check that did not come to an end.
 
-    @property
-    def headline(self) -> str:
-        """
-        The rulings of all parts in one line; a statement is said once for parts that follow each other.
-
-        Examples
-        --------
-        >>> parts = [Part("arrives", Verdict.PROVED, "", "if …"), Part("arrives", Verdict.REFUTED, "", "else")]
-        >>> Finding((*parts, Part("at once", Verdict.UNDECIDED, "")), "").headline
-        'arrives: proved if …; refuted else · at once: undecided'
-        """
-        groups = itertools.groupby(self.parts, key=lambda part: part.statement)
-        lines = [
-            (f"{statement}: " if statement else "")
-            + "; ".join(dataclasses.replace(part, statement="").ruling for part in parts)
-            for statement, parts in groups
-        ]
-        return " · ".join(lines)
-
-    @property
-    def sizes(self) -> str:
-        """The effects of all parts, beside the paper's own; empty if there are none."""
-        named = [(part.statement if len(self.parts) > 1 else "", part.sizes) for part in self.parts if part.sizes]
-        return "; ".join(f"{name}: {sizes}" if name else sizes for name, sizes in named)
+    Examples
+    --------
+    >>> missing("no memory").answers[0].label
+    'missing'
+    """
+    return Finding((Row("", Answer.MISSING, Basis.TEXT, why=reason),))
 
 
 def require(holds: object, message: str) -> None:
     """
-    End a check, so that its claim has no verdict, unless `holds`; an assert would vanish under ``python -O``.
+    End a check, so that its claim has no answer, unless `holds`; an assert would vanish under ``python -O``.
 
     Raises
     ------
@@ -260,82 +183,82 @@ class Claim:
 
     Attributes
     ----------
-    id
-        C1 to C54.
+    number
+        Its number, which stays: ``28`` for C28.
     place
         Where in the paper.
     sentence
         What it says, in our words.
-    statement
-        The same, formally: what exactly is checked.
-    kind
-        How.
+    reads
+        Which part of the panel its check reads, or what it does instead, and why: said before it runs.
     check
         The check.
+    merged
+        Numbers of claims that are part of this one.
     experiments
-        Names of the experiments whose samples it looks at (see `experiment`).
+        Names of the experiments whose samples it reads (see `experiment`).
     figures
         Figures and tables of the paper that show it: ``Fig. 5``, ``Table 1``.
     """
 
-    id: str
+    number: int
     place: str
     sentence: str
-    statement: str
-    kind: Kind
+    reads: str
     check: Check
+    merged: tuple[int, ...] = ()
     experiments: tuple[str, ...] = ()
-    figures: tuple[str, ...] = field(default=())
+    figures: tuple[str, ...] = ()
 
     @property
-    def number(self) -> int:
+    def id(self) -> str:
         """
-        The number in its id.
+        Its name, as ``C28``.
 
         Examples
         --------
-        >>> Claim("C7", "", "", "", Kind.PROSE, lambda _: Finding.single(Verdict.PROVED, "")).number
-        7
+        >>> Claim(7, "", "", "", lambda _: missing("")).id
+        'C7'
         """
-        return int(self.id[1:])
+        return f"C{self.number}"
 
 
 def claim(
     number: int,
     place: str,
     sentence: str,
-    statement: str,
-    kind: Kind,
+    reads: str,
     *,
+    merged: tuple[int, ...] = (),
     experiments: tuple[str, ...] = (),
     figures: tuple[str, ...] = (),
 ) -> Callable[[Check], Claim]:
     """
-    Make a claim of its check, which stands below; what is given is as of `Claim`.
+    Make a claim of its check, which stands below; the arguments are those of `Claim`.
 
     Examples
     --------
-    >>> @claim(7, "Section 3.2", "The parts of a segment add up to it.", "A(p, r) = A(p, q) + A(q, r)", Kind.PROOF)
+    >>> @claim(7, "Section 3.2", "The parts of a segment add up to it.", "A proof: no part of the panel.")
     ... def parts_add_up(evidence: Evidence) -> Finding:
-    ...     return Finding.single(Verdict.PROVED, "an integral is additive")
-    >>> parts_add_up.id, parts_add_up.check(Evidence()).headline
-    ('C7', 'proved')
+    ...     return Finding((Row("A(p, r) = A(p, q) + A(q, r)", Answer.HOLDS, Basis.PROOF, why="integrals add up"),))
+    >>> parts_add_up.id, parts_add_up.check(Evidence()).answers[0].label
+    ('C7', 'holds')
     """
-    return lambda check: Claim(f"C{number}", place, sentence, statement, kind, check, experiments, figures)
+    return lambda check: Claim(number, place, sentence, reads, check, merged, experiments, figures)
 
 
 def finding_document(finding: Finding) -> dict[str, Any]:
     """
-    Turn a finding into what JSON can hold.
+    Turn a finding into a JSON document.
 
     Examples
     --------
-    >>> finding_from(finding_document(Finding.single(Verdict.PROVED, "as above"))).result
+    >>> finding_from(finding_document(missing("as above"))).rows[0].why
     'as above'
     """
     document = dataclasses.asdict(finding)
-    for name in ("parts", "beside"):
-        document[name] = [{**part, "verdict": part["verdict"].name} for part in document[name]]
+    for row in document["rows"]:
+        row["answer"], row["basis"] = row["answer"].label, row["basis"].label
     for table in document["tables"]:
         table["rows"] = [[_entry(entry) for entry in row] for row in table["rows"]]
     return document
@@ -349,22 +272,16 @@ def _entry(entry: Any) -> Any:  # noqa: ANN401 - any entry of a table
 
 
 def finding_from(document: Mapping[str, Any]) -> Finding:
-    """Make a finding of a document again."""
-    parts, beside = (
-        tuple(
-            Part(**{**one, "verdict": Verdict[one["verdict"]], "levels": tuple(one["levels"])})
-            for one in document[name]
-        )
-        for name in ("parts", "beside")
-    )
+    """Make a finding of its document."""
+    answers, bases = ({one.label: one for one in kind} for kind in (Answer, Basis))
     return Finding(
-        parts=parts,
-        result=document["result"],
-        beside=beside,
+        rows=tuple(
+            Row(**{**row, "answer": answers[row["answer"]], "basis": bases[row["basis"]]}) for row in document["rows"]
+        ),
+        notes=tuple(document["notes"]),
         tables=tuple(
             Table(one["title"], tuple(one["columns"]), tuple(tuple(row) for row in one["rows"]), one["note"])
             for one in document["tables"]
         ),
-        notes=tuple(document["notes"]),
-        counterexample=document["counterexample"],
+        counterexamples=tuple(document["counterexamples"]),
     )

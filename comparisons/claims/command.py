@@ -9,9 +9,8 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.artefact import Artefact, artefacts
 from cgla_graph.comparisons.claims.checking import Result, Shown, check_claims, count_steps
-from cgla_graph.comparisons.claims.claim import Claim, Verdict
+from cgla_graph.comparisons.claims.claim import Answer, Claim
 from cgla_graph.comparisons.claims.evidence import Scale
-from cgla_graph.comparisons.claims.report import write_report
 from cgla_graph.comparisons.claims.store import Store
 from cgla_graph.errors import WorkerError
 from cgla_graph.model.cost_model import n_cores
@@ -85,13 +84,13 @@ class Checked:
     @property
     def is_whole(self) -> bool:
         """Whether every check came to an end, and every figure and table was made."""
-        missing = any(Verdict.MISSING in result.finding.verdicts for result in self.results)
+        missing = any(Answer.MISSING in result.finding.answers for result in self.results)
         return not (self.interrupted or self.failure or missing or any(one.failed for one in self.shown))
 
     @property
     def all_hold(self) -> bool:
-        """Whether all that the claims say is proved or supported."""
-        return all({*result.finding.verdicts} <= {Verdict.PROVED, Verdict.SUPPORTED} for result in self.results)
+        """Whether all statements hold."""
+        return all({*result.finding.answers} <= {Answer.HOLDS} for result in self.results)
 
 
 def check_all(request: Request) -> Checked:
@@ -122,6 +121,4 @@ def check_all(request: Request) -> Checked:
             done.failure = error
         done.results.sort(key=lambda result: result.claim.number)
         done.shown.sort(key=lambda shown: request.artefacts.index(shown.artefact))
-        if request.folder is not None:
-            done.written = write_report(request.folder, done.results, done.shown, request.scale)
     return done

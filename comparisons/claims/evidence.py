@@ -10,9 +10,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims.experiment import Record
-
-#: Seeds of maps begin at the seed of the study times this, so that studies of different seeds share no map.
-MAPS_A_SEED = 1_000_000
+from cgla_graph.comparisons.claims.panel.settings import MAPS, MAPS_A_SEED
 
 
 @dataclass(frozen=True)
@@ -23,14 +21,14 @@ class Scale:
     Attributes
     ----------
     maps
-        Random maps a cell.
+        Maps of each kind, and so in each cell.
     seed
         Of everything that is drawn, at least 0.
     quick
-        Whether minutes are to do instead of an hour.
+        Whether to look at a few maps only.
     """
 
-    maps: int = 200
+    maps: int = MAPS
     seed: int = 1
     quick: bool = False
 
@@ -129,8 +127,8 @@ class Evidence:
     samples: Mapping[str, Samples] = field(default_factory=dict)
 
     def instances(self, full: int, quick: int) -> int:
-        """Return how many random instances of its own a check goes through; `full` is for 200 maps."""
-        return quick if self.scale.quick else max(1, round(full * self.scale.maps / 200))
+        """Return how many random instances of its own a check goes through; `full` is for `MAPS` maps a cell."""
+        return quick if self.scale.quick else max(1, round(full * self.scale.maps / MAPS))
 
     def rng(self, purpose: str) -> np.random.Generator:
         """

@@ -1,11 +1,14 @@
-"""An experiment: what is measured on each of many random maps, for one or more claims."""
+"""An experiment: what is measured on each map of the panel, for one or more claims."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from cgla_graph.comparisons.claims.panel.settings import KINDS, Kind, PanelMap, seeds_of
+
 #: One measurement: plain names with numbers, words, truth values or None (unknown, or not finite).
 Record: TypeAlias = Mapping[str, Any]
+Sample: TypeAlias = Callable[[PanelMap], Sequence[Record]]
 
 
 @dataclass(frozen=True)
@@ -18,42 +21,41 @@ class Experiment:
     name
         Kebab-case.
     sample
-        Measures on the map of a seed, in all its cases: a list of records, each with the entries that name its case
-        (such as ``integral``, ``radius``, ``k``) and those that are measured. At top level of its module; the same
-        seed gives the same records.
+        Measures on a map, in all its cells: a list of records, each with the settings that name its case (such as
+        ``radius``, ``k``, ``planner``) and the measurements. At top level of its module; the same map gives the same
+        records.
+    kinds
+        On which kinds of maps.
     quick
-        On how many maps with ``--quick``.
-    share
-        On what share of ``--maps``: below 1 where a map takes long, and then the report says so.
+        On how many maps of each kind with ``--quick``.
 
     Examples
     --------
-    >>> Experiment("squares", lambda seed: [{"value": seed**2}], quick=3).maps(200, quick=False)
-    200
+    >>> Experiment("squares", lambda map_: [{"value": map_.seed**2}], quick=1).seeds(3, 40, quick=True)[:2]
+    [3000000, 3010000]
     """
 
     name: str
-    sample: Callable[[int], Sequence[Record]]
-    quick: int = 8
-    share: float = 1.0
+    sample: Sample
+    kinds: tuple[Kind, ...] = KINDS
+    quick: int = 1
 
-    def maps(self, asked: int, *, quick: bool) -> int:
-        """Return on how many maps it is made, if so many are asked for."""
-        return min(self.quick, asked) if quick else max(1, round(self.share * asked))
+    def seeds(self, seed: int, maps: int, *, quick: bool) -> list[int]:
+        """Return the seeds of its maps in the study of a seed, with so many of each kind."""
+        count = min(self.quick, maps) if quick else maps
+        return [one for kind in self.kinds for one in seeds_of(kind, seed, count)]
 
 
-def experiment(
-    name: str, *, quick: int = 8, share: float = 1.0
-) -> Callable[[Callable[[int], Sequence[Record]]], Experiment]:
+def experiment(name: str, *, kinds: tuple[Kind, ...] = KINDS, quick: int = 1) -> Callable[[Sample], Experiment]:
     """
     Make an experiment of the function that measures on a map, which stands below; what is given is as of `Experiment`.
 
     Examples
     --------
     >>> @experiment("squares", quick=3)
-    ... def squares(seed: int) -> list[Record]:
-    ...     return [{"value": seed**2}]
-    >>> squares.sample(4)
+    ... def squares(map_: PanelMap) -> list[Record]:
+    ...     return [{"value": map_.seed**2}]
+    >>> squares.sample(PanelMap(4))
     [{'value': 16}]
     """
-    return lambda sample: Experiment(name, sample, quick, share)
+    return lambda sample: Experiment(name, sample, kinds, quick)

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import cgla_graph
+from cgla_graph.comparisons.claims import panel
 from cgla_graph.comparisons.claims.artefact import Comparison, Content, Picture, TableRow
-from cgla_graph.comparisons.claims.claim import Finding, Table, Verdict, finding_document, finding_from
+from cgla_graph.comparisons.claims.claim import Answer, Finding, Table, finding_document, finding_from
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.store import Line, Log, understood
@@ -49,8 +50,8 @@ class Store:
     The one writer of a study's file (``claims.jsonl``); a context manager, which holds its lock.
 
     What was measured by other code than today's is not taken up again: a line counts only if it has the fingerprint of
-    the sources that are running. Findings, figures and tables depend on the scale as well. What failed is not kept, but
-    for samples.
+    the sources that it follows from. Samples follow from the library, the solvers and the panel; findings, figures and
+    tables from all sources, and from the scale. What failed is not kept, but for samples.
 
     Parameters
     ----------
@@ -124,10 +125,10 @@ class Store:
             If the disk is full or gone.
         """
         kind, *names = key
-        missing = kind == FINDING and Verdict.MISSING in result.finding.verdicts
+        missing = kind == FINDING and Answer.MISSING in result.finding.answers
         if missing or (kind == FIGURE and result.failed):
             return result
-        line: Line = {"kind": kind, "key": names, "code": fingerprint(), **_document(kind, result)}
+        line: Line = {"kind": kind, "key": names, "code": fingerprint(kind), **_document(kind, result)}
         if kind != SAMPLE:
             line["scale"] = _scale_key(self.scale)
         if self._log is not None:
@@ -140,7 +141,7 @@ class Store:
         scale = _scale_key(self.scale)
         with understood(self._path):
             for line in lines:
-                if line["code"] == fingerprint() and line.get("scale", scale) == scale:
+                if line["code"] == fingerprint(line["kind"]) and line.get("scale", scale) == scale:
                     self._results[line["kind"], *line["key"]] = _read(line)
         return []
 
@@ -185,18 +186,19 @@ def _plain(value: Any) -> Any:  # noqa: ANN401 - any entry of a record
 
 
 @cache
-def fingerprint() -> str:
+def fingerprint(kind: str) -> str:
     """
-    Return what tells one state of the toolkit's sources from another.
+    Return what tells one state of the sources from another that lines of a kind follow from.
 
     Examples
     --------
-    >>> len(fingerprint())
-    16
+    >>> len(fingerprint(SAMPLE)), fingerprint(SAMPLE) == fingerprint(FINDING)
+    (16, False)
     """
-    digest = hashlib.sha256()
     # the folders of a checkout are no subfolders of each other
-    for package in (cgla_graph, cgla_graph.solvers, cgla_graph.comparisons):
+    measured = (cgla_graph, cgla_graph.solvers, panel)
+    digest = hashlib.sha256()
+    for package in measured if kind == SAMPLE else (*measured, cgla_graph.comparisons):
         root = Path(package.__path__[0])
         for path in sorted(root.rglob("*.py")):
             digest.update(path.relative_to(root).as_posix().encode())

@@ -15,9 +15,9 @@ def claims(
         list[str] | None, typer.Argument(metavar="ID", help="claims, as C28, or C17-C19 for a range (default: all)")
     ] = None,
     quick: Annotated[bool, option("--quick", "on a few maps only: minutes instead of an hour")] = False,
-    maps: Annotated[int | None, option("--maps N", "random maps per setting (default: 200)", min=1)] = None,
+    maps: Annotated[int | None, option("--maps N", "maps per cell of the panel (default: 40)", min=1)] = None,
     seed: Annotated[int, option("--seed S", "seed of all random numbers", min=0)] = 1,
-    strict: Annotated[bool, option("--strict", "exit with 1 unless every claim is proved or supported")] = False,
+    strict: Annotated[bool, option("--strict", "exit with 1 unless every statement holds")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """
@@ -27,7 +27,7 @@ def claims(
     report.md), the reproduced figures and tables of the paper, the counterexamples, and all numbers (claims.json);
     measurements are saved at once (claims.jsonl), so that an interrupted study can be continued.
     """
-    from cgla_graph.comparisons.claims import catalogue, command, terminal, wording
+    from cgla_graph.comparisons.claims import catalogue, command, page, terminal
     from cgla_graph.comparisons.claims.evidence import Scale
     from cgla_graph.errors import CglaError
 
@@ -45,7 +45,7 @@ def claims(
         request = dataclasses.replace(request, workers=study.workers)
     done = command.check_all(request)
     if as_json:
-        console.out_json(wording.results_document(done.results, scale))
+        console.out_json(page.results_document(done.results, scale))
     else:
         terminal.print_results(done.results, scale)
         console.out_files(done.written)

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import claim_pictures
+from cgla_graph.comparisons.claims.summary import counted, shipped_verdicts
+from cgla_graph.comparisons.claims.wording import rerun, scale_words
 from generated import write
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
@@ -13,8 +15,6 @@ from sphinx.util.typing import ExtensionMetadata
 
 import cgla_graph as cg
 from cgla_graph.comparisons.claims.evidence import Scale
-from cgla_graph.comparisons.claims.summary import counted, shipped_verdicts
-from cgla_graph.comparisons.claims.wording import rerun, scale_words
 
 FOLDER = "generated/claims"
 #: What reStructuredText would read as markup; code in backquotes is meant.

@@ -17,8 +17,8 @@ TURN = math.pi / 16
 MOST_TURNS = 8
 #: Weights of the behaviours; that of avoiding threats rises from 0 to 1.
 SEEK, KEEP = 1.0, 0.2
-#: A threat repels within so many spreads and so much more, in shorter sides of the map.
-AVOID_SPREADS, AVOID_MARGIN = 3.0, 0.04
+#: A threat repels within some spreads and so much more, in shorter sides of the map.
+AVOID_MARGIN = 0.04
 #: How far ahead a heading is judged, in shorter sides of the map.
 LOOK = 0.1
 #: The goal is blocked where risk rises above BLOCKED within so far; a way is free where it stays below FREE.
@@ -71,11 +71,12 @@ class BcvStyle(Reactive[BcvMemory]):
     This is not the original, but a planner in its style.
 
     Our design: three behaviours prefer headings. To the target, with weight 1; away from each known threat within
-    ``3 spread + 0.04``, with a weight that rises from 0 at that distance to 1 at its centre, squared; straight on,
-    with 0.2. Of the headings that a turn of at most a right angle reaches, in steps of pi / 16, the one with the
-    greatest sum of weighted cosines wins, less `risk_aversion` times the mean ``F`` over the next 0.1, or as far as the
-    target is. Headings that a no-fly area closes there, or that leave the bounds with the next step, do not take part.
-    Where none is left, areas beyond the next step are ignored, and then the limit of the turn.
+    ``avoid_spreads * spread + 0.04``, with a weight that rises from 0 at that distance to 1 at its centre, squared;
+    straight on, with 0.2. Of the headings that a turn of at most a right angle reaches, in steps of pi / 16, the
+    one with the greatest sum of weighted cosines wins, less `risk_aversion` times the mean ``F`` over the next 0.1,
+    or as far as the target is. Headings that a no-fly area closes there, or that leave the bounds with the next
+    step, do not take part. Where none is left, areas beyond the next step are ignored, and then the limit of the
+    turn.
 
     Where the goal is blocked (``F`` above 0.5, or an area in the way, over the next 0.15), or 20 steps brought less
     than half of what they could, a virtual goal is put 0.2 away: at the least of 30, 60, … 150 degrees off the goal on
@@ -94,6 +95,8 @@ class BcvStyle(Reactive[BcvMemory]):
         As of all reactive planners (`Reactive`).
     risk_aversion
         What a heading loses for each unit of mean ``F`` ahead; 0 judges by the behaviours alone.
+    avoid_spreads
+        Within how many spreads, and 0.04 more, a threat repels.
 
     Raises
     ------
@@ -111,6 +114,7 @@ class BcvStyle(Reactive[BcvMemory]):
     """
 
     risk_aversion: NonNegative = 5.0
+    avoid_spreads: NonNegative = 3.0
 
     traits: ClassVar[Traits] = reactive_traits(
         "bcv-style", "behaviours and virtual goals, in the style of Wu et al. 2011"
@@ -140,7 +144,7 @@ class BcvStyle(Reactive[BcvMemory]):
             turns = tried[_open(around, memory, tried, distance)]
             if len(turns):
                 headings = _headings(memory, turns)
-                scores = _votes(around, memory, headings)
+                scores = _votes(around, memory, headings, self.avoid_spreads)
                 if self.risk_aversion > 0.0:
                     scores -= self.risk_aversion * around.risk_on_rays(memory.position, headings, look).mean(axis=1)
                 return int(turns[np.argmax(scores)])
@@ -166,13 +170,13 @@ def _open(around: Surroundings, memory: BcvMemory, turns: IntArray, distance: fl
     return one_step & ~around.problem.model.area.crosses(starts, ends)
 
 
-def _votes(around: Surroundings, memory: BcvMemory, headings: FloatArray) -> FloatArray:
+def _votes(around: Surroundings, memory: BcvMemory, headings: FloatArray, avoid_spreads: float) -> FloatArray:
     """Add up the votes of the behaviours for headings, shape ``(n,)`` each."""
     here = memory.position
     votes: FloatArray = SEEK * np.cos(headings - bearing(here, _target(around, memory)))
     votes += KEEP * np.cos(headings - memory.heading)
     for threat in around.problem.field.threats:
-        reach = AVOID_SPREADS * threat.spread + AVOID_MARGIN * around.side
+        reach = avoid_spreads * threat.spread + AVOID_MARGIN * around.side
         centre = (threat.x, threat.y)
         distance = math.dist(here, centre)
         if 0.0 < distance < reach:

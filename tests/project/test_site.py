@@ -6,10 +6,10 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from cgla_graph.comparisons.claims.summary import shipped_verdicts
 
 import cgla_graph as cg
 from cgla_graph import comparisons
-from cgla_graph.comparisons.claims.summary import shipped_verdicts
 from cgla_graph.solvers import registry
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

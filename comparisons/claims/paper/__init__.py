@@ -1,1 +1,1 @@
-"""The claims of the paper, topic by topic: what they say, what is measured, and the verdict's rule."""
+"""The paper's claims, one topic a module."""

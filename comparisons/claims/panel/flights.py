@@ -1,0 +1,238 @@
+"""Flights and plans on the maps of the panel, and what is measured of them."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from cgla_graph._types import FloatArray, Point
+from cgla_graph.comparisons.claims.panel.settings import START, PanelMap
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import Flight, MissionStatus, UavFlight
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import World
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.risk import RiskField
+from cgla_graph.model.solver import Solver
+from cgla_graph.solvers import get, solve
+
+#: The paper's map.
+BOUNDS = (0.0, 0.0, 1.0, 1.0)
+#: Half a unit around the goal counts as arrived (E26), map units.
+ARRIVAL_RADIUS = 0.025
+#: A flight's step, map units: 0.4 units of N = 20 (E16).
+STEP = 0.02
+#: Points a side (Section 5).
+N = 20
+#: Two UAVs nearer than this collide; the paper prints no distance (E25), map units.
+COLLISION_DISTANCE = 0.03
+#: Four times the longest flights of CGLA seen: who is still flying then does not arrive.
+MAX_TICKS = 500
+#: A planner with settings, as records name it: ``cgla``, ``bcv-style, risk_aversion 0``.
+Setup: TypeAlias = tuple[str, tuple[tuple[str, Any], ...]]
+#: What flights and plans are measured by; risk is the exact line integral.
+MEASURES = ("length", "risk", "max_risk", "exposure")
+
+
+def paper_lattice(n: int = N) -> Lattice:
+    """
+    Return the paper's lattice, ``i / n`` for ``i = 1 … n`` (E19).
+
+    Examples
+    --------
+    >>> paper_lattice(10).n_points
+    100
+    """
+    return Lattice(n, bounds=BOUNDS, kind="upper")
+
+
+def setup(planner: str, **settings: Any) -> Setup:  # noqa: ANN401 - settings of a solver
+    """
+    Name a planner with settings.
+
+    Examples
+    --------
+    >>> setup_name(setup("bcv-style", risk_aversion=0.0))
+    'bcv-style, risk_aversion 0'
+    """
+    return planner, tuple(settings.items())
+
+
+def setup_name(of: Setup) -> str:
+    """Return how records name a planner with settings."""
+    words = [f"{name} {value:g}" if isinstance(value, float) else f"{name} {value}" for name, value in of[1]]
+    return ", ".join([of[0], *words])
+
+
+def fly(
+    starts: Mapping[str, Point],
+    threats: RiskField,
+    goal: Point,
+    solver: Solver | str = "cgla",
+    *,
+    k: float,
+    radius: float,
+    n: int = N,
+    safe_distance: float | None = None,
+    timed: Any = (),  # noqa: ANN401 - as `World` takes them
+    **rules: Any,  # noqa: ANN401 - as `Mission` takes them
+) -> Flight:
+    """
+    Fly UAVs that see what is near, and plan again when they see something new, to one goal.
+
+    Parameters
+    ----------
+    starts
+        By name of the UAV, map units.
+    threats
+        The true threats, unknown at first.
+    goal
+        Map units.
+    solver
+        The planner.
+    k
+        Risk weight.
+    radius
+        Detection radius, map units.
+    n
+        Points a side of the lattice.
+    safe_distance
+        Of virtual obstacles, map units.
+    timed
+        Threats that come up under way.
+    **rules
+        Of the mission, as `Mission` takes them.
+
+    Examples
+    --------
+    >>> fly({"a": START}, RiskField(), (0.9, 0.9), k=10.0, radius=0.2).all_arrived
+    True
+    """
+    uavs = [Uav(name, at, goal, radius, step=STEP, k=k, safe_distance=safe_distance) for name, at in starts.items()]
+    mission = Mission(
+        World(threats, bounds=BOUNDS, timed=timed),
+        uavs,
+        get(solver) if isinstance(solver, str) else solver,
+        resolution=paper_lattice(n),
+        arrival_radius=ARRIVAL_RADIUS,
+        **rules,
+    )
+    return mission.fly()
+
+
+def flight_measures(flight: UavFlight, k: float) -> dict[str, Any]:
+    """
+    Return what is measured of a flight, with its cost for a risk weight; of one that did not arrive only how it ended.
+
+    A flight that was given up is shorter, and may have met less risk, than one that arrives: its numbers say nothing
+    of the way to the goal.
+    """
+    arrived = flight.status is MissionStatus.ARRIVED
+    found = {name: float(getattr(flight, name)) if arrived else None for name in MEASURES}
+    cost = flight.length + k * flight.risk if arrived else None
+    return {"status": flight.status.label, "arrived": arrived, **found, "cost": cost}
+
+
+def team_measures(flight: Flight) -> dict[str, Any]:
+    """
+    Return what is measured of a mission: sums over its UAVs, and how near they came to each other.
+
+    The sums are missing unless all arrived (see `flight_measures`). How near they came is measured in any case.
+    """
+    each = [flight_measures(one, one.uav.k) for one in flight.uavs.values()]
+    names = ("length", "risk", "cost", "exposure")
+    nearest = min(flight.separations, key=lambda pair: pair.distance)
+    return {
+        "arrived": flight.all_arrived,
+        **{name: math.fsum(one[name] for one in each) if flight.all_arrived else None for name in names},
+        "ticks": flight.ticks,
+        "livelock": flight.livelock is not None,
+        "separation": nearest.distance,
+        "collided": nearest.distance < COLLISION_DISTANCE,
+    }
+
+
+@dataclass(eq=False)
+class Flights:
+    """
+    Plans and flights of one UAV on a map of the panel; each is made once.
+
+    Attributes
+    ----------
+    map
+        The map.
+    """
+
+    map: PanelMap
+    _made: dict[Any, Any] = field(default_factory=dict)
+
+    def flown(self, of: Setup, *, k: float, radius: float, heeds_k: bool = True, **rules: Any) -> dict[str, Any]:  # noqa: ANN401
+        """
+        Return what is measured of a flight with limited sight.
+
+        Parameters
+        ----------
+        of
+            The planner.
+        k
+            Risk weight.
+        radius
+            Detection radius, map units.
+        heeds_k
+            Whether the planner weighs risk by `k`; else one flight serves all.
+        **rules
+            Of the mission.
+        """
+        key = (of, k if heeds_k else None, radius, tuple(rules.items()))
+        if key not in self._made:
+            solver = get(of[0], **dict(of[1]))
+            limits = {"max_ticks": MAX_TICKS, **rules}
+            flight = fly({"a": START}, self.map.field, self.map.goal, solver, k=k, radius=radius, **limits)
+            self._made[key] = flight.uavs["a"]
+        return flight_measures(self._made[key], k)
+
+    def planned(self, of: Setup, k: float) -> dict[str, Any]:
+        """Return what is measured of a plan with all of the map known, and what planning took."""
+        key = (of, k)
+        if key not in self._made:
+            problem = self.map.problem(k)
+            self._made[key] = solve(problem, get(of[0], **dict(of[1])), resolution=paper_lattice())
+        found = self._made[key]
+        has_path = found.status.has_path
+        return {
+            "status": found.status.label,
+            "arrived": has_path,
+            **{name: float(getattr(found, name)) if has_path else None for name in ("length", "risk", "cost")},
+            "seconds": found.total_seconds,
+        }
+
+
+def positions_at_steps(path: FloatArray, step: float = STEP) -> FloatArray:
+    """
+    Return where a UAV is after each step along a path, its two ends among them: shape ``(t, 2)``, map units.
+
+    Examples
+    --------
+    >>> positions_at_steps(np.array([[0.0, 0.0], [0.03, 0.0], [0.03, 0.02]])).tolist()
+    [[0.0, 0.0], [0.02, 0.0], [0.03, 0.01], [0.03, 0.02]]
+    """
+    lengths = np.hypot(*np.diff(path, axis=0).T)
+    along = np.concatenate([[0.0], np.cumsum(lengths)])
+    # a last step shorter than this is rounding
+    marks = np.append(np.arange(0.0, along[-1] - 1e-9 * step, step), along[-1])
+    return np.column_stack([np.interp(marks, along, path[:, axis]) for axis in (0, 1)])
+
+
+def risk_sum(threats: RiskField, path: FloatArray, step: float = STEP) -> float:
+    """
+    Return the paper's measure of risk for a planned path: the sum of ``F`` over its positions a step apart (E5).
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import Threat
+    >>> risk_sum(RiskField([Threat(0.5, 0.5, 0.05)]), np.array([[0.1, 0.5], [0.9, 0.5]])).__round__(3)
+    6.267
+    """
+    return float(threats.density(positions_at_steps(path, step)).sum())

@@ -1,0 +1,358 @@
+"""The rule that turns the records of a statement about flights into its answer, the same for all statements."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.claims.claim import Answer, Basis, Row, Table
+from cgla_graph.comparisons.claims.evidence import Samples
+from cgla_graph.comparisons.claims.panel.settings import Case
+from cgla_graph.comparisons.claims.statement import Share, Statement, Tested, Within
+from cgla_graph.comparisons.statistics.paired import holm
+
+#: Below this a p-value counts.
+ALPHA = 0.05
+#: How many parts of the panel a row names at most.
+MOST_NAMED = 3
+#: The entry of a record that names the setting that is varied from a base cell.
+VARIED = "varied"
+#: The rule in words, made from what it judges by.
+RULE = (
+    f"A part of the panel is a level of one factor, a pair of levels of two factors, or a cell. In each part the "
+    f"statement is tested on the maps of the part, each of which counts once. It holds if it is shown (p below "
+    f"{ALPHA:g}) at every level of every factor, and the opposite is shown in no part (p below {ALPHA:g} after Holm's "
+    "adjustment over all parts). It fails if the opposite holds in this sense. It depends if some parts show it, or "
+    "the opposite, and others do not: they are named. Else it is open, as it is where the maps are too few for the "
+    "opposite to be shown in a cell."
+)
+
+#: A part of the panel: fixed levels by factor.
+Part: TypeAlias = tuple[tuple[str, Any], ...]
+#: A cell, likewise, of all factors, the varied setting last.
+Cell: TypeAlias = Part
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """
+    The paired values of a statement in a cell, by map.
+
+    Attributes
+    ----------
+    maps
+        Seeds of the maps on which both values are there.
+    first, second
+        The values, shape ``(m,)`` each.
+    asked
+        How many maps there are with those on which a value is missing.
+    """
+
+    maps: Sequence[int]
+    first: FloatArray
+    second: FloatArray
+    asked: int
+
+
+def pairs_of(samples: Samples, statement: Statement) -> dict[Cell, Pairs]:
+    """
+    Pair the values of a statement in all cells of its part of the panel, the varied ones last.
+
+    Examples
+    --------
+    >>> records = [{"map": i, "radius": 0.1, "k": k, "risk": 1.0 / k} for i in (1, 2) for k in (10.0, 50.0)]
+    >>> statement = Statement("less", "risk", {"k": 50.0}, {"k": 10.0}, factors=("radius",))
+    >>> [(cell, pairs.first) for cell, pairs in pairs_of(Samples(records), statement).items()]
+    [((('radius', 0.1), ('varied', '')), array([0.02, 0.02]))]
+    """
+    names = tuple(name for name in statement.factors if name not in statement.where)
+    first = _by_cell(samples, statement, statement.first, names)
+    bar = statement.second if isinstance(statement.second, float) else None
+    second = {} if isinstance(statement.second, float) else _by_cell(samples, statement, statement.second, names)
+    found = {}
+    for cell in sorted(first, key=lambda cell: (bool(cell[-1][1]), *map(str, cell))):
+        own = first[cell]
+        other = second.get(cell, {}) if bar is None else dict.fromkeys(own, bar)
+        maps = sorted(own.keys() & other.keys())
+        values = np.array([(_number(own[one]), _number(other[one])) for one in maps], dtype=np.float64).reshape(-1, 2)
+        both = np.flatnonzero(np.isfinite(values).all(axis=1))
+        kept = [maps[place] for place in both]
+        found[cell] = Pairs(kept, values[both, 0], values[both, 1], len(maps))
+    return found
+
+
+def _by_cell(samples: Samples, statement: Statement, case: Case, names: Sequence[str]) -> dict[Cell, dict[int, Any]]:
+    found: dict[Cell, dict[int, Any]] = {}
+    for record in samples.where(**{**statement.where, **case}):
+        cell = (*((name, record.get(name)) for name in names), (VARIED, record.get(VARIED) or ""))
+        values = found.setdefault(cell, {})
+        if record["map"] in values:
+            msg = f"several records of map {record['map']} are of {case} in {cell}; say more of the case"
+            raise ValueError(msg)
+        values[record["map"]] = record.get(statement.measure)
+    return found
+
+
+def _number(value: Any) -> float:  # noqa: ANN401 - any entry of a record
+    return math.nan if value is None else float(value)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """
+    What the rule finds of a statement.
+
+    Attributes
+    ----------
+    statement
+        The statement.
+    cells
+        Its values.
+    tests
+        The test of each part of the panel, as stated: 1 is for the statement.
+    """
+
+    statement: Statement
+    cells: Mapping[Cell, Pairs]
+    tests: Mapping[Part, Tested]
+
+    @property
+    def levels(self) -> list[Part]:
+        """The parts at which a statement that holds is shown: each level of each factor, each varied setting."""
+        return [part for part in self.tests if len(part) == 1] or list(self.tests)
+
+    def _after_holm(self, direction: int) -> list[Part]:
+        """Return the parts in which a direction is shown after Holm's adjustment over all parts."""
+        parts = list(self.tests)
+        adjusted = holm([self.tests[one].p if self.tests[one].direction == direction else 1.0 for one in parts])
+        return [part for part, p in zip(parts, adjusted, strict=True) if p < ALPHA]
+
+    @property
+    def shown(self) -> list[Part]:
+        """Parts in which the statement is shown, adjusted."""
+        return self._after_holm(1)
+
+    @property
+    def opposed(self) -> list[Part]:
+        """Parts in which the opposite is shown, adjusted."""
+        return self._after_holm(-1)
+
+    def everywhere(self, direction: int) -> bool:
+        """Tell whether a direction is shown at every level, and its opposite in no part."""
+        against = self.opposed if direction > 0 else self.shown
+        at_levels = all(self.tests[one].p < ALPHA and self.tests[one].direction == direction for one in self.levels)
+        return bool(self.tests) and at_levels and not against
+
+    @property
+    def _needed(self) -> int:
+        """How many maps a cell needs before it can show anything after Holm's adjustment over all parts."""
+        least = ALPHA / max(1, len(self.tests))
+        if isinstance(self.statement.test, Share):
+            return math.ceil(math.log(least) / math.log(max(self.statement.test.bar, 1.0 - self.statement.test.bar)))
+        return math.floor(1.0 - math.log2(least)) + 1
+
+    @property
+    def unseen(self) -> list[Cell]:
+        """Cells with too few maps on which both values are there; for shares, pooled levels have to do."""
+        if isinstance(self.statement.test, Share | Within):
+            return []
+        return [cell for cell, pairs in self.cells.items() if len(pairs.maps) < self._needed]
+
+    @property
+    def is_small(self) -> bool:
+        """Whether the sample is too small for an answer, however many of its flights arrive."""
+        needed = min(self._needed, 20) if isinstance(self.statement.test, Share | Within) else self._needed
+        return not self.cells or any(pairs.asked < needed for pairs in self.cells.values())
+
+    @property
+    def answer(self) -> Answer:
+        """The answer, by the `RULE`."""
+        shown, opposed = self.shown, self.opposed
+        if self.is_small and not (shown and opposed):
+            return Answer.OPEN
+        if not self.unseen and self.everywhere(1):
+            return Answer.HOLDS
+        if not self.unseen and self.everywhere(-1):
+            return Answer.FAILS
+        return Answer.DEPENDS if shown or opposed else Answer.OPEN
+
+    @property
+    def where(self) -> str:
+        """In which parts the statement holds, fails, or is open, where it depends; else how much was looked at."""
+        if self.answer is not Answer.DEPENDS:
+            return "" if self.answer is not Answer.OPEN or not self.is_small else "too few maps to say"
+        shown = [one for one in self.levels if self.tests[one].p < ALPHA and self.tests[one].direction > 0]
+        opposed = _largest(self.opposed)
+        rest = [one for one in self.levels if one not in shown and one not in opposed]
+        words = []
+        if not shown:
+            words.append(_named("holds", _largest(self.shown)))
+        elif not opposed and len(shown) <= len(rest):
+            words.append(_named("holds", shown))
+        words += [_named("fails", opposed), _named("open", rest)]
+        unseen = _largest(self.unseen)
+        words.append(_named("too few flights arrive", unseen))
+        found = "; ".join(filter(None, words))
+        return found if not shown or found.startswith("holds") else f"holds, but {found}"
+
+    @property
+    def size(self) -> str:
+        """The range of the size over all cells, as the statement writes it."""
+        sizes = [self.statement.test.size(pairs.first, pairs.second) for pairs in self.cells.values() if pairs.maps]
+        if not sizes:
+            return ""
+        if "{first}" in self.statement.size:
+            rates = {
+                name: _span([100.0 * float(getattr(pairs, name).mean()) for pairs in self.cells.values() if pairs.maps])
+                for name in ("first", "second")
+            }
+            return self.statement.size.format(**rates)
+        if "%" in self.statement.size:
+            sizes = [100.0 * one for one in sizes]
+        return self.statement.size.format(_span(sizes))
+
+    @property
+    def why(self) -> str:
+        """How many parts show what."""
+        at = sum(self.tests[one].p < ALPHA and self.tests[one].direction > 0 for one in self.levels)
+        maps = {one for pairs in self.cells.values() for one in pairs.maps}
+        return (
+            f"shown at {at} of {len(self.levels)} levels; the opposite in {len(self.opposed)} of {len(self.tests)} "
+            f"parts; {len(maps)} maps, {len(self.cells)} cells"
+        )
+
+    @property
+    def row(self) -> Row:
+        """The line of the page."""
+        one = self.statement
+        return Row(one.text, self.answer, Basis.PANEL, self.where, self.size, one.printed, self.why)
+
+
+def judged(samples: Samples, statement: Statement) -> Judged:
+    """
+    Test a statement in all parts of its part of the panel.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> records = [
+    ...     {"map": i, "radius": radius, "k": k, "risk": float(rng.uniform(1, 2)) / k}
+    ...     for i in range(20)
+    ...     for radius in (0.1, 0.2)
+    ...     for k in (10.0, 50.0)
+    ... ]
+    >>> found = judged(Samples(records), Statement("less", "risk", {"k": 50.0}, {"k": 10.0}, factors=("radius",)))
+    >>> found.answer.label, found.row.size
+    ('holds', 'x 0.19 to 0.2')
+    """
+    cells = pairs_of(samples, statement)
+    return Judged(statement, cells, {part: _tested(cells, part, statement) for part in _parts(cells)})
+
+
+def row(samples: Samples, statement: Statement) -> Row:
+    """Judge a statement and return its line of the page."""
+    return judged(samples, statement).row
+
+
+def _parts(cells: Iterable[Cell]) -> list[Part]:
+    """List the parts of the panel: levels, pairs of levels, and cells; a part that is a single cell stands once."""
+    cells = list(cells)
+    main = [cell[:-1] for cell in cells if not cell[-1][1]]
+    levels: dict[str, list[Any]] = {}
+    for cell in main:
+        for name, level in cell:
+            levels.setdefault(name, [])
+            if level not in levels[name]:
+                levels[name].append(level)
+    free = {name: found for name, found in levels.items() if len(found) > 1}
+    parts: list[Part] = [((name, level),) for name, found in free.items() for level in found]
+    for a, b in combinations(free, 2):
+        parts += [((a, one), (b, other)) for one, other in product(free[a], free[b])]
+    varied = dict.fromkeys(cell[-1] for cell in cells if cell[-1][1])
+    parts += [(setting,) for setting in varied]
+    found = {frozenset(_members(cells, part)): part for part in reversed(parts)}
+    kept = [part for part in parts if found[frozenset(_members(cells, part))] == part]
+    return kept + [cell for cell in cells if frozenset([cell]) not in found]
+
+
+def _members(cells: Iterable[Cell], part: Part) -> list[Cell]:
+    """Return the cells of a part; varied ones belong only to the part of their setting, and to themselves."""
+    fixed = dict(part)
+    return [
+        cell
+        for cell in cells
+        if all((name, level) in cell for name, level in part) and (VARIED in fixed or not cell[-1][1])
+    ]
+
+
+def _tested(cells: Mapping[Cell, Pairs], part: Part, statement: Statement) -> Tested:
+    test = statement.test
+    scores: dict[int, list[float]] = {}
+    for cell in _members(cells, part):
+        pairs = cells[cell]
+        for one, first, second in zip(pairs.maps, pairs.first, pairs.second, strict=True):
+            scores.setdefault(one, []).append(test.score(float(first), float(second)))
+    found = test.tested(np.array([test.pooled(of, number) for number, of in scores.items()], dtype=np.float64))
+    # tests ask whether the first is greater, or within
+    turned = statement.less and not isinstance(test, Within)
+    return found._replace(direction=-found.direction) if turned else found
+
+
+def _largest(parts: Sequence[Part]) -> list[Part]:
+    """Leave out parts that are inside of another one."""
+    ordered = sorted(parts, key=len)
+    kept: list[Part] = []
+    for part in ordered:
+        inside = any(set(other) <= set(part) for other in kept)
+        if not inside:
+            kept.append(part)
+    return kept
+
+
+def _named(verb: str, parts: Sequence[Part]) -> str:
+    if not parts:
+        return ""
+    more = f" and {len(parts) - MOST_NAMED} more" if len(parts) > MOST_NAMED else ""
+    return f"{verb} {'; '.join(f'at {part_name(one)}' for one in parts[:MOST_NAMED])}{more}"
+
+
+#: How levels of factors are written.
+_WORDS = {"threats": "{} threats", "spread": "{} spreads", "goal": "goal {}", "radius": "OR {:g}", "k": "K = {:g}"}
+
+
+def part_name(part: Part) -> str:
+    """
+    Write a part of the panel in a few words.
+
+    Examples
+    --------
+    >>> part_name((("radius", 0.1), ("threats", 30), ("varied", "")))
+    'OR 0.1, 30 threats'
+    """
+    words = [_WORDS.get(name, "{}").format(level) for name, level in part if level != ""]
+    return ", ".join(words) or "all"
+
+
+def _span(values: Sequence[float]) -> str:
+    """Write between which values several lie; one, where they are written alike."""
+    low, high = (f"{end:.3g}" for end in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"
+
+
+def panel_table(title: str, found: Iterable[Judged]) -> Table:
+    """Tabulate what the levels of the panel say of statements, one row each."""
+    rows = [(one.statement.text, *_level_entries(one, part)) for one in found for part in one.levels]
+    return Table(title, ("statement", "at", "maps", "size", "shown", "p"), rows, RULE)
+
+
+def _level_entries(one: Judged, part: Part) -> tuple[str, int, float, str, float]:
+    test = one.tests[part]
+    members = [one.cells[cell] for cell in _members(one.cells, part)]
+    values = [np.concatenate([getattr(of, name) for of in members]) for name in ("first", "second")]
+    found = test.direction if test.p < ALPHA else 0
+    words = {1: "yes", 0: "no", -1: "the opposite"}[found]
+    return part_name(part), test.n, one.statement.test.size(*values), words, test.p
