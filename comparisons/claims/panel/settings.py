@@ -34,6 +34,8 @@ SPREADS = {"narrow": (0.025, 0.05), "broad": (0.05, 0.10)}
 GOALS: Mapping[str, Point] = {"diagonal": (0.9, 0.9), "aside": (0.9, 0.45)}
 #: Where flights begin (Section 5.1), map units.
 START: Point = (0.1, 0.1)
+#: Where three UAVs begin (Section 5.2), map units.
+STARTS: tuple[Point, ...] = (START, (0.15, 0.45), (0.225, 0.7))
 #: Maps of each kind.
 MAPS = 40
 #: From these, other settings are varied one at a time; the first is the paper's.
