@@ -136,8 +136,9 @@ class Finding:
 
         Examples
         --------
-        >>> Finding((Row("risk", Answer.OPEN, Basis.PANEL), Row("length", Answer.HOLDS, Basis.PANEL))).answers
-        (<Answer.HOLDS: ...>, <Answer.OPEN: ...>)
+        >>> rows = Row("risk", Answer.OPEN, Basis.PANEL), Row("length", Answer.HOLDS, Basis.PANEL)
+        >>> [answer.label for answer in Finding(rows).answers]
+        ['holds', 'open']
         """
         found = {row.answer for row in self.rows}
         return tuple(answer for answer in Answer if answer in found)

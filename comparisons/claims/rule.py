@@ -12,7 +12,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Row, Table
 from cgla_graph.comparisons.claims.evidence import Samples
 from cgla_graph.comparisons.claims.panel.settings import Case
-from cgla_graph.comparisons.claims.statement import Share, Statement, Tested, Within
+from cgla_graph.comparisons.claims.statement import Share, Sign, Statement, Within
 from cgla_graph.comparisons.statistics.paired import holm
 
 #: Below this a p-value counts.
@@ -75,8 +75,11 @@ def pairs_of(samples: Samples, statement: Statement) -> dict[Cell, Pairs]:
     second = {} if isinstance(statement.second, float) else _by_cell(samples, statement, statement.second, names)
     found = {}
     for cell in sorted(first, key=lambda cell: (bool(cell[-1][1]), *map(str, cell))):
+        if bar is None and cell not in second:
+            # settings of another planner are varied here
+            continue
         own = first[cell]
-        other = second.get(cell, {}) if bar is None else dict.fromkeys(own, bar)
+        other = second[cell] if bar is None else dict.fromkeys(own, bar)
         maps = sorted(own.keys() & other.keys())
         values = np.array([(_number(own[one]), _number(other[one])) for one in maps], dtype=np.float64).reshape(-1, 2)
         both = np.flatnonzero(np.isfinite(values).all(axis=1))
@@ -118,7 +121,7 @@ class Judged:
 
     statement: Statement
     cells: Mapping[Cell, Pairs]
-    tests: Mapping[Part, Tested]
+    tests: Mapping[Part, Sign]
 
     @property
     def levels(self) -> list[Part]:
@@ -212,8 +215,14 @@ class Judged:
             }
             return self.statement.size.format(**rates)
         if "%" in self.statement.size:
-            sizes = [100.0 * one for one in sizes]
+            sizes = [100.0 * one for one in self._changes(sizes)]
         return self.statement.size.format(_span(sizes))
+
+    def _changes(self, sizes: Sequence[float]) -> list[float]:
+        """Return ratios as changes, where they are written as percent more or less."""
+        if "% more" in self.statement.size:
+            return [one - 1.0 for one in sizes]
+        return [1.0 - one for one in sizes] if "% less" in self.statement.size else list(sizes)
 
     @property
     def why(self) -> str:
@@ -289,7 +298,7 @@ def _members(cells: Iterable[Cell], part: Part) -> list[Cell]:
     ]
 
 
-def _tested(cells: Mapping[Cell, Pairs], part: Part, statement: Statement) -> Tested:
+def _tested(cells: Mapping[Cell, Pairs], part: Part, statement: Statement) -> Sign:
     test = statement.test
     scores: dict[int, list[float]] = {}
     for cell in _members(cells, part):

@@ -22,7 +22,7 @@ from cgla_graph.comparisons.statistics.paired import mcnemar, signed_rank
 LEAST = 1e-9
 
 
-class Tested(NamedTuple):
+class Sign(NamedTuple):
     """
     What a test says.
 
@@ -41,7 +41,7 @@ class Tested(NamedTuple):
     n: int
 
 
-class Test(Protocol):
+class Method(Protocol):
     """How two measurements of a map are held against each other."""
 
     def score(self, first: float, second: float) -> float:
@@ -52,7 +52,7 @@ class Test(Protocol):
         """Return what a map says that has scores in several cells; `number` tells maps apart."""
         ...
 
-    def tested(self, scores: FloatArray) -> Tested:
+    def tested(self, scores: FloatArray) -> Sign:
         """Test that the first value is the greater one, on scores of different maps, shape ``(n,)``."""
         ...
 
@@ -76,7 +76,7 @@ class Shift:
     >>> test = Shift()
     >>> scores = np.array([test.score(2.0 + i, 1.0 + i / 2) for i in range(8)])
     >>> test.tested(scores), round(test.size(np.full(8, 2.0), np.full(8, 1.0)), 9)
-    (Tested(p=0.0078125, direction=1, n=8), 2.0)
+    (Sign(p=0.0078125, direction=1, n=8), 2.0)
     """
 
     ratio: bool = True
@@ -89,14 +89,14 @@ class Shift:
         """Return the mean."""
         return math.fsum(scores) / len(scores)
 
-    def tested(self, scores: FloatArray) -> Tested:
+    def tested(self, scores: FloatArray) -> Sign:
         """Test that scores are around something above 0."""
         if not len(scores):
-            return Tested(1.0, 0, 0)
+            return Sign(1.0, 0, 0)
         found = signed_rank(scores.tolist())
         # where most maps do not differ, a test may still say that they do
         direction = 0 if np.median(scores) == 0.0 and _centre(scores) == 0.0 else int(np.sign(found.effect))
-        return Tested(found.p, direction, len(scores))
+        return Sign(found.p, direction, len(scores))
 
     def size(self, first: FloatArray, second: FloatArray) -> float:
         """Return the Hodges-Lehmann estimate: of the ratio, or of the difference."""
@@ -123,10 +123,10 @@ class Rate:
         """Return the mean."""
         return math.fsum(scores) / len(scores)
 
-    def tested(self, scores: FloatArray) -> Tested:
+    def tested(self, scores: FloatArray) -> Sign:
         """Count on how many maps the first happens more often, and on how many the second."""
         more, less = int((scores > 0.0).sum()), int((scores < 0.0).sum())
-        return Tested(mcnemar(more, less), int(np.sign(more - less)), len(scores))
+        return Sign(mcnemar(more, less), int(np.sign(more - less)), len(scores))
 
     def size(self, first: FloatArray, second: FloatArray) -> float:
         """Return the difference of the rates."""
@@ -161,14 +161,14 @@ class Share:
         """Return one of the scores."""
         return scores[int(np.random.default_rng(number).integers(len(scores)))]
 
-    def tested(self, scores: FloatArray) -> Tested:
+    def tested(self, scores: FloatArray) -> Sign:
         """Test that the share is above the bar, or below."""
         n, count = len(scores), int((scores != 0.0).sum())
         if not n or count / n == self.bar:
-            return Tested(1.0, 0, n)
+            return Sign(1.0, 0, n)
         above = count / n > self.bar
         p = stats.binomtest(count, n, self.bar, alternative="greater" if above else "less").pvalue
-        return Tested(float(p), 1 if above else -1, n)
+        return Sign(float(p), 1 if above else -1, n)
 
     def size(self, first: FloatArray, second: FloatArray) -> float:  # noqa: ARG002 - of the protocol
         """Return the share."""
@@ -201,16 +201,16 @@ class Within:
         """Return the mean."""
         return math.fsum(scores) / len(scores)
 
-    def tested(self, scores: FloatArray) -> Tested:
+    def tested(self, scores: FloatArray) -> Sign:
         """Test that scores are around something within the margin, or beyond it."""
         if not len(scores):
-            return Tested(1.0, 0, 0)
+            return Sign(1.0, 0, 0)
         reach = math.log1p(self.margin)
         sides = [signed_rank((reach - sign * scores).tolist()) for sign in (1.0, -1.0)]
         one_sided = [side.p / 2.0 if side.effect > 0.0 else 1.0 - side.p / 2.0 for side in sides]
         if abs(_centre(scores)) <= reach:
-            return Tested(max(one_sided), 1, len(scores))
-        return Tested(1.0 - max(one_sided), -1, len(scores))
+            return Sign(max(one_sided), 1, len(scores))
+        return Sign(1.0 - max(one_sided), -1, len(scores))
 
     def size(self, first: FloatArray, second: FloatArray) -> float:
         """Return the Hodges-Lehmann estimate of the ratio."""
@@ -246,7 +246,8 @@ class Statement:
     where
         What restricts the panel: settings that all of its records have.
     size
-        How to write a size, with ``{}`` for a range: ``{} of BCV-style's``.
+        How to write a size, with ``{}`` for its range over the cells: ``{} of BCV-style's``. ``{} %`` is for shares,
+        ``{} % more`` and ``{} % less`` are for ratios, and ``{first} % against {second} %`` is for two rates.
     printed
         How large it is in the paper.
 
@@ -261,7 +262,7 @@ class Statement:
     first: Case
     second: Case | float
     less: bool = True
-    test: Test = field(default_factory=Shift)
+    test: Method = field(default_factory=Shift)
     factors: tuple[str, ...] = tuple(FACTORS)
     where: Case = field(default_factory=dict)
     size: str = "x {}"

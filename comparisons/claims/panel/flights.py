@@ -34,6 +34,8 @@ MAX_TICKS = 500
 Setup: TypeAlias = tuple[str, tuple[tuple[str, Any], ...]]
 #: What flights and plans are measured by; risk is the exact line integral.
 MEASURES = ("length", "risk", "max_risk", "exposure")
+#: Where ``F`` is above this, a way is at the rim of a threat: 2.8 spreads from its centre if it stands alone.
+RIM = 0.02
 
 
 def paper_lattice(n: int = N) -> Lattice:
@@ -135,6 +137,21 @@ def flight_measures(flight: UavFlight, k: float) -> dict[str, Any]:
     return {"status": flight.status.label, "arrived": arrived, **found, "cost": cost}
 
 
+def length_at_rim(threats: RiskField, path: FloatArray) -> float:
+    """
+    Return the length of a path where ``F`` is above `RIM`, map units, to a twentieth of a step.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import Threat
+    >>> length_at_rim(RiskField([Threat(0.5, 0.5, 0.05)]), np.array([[0.1, 0.5], [0.9, 0.5]])).__round__(2)
+    0.28
+    """
+    spots = positions_at_steps(path, STEP / 20.0)
+    lengths = np.hypot(*np.diff(spots, axis=0).T)
+    return float(lengths[threats.density(0.5 * (spots[:-1] + spots[1:])) > RIM].sum())
+
+
 def team_measures(flight: Flight) -> dict[str, Any]:
     """
     Return what is measured of a mission: sums over its UAVs, and how near they came to each other.
@@ -190,8 +207,11 @@ class Flights:
             solver = get(of[0], **dict(of[1]))
             limits = {"max_ticks": MAX_TICKS, **rules}
             flight = fly({"a": START}, self.map.field, self.map.goal, solver, k=k, radius=radius, **limits)
-            self._made[key] = flight.uavs["a"]
-        return flight_measures(self._made[key], k)
+            one = flight.uavs["a"]
+            self._made[key] = one, length_at_rim(self.map.field, np.asarray(one.path))
+        one, rim = self._made[key]
+        found = flight_measures(one, k)
+        return {**found, "rim": rim if found["arrived"] else None}
 
     def planned(self, of: Setup, k: float) -> dict[str, Any]:
         """Return what is measured of a plan with all of the map known, and what planning took."""

@@ -1,5 +1,6 @@
 """The table of single UAVs: CGLA, the paper's rivals and eight directions, planned with all known and flown."""
 
+from itertools import product
 from typing import Any
 
 from cgla_graph.comparisons.claims.experiment import Record, experiment
@@ -28,7 +29,7 @@ CONSTANTS: tuple[tuple[Setup, Setup], ...] = (
 
 @experiment("single-uav")
 def single_uav(map_: PanelMap) -> list[Record]:
-    """Plan with all known, fly in all cells of a map, and vary rules and constants from its base cells."""
+    """Plan with all known, fly in all cells of a map, and vary rules and constants from its base cells, for all K."""
     flights = Flights(map_)
     records: list[Record] = [
         {"mode": "known", "planner": of[0], "k": k, **flights.planned(of, k)} for of in HEED_K for k in FACTORS["k"]
@@ -36,16 +37,13 @@ def single_uav(map_: PanelMap) -> list[Record]:
     for radius in FACTORS["radius"]:
         for k in FACTORS["k"]:
             records += [_flown(flights, of, of, {"radius": radius, "k": k}) for of in FLOWN]
-    for base in map_.bases:
-        cell = {"radius": base["radius"], "k": base["k"]}
-        for name, values in RULES.items():
-            for value in values:
-                varied = f"{name} {value}"
-                records += [_flown(flights, of, of, cell, varied, **{name: value}) for of in FLOWN]
+    for base, k in product(map_.bases, FACTORS["k"]):
+        cell = {"radius": base["radius"], "k": k}
+        for name, value in RULES.items():
+            records += [_flown(flights, of, of, cell, f"{name} {value}", **{name: value}) for of in FLOWN]
         for of, changed in CONSTANTS:
-            varied = setup_name(changed)
             pair = ((CGLA, CGLA), (of, changed))
-            records += [_flown(flights, one, flown, cell, varied) for one, flown in pair]
+            records += [_flown(flights, one, flown, cell, setup_name(changed)) for one, flown in pair]
     return [{**map_.levels, **record} for record in records]
 
 

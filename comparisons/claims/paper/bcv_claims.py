@@ -14,7 +14,7 @@ from cgla_graph.comparisons.claims.statement import Statement, Within
 _CGLA = {"planner": "cgla"}
 #: BCV-style by what its objective weighs.
 _OBJECTIVES = {"length only": {"planner": setup_name(BCV)}, "risk-averse": {"planner": setup_name(BCV_AVERSE)}}
-_FLOWN = {"mode": "flown"}
+_FLOWN = {"mode": "flown", "k": 10.0}
 #: Lengths are similar within this.
 SIMILAR = 0.1
 _READS = (

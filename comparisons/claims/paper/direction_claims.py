@@ -12,7 +12,7 @@ _KNOWN = ("threats", "spread", "goal", "k")
 
 def _compared(measure: str) -> list[Statement]:
     """Compare eight directions with CGLA by a measure: with all of the map known, and flown."""
-    size = "x {} of CGLA's"
+    size = "{} % more"
     return [
         Statement(
             f"{measure}: greater, all known",
