@@ -204,7 +204,7 @@ class Judged:
 
     @property
     def size(self) -> str:
-        """The range of the size over all cells, as the statement writes it."""
+        """The size in the middle cell, with its range over all cells, as the statement writes it."""
         sizes = [self.statement.test.size(pairs.first, pairs.second) for pairs in self.cells.values() if pairs.maps]
         if not sizes:
             return ""
@@ -256,7 +256,7 @@ def judged(samples: Samples, statement: Statement) -> Judged:
     ... ]
     >>> found = judged(Samples(records), Statement("less", "risk", {"k": 50.0}, {"k": 10.0}, factors=("radius",)))
     >>> found.answer.label, found.row.size
-    ('holds', 'x 0.19 to 0.2')
+    ('holds', 'x 0.205 (0.196 to 0.213)')
     """
     cells = pairs_of(samples, statement)
     return Judged(statement, cells, {part: _tested(cells, part, statement) for part in _parts(cells)})
@@ -347,9 +347,9 @@ def part_name(part: Part) -> str:
 
 
 def _span(values: Sequence[float]) -> str:
-    """Write between which values several lie; one, where they are written alike."""
-    low, high = (f"{end:.3g}" for end in (min(values), max(values)))
-    return low if low == high else f"{low} to {high}"
+    """Write the middle one of several values, and between which all of them lie; one, where they are written alike."""
+    low, middle, high = (f"{end:.3g}" for end in (min(values), float(np.median(values)), max(values)))
+    return low if low == high else f"{middle} ({low} to {high})"
 
 
 def panel_table(title: str, found: Iterable[Judged]) -> Table:
