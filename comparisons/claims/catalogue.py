@@ -13,6 +13,7 @@ PACKAGE = "cgla_graph.comparisons.claims.paper"
 TOPICS: Mapping[str, str] = {
     "direction_claims": "Eight directions",
     "bcv_claims": "BCV",
+    "weight_claims": "The risk weight K",
 }
 #: Modules with experiments only.
 TABLES = ("cgla_graph.comparisons.claims.panel.single_uav",)
