@@ -16,7 +16,10 @@ TOPICS: Mapping[str, str] = {
     "weight_claims": "The risk weight K",
 }
 #: Modules with experiments only.
-TABLES = ("cgla_graph.comparisons.claims.panel.single_uav",)
+TABLES = (
+    "cgla_graph.comparisons.claims.panel.single_uav",
+    "cgla_graph.comparisons.claims.panel.resolution",
+)
 #: Claims without weight, which are not checked, and why.
 LEFT_OUT: Mapping[int, str] = {
     27: "it says only that the method is new",
