@@ -14,6 +14,7 @@ TOPICS: Mapping[str, str] = {
     "direction_claims": "Eight directions",
     "bcv_claims": "BCV",
     "weight_claims": "The risk weight K",
+    "resolution_claims": "Size of the lattice",
 }
 #: Modules with experiments only.
 TABLES = (

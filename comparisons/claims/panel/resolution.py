@@ -9,7 +9,7 @@ import shapely
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims.experiment import Record, experiment
 from cgla_graph.comparisons.claims.panel.flights import MAX_TICKS, fly, paper_lattice
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, RULES, START, Case, PanelMap
+from cgla_graph.comparisons.claims.panel.settings import FACTORS, RULES, START, PanelMap
 from cgla_graph.mission.records import MissionStatus
 from cgla_graph.solvers import solve
 
@@ -49,10 +49,9 @@ def resolution(map_: PanelMap) -> list[Record]:
     records: list[Record] = [{"mode": "known", "k": k, **compared(_planned(map_, k))} for k in KNOWN_K]
     records += [_flown(map_, radius) for radius in FACTORS["radius"]]
     for base in map_.bases:
-        for name, values in RULES.items():
-            varied: list[Case] = [{name: value} for value in values]
-            records += [_flown(map_, base["radius"], varied=f"{name} {rule[name]}", **rule) for rule in varied]
-        records.append(_flown(map_, base["radius"], base["k"], varied=f"K = {base['k']:g}"))
+        radius = base["radius"]
+        records += [_flown(map_, radius, K, f"{name} {value}", **{name: value}) for name, value in RULES.items()]
+        records += [_flown(map_, radius, k, f"K = {k:g}") for k in FACTORS["k"]]
     return [{**map_.levels, **record} for record in records]
 
 
@@ -61,7 +60,7 @@ def _planned(map_: PanelMap, k: float) -> list[Way]:
     return [Way(one.status.has_path, one.path, one.cost) for one in found]
 
 
-def _flown(map_: PanelMap, radius: float, k: float = K, *, varied: str = "", **rules: Any) -> Record:  # noqa: ANN401
+def _flown(map_: PanelMap, radius: float, k: float = K, varied: str = "", **rules: Any) -> Record:  # noqa: ANN401
     ways = []
     for n in SIZES:
         flight = fly({"a": START}, map_.field, map_.goal, k=k, radius=radius, n=n, max_ticks=MAX_TICKS, **rules)
