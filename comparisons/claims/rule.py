@@ -12,7 +12,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Row, Table
 from cgla_graph.comparisons.claims.evidence import Samples
 from cgla_graph.comparisons.claims.panel.settings import Case
-from cgla_graph.comparisons.claims.statement import Share, Sign, Statement, Within
+from cgla_graph.comparisons.claims.statement import Method, Share, Sign, Statement, Within
 from cgla_graph.comparisons.statistics.paired import holm
 
 #: Below this a p-value counts.
@@ -171,6 +171,10 @@ class Judged:
         needed = min(self._needed, 20) if isinstance(self.statement.test, Share | Within) else self._needed
         return not self.cells or any(pairs.asked < needed for pairs in self.cells.values())
 
+    def scores_at(self, part: Part) -> FloatArray:
+        """Return what each map says in a part of the panel, shape ``(maps,)``: of ratios, logarithms."""
+        return _scores(self.cells, part, self.statement.test)
+
     @property
     def answer(self) -> Answer:
         """The answer, by the `RULE`."""
@@ -298,16 +302,20 @@ def _members(cells: Iterable[Cell], part: Part) -> list[Cell]:
     ]
 
 
-def _tested(cells: Mapping[Cell, Pairs], part: Part, statement: Statement) -> Sign:
-    test = statement.test
+def _scores(cells: Mapping[Cell, Pairs], part: Part, test: Method) -> FloatArray:
+    """Return what each map says in a part of the panel, shape ``(maps,)``; a map counts once."""
     scores: dict[int, list[float]] = {}
     for cell in _members(cells, part):
         pairs = cells[cell]
         for one, first, second in zip(pairs.maps, pairs.first, pairs.second, strict=True):
             scores.setdefault(one, []).append(test.score(float(first), float(second)))
-    found = test.tested(np.array([test.pooled(of, number) for number, of in scores.items()], dtype=np.float64))
+    return np.array([test.pooled(of, number) for number, of in scores.items()], dtype=np.float64)
+
+
+def _tested(cells: Mapping[Cell, Pairs], part: Part, statement: Statement) -> Sign:
+    found = statement.test.tested(_scores(cells, part, statement.test))
     # tests ask whether the first is greater, or within
-    turned = statement.less and not isinstance(test, Within)
+    turned = statement.less and not isinstance(statement.test, Within)
     return found._replace(direction=-found.direction) if turned else found
 
 

@@ -52,6 +52,10 @@ def _against_bcv(words: str) -> list[Statement]:
     ]
 
 
+#: What C32 says, by objective of BCV-style.
+AGAINST_BCV = {words: _against_bcv(words) for words in OBJECTIVES}
+
+
 def _of_bcv(words: str) -> list[Statement]:
     """List what is said of BCV-style's arrivals, and of its way close to risk, with an objective."""
     bcv, who = {"planner": setup_name(OBJECTIVES[words])}, f"BCV-style ({words})"
@@ -91,7 +95,7 @@ def _of_bcv(words: str) -> list[Statement]:
     figures=("Fig. 5", "Table 1"),
 )
 def _check_c32(evidence: Evidence) -> Finding:
-    found = [judged(evidence.samples["single-uav"], one) for words in OBJECTIVES for one in _against_bcv(words)]
+    found = [judged(evidence.samples["single-uav"], one) for of in AGAINST_BCV.values() for one in of]
     return Finding(tuple(one.row for one in found), tables=(panel_table("CGLA over BCV-style (ratios)", found),))
 
 

@@ -30,6 +30,10 @@ def _compared(measure: str) -> list[Statement]:
     ]
 
 
+#: What C26 says.
+DIRECTIONS = [one for name in ("length", "cost", "risk") for one in _compared(name)]
+
+
 @claim(
     26,
     "Section 3.1, Fig. 2",
@@ -40,9 +44,7 @@ def _compared(measure: str) -> list[Statement]:
     figures=("Fig. 2",),
 )
 def _check_c26(evidence: Evidence) -> Finding:
-    found = [
-        judged(evidence.samples["single-uav"], one) for name in ("length", "cost", "risk") for one in _compared(name)
-    ]
+    found = [judged(evidence.samples["single-uav"], one) for one in DIRECTIONS]
     return Finding(
         tuple(one.row for one in found),
         notes=(
