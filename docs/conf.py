@@ -29,7 +29,6 @@ extensions = [
     "matplotlib.sphinxext.plot_directive",
     "mathml",
     "solver_pages",
-    "claim_pages",
 ]
 root_doc = "index"
 # the index shows it

@@ -101,6 +101,18 @@ def remark(number: int) -> str:
     return f"C{number} is left out: {LEFT_OUT[number]}" if number in LEFT_OUT else ""
 
 
+def remarks(ids: Sequence[str]) -> list[str]:
+    """
+    Say of ids (no ranges) where those went that are no claims of their own.
+
+    Examples
+    --------
+    >>> remarks(["C29", "C32", "C1-C30"])
+    ['C29 is part of C28']
+    """
+    return list(filter(None, [remark(_number(text, text)) for text in ids if "-" not in text]))
+
+
 def chosen(ids: Sequence[str]) -> list[Claim]:
     """
     Return the claims of some ids, in the order of their numbers; without ids all.

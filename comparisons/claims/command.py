@@ -11,6 +11,7 @@ from cgla_graph.comparisons.claims.artefact import Artefact, artefacts
 from cgla_graph.comparisons.claims.checking import Result, Shown, check_claims, count_steps
 from cgla_graph.comparisons.claims.claim import Answer, Claim
 from cgla_graph.comparisons.claims.evidence import Scale
+from cgla_graph.comparisons.claims.report import write_report
 from cgla_graph.comparisons.claims.store import Store
 from cgla_graph.errors import WorkerError
 from cgla_graph.model.cost_model import n_cores
@@ -121,4 +122,6 @@ def check_all(request: Request) -> Checked:
             done.failure = error
         done.results.sort(key=lambda result: result.claim.number)
         done.shown.sort(key=lambda shown: request.artefacts.index(shown.artefact))
+        if request.folder is not None:
+            done.written = write_report(request.folder, done.results, done.shown, request.scale)
     return done

@@ -1,15 +1,41 @@
-"""What a study of claims found, as one document, and written for people."""
+"""What a study of claims found: one document, and the Markdown that manual, report and terminal are made of."""
 
-from collections.abc import Sequence
-from typing import Any
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, TypeAlias
 
+from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.checking import Result
-from cgla_graph.comparisons.claims.claim import finding_document
+from cgla_graph.comparisons.claims.claim import Answer, Basis, Entry, Table, finding_document
 from cgla_graph.comparisons.claims.evidence import Scale
+from cgla_graph.comparisons.claims.headlines import headline_table
+from cgla_graph.comparisons.claims.panel import settings
+from cgla_graph.comparisons.claims.panel.single_uav import CONSTANTS
+from cgla_graph.comparisons.claims.rule import RULE, part_name
+
+#: What is known: of the study, and of each claim.
+Document: TypeAlias = Mapping[str, Any]
+
+#: Bases that stand beside an answer; the others are flights and random instances.
+_SAID = {Basis.PROOF.label, Basis.COUNTEREXAMPLE.label}
+#: Columns of statements.
+HEADS = ("claim", "statement", "answer", "where", "size", "in the paper")
+#: What a reader has to know beside the panel and the rule.
+ABOUT = (
+    "The paper prints neither its maps nor the detection radius: random maps stand for them.",
+    "Risk is the exact line integral of F; ratios of the paper's sum of F, each 0.02, differ by less than 1 %.",
+    "Planners with `-style` in their names are written after descriptions: they are not the originals.",
+)
+#: Significant digits of numbers in tables; whole numbers from here on get separators.
+DIGITS, _MANY = 4, 10_000
+#: What Markdown would take for markup; **bold** words and `code` are meant.
+_MARKUP = re.compile(r"\\|\||(?<!\*)\*(?!\*)|<(?=[A-Za-z/!?])")
 
 
 def results_document(results: Sequence[Result], scale: Scale) -> dict[str, Any]:
     """Return everything that is known as one JSON document."""
+    titles = {claim.id: title for title, of in catalogue.topics().items() for claim in of}
     return {
         "maps": scale.maps,
         "seed": scale.seed,
@@ -17,11 +43,206 @@ def results_document(results: Sequence[Result], scale: Scale) -> dict[str, Any]:
         "claims": [
             {
                 "id": result.claim.id,
+                "merged": [f"C{number}" for number in result.claim.merged],
+                "topic": titles[result.claim.id],
                 "place": result.claim.place,
                 "sentence": result.claim.sentence,
                 "reads": result.claim.reads,
+                "figures": list(result.claim.figures),
                 **finding_document(result.finding),
+                "maps": dict(result.maps),
+                "lost": dict(result.lost),
+                "seconds": result.seconds,
+                "rerun": rerun(result.claim.id, scale),
             }
             for result in results
         ],
     }
+
+
+def rerun(claim: str, scale: Scale) -> str:
+    """
+    Return the command that checks one claim again, or without its id all of them.
+
+    Examples
+    --------
+    >>> rerun("C28", Scale(maps=500, seed=7)), rerun("", Scale())
+    ('cgla claims C28 --maps 500 --seed 7', 'cgla claims')
+    """
+    maps = ["--quick"] if scale.quick else [] if scale.maps == Scale().maps else ["--maps", str(scale.maps)]
+    seed = [] if scale.seed == Scale().seed else ["--seed", str(scale.seed)]
+    return " ".join(["cgla", "claims", *([claim] if claim else []), *maps, *seed])
+
+
+def counted(document: Document) -> str:
+    """
+    Count claims, statements and answers.
+
+    Examples
+    --------
+    >>> counted({"claims": [{"rows": [{"answer": "holds"}, {"answer": "open"}]}, {"rows": [{"answer": "open"}]}]})
+    '2 sentences of the paper in 3 statements: holds 1, open 2'
+    """
+    found = Counter(row["answer"] for claim in document["claims"] for row in claim["rows"])
+    words = ", ".join(f"{answer.label} {found[answer.label]}" for answer in Answer if found[answer.label])
+    return f"{len(document['claims'])} sentences of the paper in {found.total()} statements: {words}"
+
+
+def plain(text: str) -> str:
+    r"""
+    Write a text in one line of Markdown, with what is no markup escaped.
+
+    Examples
+    --------
+    >>> print(plain("|A - A'| < <b>, in `a|b`"))
+    \|A - A'\| < \<b>, in `a\|b`
+    """
+    parts = re.split(r"(`[^`]*`)", " ".join(text.split()))
+    parts[::2] = (_MARKUP.sub(lambda found: f"\\{found[0]}", part) for part in parts[::2])
+    parts[1::2] = (part.replace("|", "\\|") for part in parts[1::2])
+    return "".join(parts)
+
+
+def written(entry: Entry) -> str:
+    """
+    Write an entry of a table.
+
+    Examples
+    --------
+    >>> [written(entry) for entry in (0.123456, 79800, None, True, "exact")]
+    ['0.1235', '79,800', '–', 'yes', 'exact']
+    """
+    if entry is None or isinstance(entry, bool):
+        return {None: "–", True: "yes", False: "no"}[entry]
+    if isinstance(entry, int):
+        return f"{entry:,}" if abs(entry) >= _MANY else str(entry)
+    return f"{entry:.{DIGITS}g}" if isinstance(entry, float) else plain(entry)
+
+
+def grid(table: Table) -> str:
+    """
+    Write a table in Markdown, numbers on the right, without columns that are empty.
+
+    Examples
+    --------
+    >>> print(grid(Table("", ("what", "where", "size"), [("length", "", 0.5)])))
+    |what|size|
+    |---|---:|
+    |length|0.5|
+    """
+    columns = [[head, *(row[number] for row in table.rows)] for number, head in enumerate(table.columns)]
+    columns = [column for column in columns if any(entry != "" for entry in column[1:])] or columns
+    right = [len(column) > 1 and not any(isinstance(one, str | bool) for one in column[1:]) for column in columns]
+    head, *rows = ([written(entry) for entry in row] for row in zip(*columns, strict=True))
+    lines = [f"|{'|'.join(row)}|" for row in (head, ["---:" if one else "---" for one in right], *rows)]
+    title, note = ([f"{plain(table.title)}:", ""] if table.title else []), ["", plain(table.note)] if table.note else []
+    return "\n".join([*title, *lines, *note])
+
+
+def items(texts: Iterable[str]) -> str:
+    """Write a list in Markdown."""
+    return "\n".join(f"- {plain(text)}" for text in texts)
+
+
+def page(document: Document) -> Iterator[str]:
+    """Yield the paragraphs of the page: what users ask, all statements by topic, the panel and the rule."""
+    many = "few maps (`--quick`)" if document["quick"] else f"{document['maps']} maps a cell"
+    yield "## Ten answers"
+    yield from answers(document)
+    yield f"{counted(document)} ({many}, seed {document['seed']})."
+    yield "## All statements"
+    yield (
+        "A claim is a sentence of the paper, in our words; its statements follow, a line each. A size is that of the "
+        "middle cell of the panel, with the least and the greatest of all cells in brackets."
+    )
+    yield from statements(document)
+    yield "## Panel and rule"
+    yield from panel(document)
+
+
+def answers(document: Document) -> Iterator[str]:
+    """Yield the table of what users ask, as far as a document answers it."""
+    table = headline_table(document)
+    if table.rows:
+        yield grid(table)
+
+
+def statements(document: Document) -> Iterator[str]:
+    """Yield a table for each topic, with a row for the sentence of each claim and one for each of its statements."""
+    for title, claims in topics(document):
+        yield f"### {title}"
+        rows: list[Sequence[str]] = []
+        for claim in claims:
+            name = ", ".join([f"**{claim['id']}**", *claim["merged"]])
+            rows.append((name, f"**{claim['sentence']}** ({claim['place']})", "", "", "", ""))
+            rows += [("", *_cells(row)) for row in claim["rows"]]
+        yield grid(Table("", HEADS, rows))
+
+
+def topics(document: Document) -> list[tuple[str, list[Document]]]:
+    """Group the claims of a document by topic, in the order of the page."""
+    titles = dict.fromkeys([*catalogue.TOPICS.values(), *(claim["topic"] for claim in document["claims"])])
+    found = [(title, [claim for claim in document["claims"] if claim["topic"] == title]) for title in titles]
+    return [(title, claims) for title, claims in found if claims]
+
+
+def _cells(row: Document) -> tuple[str, ...]:
+    basis = f" ({row['basis']})" if row["basis"] in _SAID else ""
+    return row["statement"], f"{row['answer']}{basis}", row["where"], row["size"], row["printed"]
+
+
+def panel(document: Document) -> Iterator[str]:
+    """Yield how answers were found: the panel and the rule, from the constants that the checks use."""
+    factors = {
+        "threats": settings.FACTORS["threats"],
+        "spreads of threats": [f"{name} {low:g} to {high:g}" for name, (low, high) in settings.SPREADS.items()],
+        "goal": [f"{name} {goal}" for name, goal in settings.GOALS.items()],
+        "detection radius (OR)": settings.FACTORS["radius"],
+        "risk weight K": settings.FACTORS["k"],
+    }
+    rows = [(what, ", ".join(str(level).removesuffix(".0") for level in levels)) for what, levels in factors.items()]
+    yield "Flights are judged on one panel, declared before its maps were drawn. Lengths are in map units."
+    yield grid(Table("", ("factor", "levels"), rows))
+    seeds = [settings.seeds_of(kind, document["seed"], document["maps"]) for kind in settings.KINDS]
+    bases = "; ".join(part_name(tuple(base.items())) for base in settings.BASES)
+    left_out = "; ".join(f"C{number} ({why})" for number, why in catalogue.LEFT_OUT.items())
+    said = [
+        f"{len(settings.cells())} cells; {document['maps']} maps of each kind, seeds {seeds[0][0]} to {seeds[-1][-1]}.",
+        f"Varied one at a time, for every K, from three cells ({bases}): {_varied()}.",
+        "Outside of these ranges nothing is known: a threat more, a shorter sight or a greater K may turn an answer.",
+        RULE,
+        *ABOUT,
+        *(f"**{one.label}**: {one.value}." for one in (Answer.NOT_REPRODUCED, Answer.NOT_TESTABLE)),
+        f"Left out: {left_out}.",
+    ]
+    yield items(said)
+
+
+def _varied() -> str:
+    """Name the settings that are varied, each with its values."""
+    found = {name: [value] for name, value in settings.RULES.items()}
+    for (planner, _), (_, changed) in CONSTANTS:
+        name, value = changed[-1]
+        found.setdefault(f"{planner} {name}", []).append(f"{value:g}")
+    return "; ".join(f"{name} {', '.join(dict.fromkeys(values))}" for name, values in found.items())
+
+
+def evidence(claim: Document) -> Iterator[str]:
+    """Yield all that is known of a claim."""
+    yield f"### {claim['id']} ({plain(claim['place'])}): {plain(claim['sentence'])}"
+    yield grid(Table("", (*HEADS[1:], "why"), [(*_cells(row), row["why"]) for row in claim["rows"]]))
+    yield plain(f"It reads: {claim['reads']}")
+    if claim["notes"] or claim["tables"]:
+        yield "#### Evidence"
+        yield items(claim["notes"])
+        yield from (grid(Table(one["title"], one["columns"], one["rows"], one["note"])) for one in claim["tables"])
+    sampled = [f"{name}: {number} maps" for name, number in claim["maps"].items()]
+    sampled += [f"{name}: maps that told nothing: {reason}" for name, reason in claim["lost"].items()]
+    said = {
+        "Again": f"`{claim['rerun']}`",
+        "Sample": "; ".join(sampled),
+        "Counterexamples": ", ".join(f"`{name}`" for name in claim["counterexamples"]),
+        "See": ", ".join(claim["figures"]),
+        "Parts of it": ", ".join(claim["merged"]),
+    }
+    yield plain(" ".join(f"{what}: {text}." for what, text in said.items() if text))

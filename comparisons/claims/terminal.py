@@ -1,17 +1,23 @@
-"""Claims in the terminal."""
+"""Claims in the terminal: all that is known of a few, or the answers of many."""
 
 from collections.abc import Sequence
 
+from rich.markdown import Markdown
+
 from cgla_graph.comparisons import console
+from cgla_graph.comparisons.claims import page
 from cgla_graph.comparisons.claims.checking import Result
 from cgla_graph.comparisons.claims.evidence import Scale
 
+#: Up to this many claims, all that is known of them is printed.
+FEW = 3
+
 
 def print_results(results: Sequence[Result], scale: Scale) -> None:
-    """Print a line for each statement."""
-    for result in results:
-        for row in result.finding.rows:
-            console.out(
-                f"{result.claim.id}  {row.statement}  {row.answer.label}  {row.where}  {row.size}  {row.printed}"
-            )
-    console.out(f"seed {scale.seed}")
+    """Print all that is known of a few claims; of more, the answers, those of the first page last."""
+    document = page.results_document(results, scale)
+    if len(results) <= FEW:
+        said = [paragraph for claim in document["claims"] for paragraph in page.evidence(claim)]
+    else:
+        said = [*page.statements(document), *page.answers(document)]
+    console.out_table(Markdown("\n\n".join([*said, f"{page.counted(document)} (seed {scale.seed})."])))

@@ -1,12 +1,8 @@
 """What the site is made of names everything that there is; `make docs` builds it, and takes warnings for errors."""
 
-import importlib
 import re
 import tomllib
 from pathlib import Path
-
-import pytest
-from cgla_graph.comparisons.claims.summary import shipped_verdicts
 
 import cgla_graph as cg
 from cgla_graph import comparisons
@@ -38,19 +34,3 @@ def test_every_figure_is_shown() -> None:
     pages = " ".join(page.read_text(encoding="utf-8") for page in DOCS.rglob("*.md"))
     for figure in (DOCS / "figures").glob("*.py"):
         assert f".. plot:: figures/{figure.name}\n" in pages
-
-
-def test_every_size_of_a_claim_is_on_one_axis_of_its_figure(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(DOCS / "_extensions"))
-    pictures = importlib.import_module("claim_pictures")
-    axes = tomllib.loads((DOCS / "reference" / "claim-figures.toml").read_text(encoding="utf-8"))
-    document = shipped_verdicts()
-    panels = pictures.panels_of(document, axes)
-    drawn = sum(len(panel.rows) for every in panels.values() for panel in every)
-    effects = [part["effect"] for claim in document["claims"] for part in claim["parts"]]
-    assert drawn == len(re.findall(r"95 % (?:within )?\d|\(\d[\d.]*%? to ", str(effects)))
-    for every in panels.values():
-        for row in (row for panel in every for row in panel.rows):
-            assert row.interval[0] <= row.effect[0] <= row.effect[1] <= row.interval[1]
-    with pytest.raises(ValueError, match="C28, less risk on average with limited sight: 0 axes"):
-        pictures.panels_of(document, {name: one for name, one in axes.items() if name != "C28"})

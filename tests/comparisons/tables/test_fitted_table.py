@@ -20,8 +20,6 @@ from strategies import few
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.claims import terminal
-from cgla_graph.comparisons.claims.claim import Table
 from cgla_graph.comparisons.missions.tables import flight_table, variants_table
 from cgla_graph.comparisons.results import study_output
 from cgla_graph.comparisons.study.entrant import Entrant
@@ -116,9 +114,6 @@ def tables(folder: Path) -> Iterator[FittedTable]:
     yield front_table(SCENARIO, Entrant.parse("hybrid"), front())
     flights = flown_of(CROSSING, folder)
     yield from (*map(flight_table, flights), variants_table(flights))
-    rows = [["a cell with many words in it", 200, 0.512345, -5.47512e4, 123456, 0.03, "yes"]] * 3
-    heads = ("cell", "maps", "evaded", "95 % from", "greatest of all counts", "p (Holm)", "holds")
-    yield terminal._table(Table("a title", heads, rows, "a rule"))
 
 
 @pytest.fixture(scope="module")

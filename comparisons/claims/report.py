@@ -1,0 +1,103 @@
+"""The files of a study: the report in Markdown and HTML, pictures, counterexamples and all numbers."""
+
+import base64
+import json
+import re
+from collections.abc import Iterator, Sequence
+from importlib import resources
+from pathlib import Path
+
+import jinja2
+from markdown_it import MarkdownIt
+
+import cgla_graph
+from cgla_graph.comparisons.claims import counterexamples
+from cgla_graph.comparisons.claims.artefact import Comparison, Picture
+from cgla_graph.comparisons.claims.checking import Result, Shown
+from cgla_graph.comparisons.claims.claim import Answer, Table
+from cgla_graph.comparisons.claims.evidence import Scale
+from cgla_graph.comparisons.claims.page import Document, evidence, grid, page, plain, rerun, results_document, topics
+from cgla_graph.comparisons.files import make_folder, write_bytes, write_text
+
+#: Columns of the paper's tables, remade.
+HEADS = ("whose", "what", "paper", "ours, offline", "ours, online", "comparable?", "why")
+
+
+def write_report(folder: Path, results: Sequence[Result], shown: Sequence[Shown], scale: Scale) -> list[Path]:
+    """
+    Write ``report.md``, ``report.html``, ``claims.json``, the pictures and the counterexamples.
+
+    Returns
+    -------
+    written
+        The files; of pictures and counterexamples their folders.
+
+    Raises
+    ------
+    OutputError
+        If one cannot be written.
+    """
+    document = results_document(results, scale)
+    numbers = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1)
+    text = "\n\n".join([*report(document, shown), f"All of it again: `{rerun('', scale)}`"])
+    pictures = {one.artefact.name: one.content for one in shown if isinstance(one.content, Picture)}
+    files = [
+        write_text(folder / "report.html", html(text, pictures)),
+        write_text(folder / "report.md", f"{text}\n"),
+        write_text(folder / "claims.json", f"{numbers}\n"),
+    ]
+    if pictures:
+        files.append(make_folder(folder / "figures"))
+        for name, picture in pictures.items():
+            write_bytes(folder / "figures" / f"{name}.png", picture.png)
+            write_bytes(folder / "figures" / f"{name}.svg", picture.svg)
+    # those that a finding names anywhere
+    stored = [name for name in counterexamples.names() if name in numbers]
+    if stored:
+        files.append(make_folder(folder / "counterexamples"))
+        for name in stored:
+            write_text(folder / "counterexamples" / name, counterexamples.text(name))
+    return files
+
+
+def report(document: Document, shown: Sequence[Shown]) -> Iterator[str]:
+    """Yield the paragraphs of the report: the page, the evidence for each claim, and figures and tables."""
+    yield "# The paper's claims, checked"
+    yield from page(document)
+    for title, claims in topics(document):
+        yield f"## Evidence: {title}"
+        for claim in claims:
+            yield from evidence(claim)
+    if shown:
+        yield "## Figures and tables"
+    for one in shown:
+        yield f"### {one.artefact.label}: {plain(one.artefact.title)}"
+        if isinstance(one.content, Picture):
+            yield f"![{one.artefact.label}](figures/{one.artefact.name}.png)"
+        elif isinstance(one.content, Comparison):
+            rows = [(r.label, r.quantity, r.paper, r.offline, r.online, r.comparable, r.why) for r in one.content.rows]
+            yield from (grid(table) for table in (Table("", HEADS, rows), *one.content.tables) if table.rows)
+        yield plain(one.content.caption if one.content else f"It could not be made: {one.failed}")
+
+
+def html(text: str, pictures: dict[str, Picture]) -> str:
+    """Write the report as one page that needs no other file; evidence is folded."""
+    body: str = MarkdownIt("commonmark", {"html": False}).enable("table").render(text)
+    body = re.sub(r"<h3>(C\d+)", r'<h3 id="\1">\1', body)
+    body = re.sub(r"<td><strong>(C\d+)</strong>", r'<td><a href="#\1">\1</a>', body)
+    body = re.sub(
+        r"<h4>(.*?)</h4>(.*?)(?=<p>Again: )", r"<details><summary>\1</summary>\2</details>", body, flags=re.DOTALL
+    )
+    for answer in Answer:
+        badge = f'<td><span class="verdict {answer.name.lower()}">{answer.label}</span>'
+        body = re.sub(rf"<td>{answer.label}(?=</td>| \()", badge, body)
+    for name, picture in pictures.items():
+        body = body.replace(f"figures/{name}.png", f"data:image/png;base64,{base64.b64encode(picture.png).decode()}")
+    heads = re.findall(r"<h2>(.*?)</h2>", body)
+    for number, head in enumerate(heads):
+        body = body.replace(f"<h2>{head}</h2>", f'<h2 id="part-{number}">{head}</h2>')
+    folder = resources.files("cgla_graph.comparisons.claims") / "templates"
+    style, template = ((folder / f"report.{kind}").read_text(encoding="utf-8") for kind in ("css", "html"))
+    # all of the body was escaped above
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
+    return environment.from_string(template).render(style=style, version=cgla_graph.__version__, heads=heads, body=body)

@@ -1,0 +1,166 @@
+"""
+The answers of the last full study, as they are shipped, and the pages that show them.
+
+``make claims`` makes both: it checks all claims in full, and quickly under several seeds, then runs this module, which
+ships nothing if a quick study says more than the full one, or something else.
+"""
+
+import json
+import sys
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from cgla_graph.comparisons.claims import catalogue, headlines
+from cgla_graph.comparisons.claims.claim import Answer
+from cgla_graph.comparisons.claims.evidence import Scale
+from cgla_graph.comparisons.claims.page import Document, counted, items, page
+from cgla_graph.comparisons.files import write_text
+from cgla_graph.errors import ClaimError
+
+#: The file that is shipped, and what of each claim and of each row it holds.
+FILE = "verdicts.json"
+ENTRIES = ("id", "merged", "topic", "place", "sentence")
+ROW_ENTRIES = ("statement", "answer", "basis", "where", "size", "printed")
+#: What encloses all answers on a page, or some of them in short.
+BEGIN, SHORT = (f"<!-- {words}: written by make claims -->" for words in ("answers", "answers in short"))
+END = "<!-- end of answers -->"
+
+
+def shipped_verdicts() -> dict[str, Any]:
+    """
+    Return the answers that are shipped: scale, and for each claim the `ENTRIES` and its rows.
+
+    Examples
+    --------
+    >>> sorted(shipped_verdicts()["claims"][0])
+    ['id', 'merged', 'place', 'rows', 'sentence', 'topic']
+    """
+    text = (resources.files("cgla_graph.comparisons.claims") / FILE).read_text(encoding="utf-8")
+    found: dict[str, Any] = json.loads(text)
+    return found
+
+
+def shortened(document: Document) -> dict[str, Any]:
+    """
+    Leave of what `cgla claims --json` prints what is shipped.
+
+    Raises
+    ------
+    ClaimError
+        If it is not a full study of all claims, or does not answer all questions of the first page.
+    """
+    is_all = [claim["id"] for claim in document["claims"]] == list(catalogue.claims())
+    if document["quick"] or document["maps"] < Scale().maps or not is_all:
+        msg = f"this is no full study of all claims: run cgla claims --out DIR, on at least {Scale().maps} maps a cell"
+        raise ClaimError(msg)
+    missing = [what for what, answer in _said(document).items() if answer == Answer.MISSING.label]
+    if missing or (missing := headlines.unanswered(document)):
+        msg = f"there is no answer to {'; '.join(missing)}"
+        raise ClaimError(msg)
+    return kept(document)
+
+
+def kept(document: Document) -> dict[str, Any]:
+    """Leave what is shipped, of any study."""
+    claims = [
+        {**{name: claim[name] for name in ENTRIES}, "rows": [{n: row[n] for n in ROW_ENTRIES} for row in claim["rows"]]}
+        for claim in document["claims"]
+    ]
+    return {**{name: document[name] for name in ("maps", "seed", "quick")}, "claims": claims}
+
+
+def contradictions(full: Document, quick: Document) -> list[str]:
+    """
+    List the statements of which a quick study says something else than the full one, other than that they are open.
+
+    Examples
+    --------
+    >>> said = [{"statement": "risk", "answer": "holds"}, {"statement": "length", "answer": "open"}]
+    >>> less = [{"statement": "risk", "answer": "open"}, {"statement": "length", "answer": "holds"}]
+    >>> full, quick = ({"seed": 1, "claims": [{"id": "C32", "rows": rows}]} for rows in (said, less))
+    >>> contradictions(full, quick)
+    ['C32, length: holds with --quick --seed 1, open in full']
+    """
+    ours, others = _said(full), _said(quick)
+    both = {what: (others.get(what, "not told of"), ours.get(what, "not told of")) for what in ours | others}
+    return [
+        f"{what}: {other} with --quick --seed {quick['seed']}, {own} in full"
+        for what, (other, own) in both.items()
+        if other != own and (other != Answer.OPEN.label or what not in ours)
+    ]
+
+
+def _said(document: Document) -> dict[str, str]:
+    """Return the answer to each statement, by claim and text; rows of one text are told apart by their order."""
+    found: dict[str, str] = {}
+    for claim in document["claims"]:
+        for row in claim["rows"]:
+            what = f"{claim['id']}, {row['statement']}"
+            while what in found:
+                what += " (again)"
+            found[what] = row["answer"]
+    return found
+
+
+def with_answers(text: str, document: Document) -> str:
+    """
+    Put the answers between the two marks of a page: all of them, or in short.
+
+    Raises
+    ------
+    ClaimError
+        If it does not have a first mark and the `END`, once each.
+    """
+    mark = next((one for one in (BEGIN, SHORT) if text.count(one) == text.count(END) == 1), None)
+    if mark is None:
+        msg = f"the page needs {BEGIN} or {SHORT}, and {END}, once each"
+        raise ClaimError(msg)
+    before, _, rest = text.partition(mark)
+    said = "\n\n".join(["", *page(document), ""]) if mark == BEGIN else f"\n{_short(document)}\n"
+    return f"{before}{mark}{said}{END}{rest.partition(END)[2]}"
+
+
+def _short(document: Document) -> str:
+    """Write how many statements have which answer, and what the toolkit was made to answer."""
+    links = "[all of them](docs/claims.md), [readings](docs/readings.md)"
+    answers = headlines.headline_table(document, headlines.MADE_FOR).rows
+    said = [f"{question} {answer} ({size})" for question, answer, size in answers]
+    return "\n".join([f"- {counted(document)} ({links})", items(said)])
+
+
+def main(claims: Path, *others: Path) -> None:
+    """
+    Take the answers of a study over into what is shipped, and onto pages.
+
+    Parameters
+    ----------
+    claims
+        ``claims.json`` of the study.
+    *others
+        Pages (``.md``), and what ``cgla claims --quick --json`` printed (``.json``).
+
+    Raises
+    ------
+    ClaimError
+        If it is no full study, or a quick one says something else.
+    """
+    document = shortened(_read(claims))
+    studies = [_read(path) for path in others if path.suffix == ".json"]
+    if found := [words for study in studies for words in contradictions(document, study)]:
+        msg = f"a quick study has to say the same as the full one, or that it is open: {'; '.join(found)}"
+        raise ClaimError(msg)
+    document["quick_seeds"] = [study["seed"] for study in studies]
+    pages = {path: with_answers(path.read_text(encoding="utf-8"), document) for path in others if path.suffix == ".md"}
+    write_text(Path(__file__).with_name(FILE), json.dumps(document, ensure_ascii=False, indent=1) + "\n")
+    for path, text in pages.items():
+        write_text(path, text)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return found
+
+
+if __name__ == "__main__":
+    main(*(Path(argument) for argument in sys.argv[1:]))
