@@ -15,6 +15,7 @@ TOPICS: Mapping[str, str] = {
     "bcv_claims": "BCV",
     "weight_claims": "The risk weight K",
     "resolution_claims": "Size of the lattice",
+    "model_claims": "The model of risk",
 }
 #: Modules with experiments only.
 TABLES = (
