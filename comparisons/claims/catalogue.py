@@ -21,6 +21,8 @@ TOPICS: Mapping[str, str] = {
 TABLES = (
     "cgla_graph.comparisons.claims.panel.single_uav",
     "cgla_graph.comparisons.claims.panel.resolution",
+    "cgla_graph.comparisons.claims.panel.arrivals",
+    "cgla_graph.comparisons.claims.panel.sudden",
 )
 #: Claims without weight, which are not checked, and why.
 LEFT_OUT: Mapping[int, str] = {

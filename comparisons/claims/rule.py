@@ -338,7 +338,17 @@ def _named(verb: str, parts: Sequence[Part]) -> str:
 
 
 #: How levels of factors are written.
-_WORDS = {"threats": "{} threats", "spread": "{} spreads", "goal": "goal {}", "radius": "OR {:g}", "k": "K = {:g}"}
+_WORDS = {
+    "threats": "{} threats",
+    "spread": "{} spreads",
+    "goal": "goal {}",
+    "radius": "OR {:g}",
+    "k": "K = {:g}",
+    "high": "K = {:g} against less",
+    "n": "N = {}",
+    "obstacle": "obstacle spread {:g}",
+    "ahead": "{:g} spreads ahead",
+}
 
 
 def part_name(part: Part) -> str:

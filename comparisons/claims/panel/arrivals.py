@@ -1,0 +1,141 @@
+"""Flights that could fail to arrive: plans on every tick, Step 5's exclusion, and virtual obstacles."""
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from cgla_graph._types import Point
+from cgla_graph.comparisons.claims.experiment import Record, experiment
+from cgla_graph.comparisons.claims.panel.flights import ARRIVAL_RADIUS, BOUNDS, MAX_TICKS, STEP, N, fly, paper_lattice
+from cgla_graph.comparisons.claims.panel.settings import FACTORS, KINDS, START, PanelMap
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import Flight, UavFlight
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.virtual_obstacle import VirtualObstacle
+from cgla_graph.mission.world import World
+from cgla_graph.model.risk import RiskField
+from cgla_graph.solvers import get
+
+#: Points a side, and detection radii of each, map units: all radii on the lattice whose flights are cheap.
+SIZES = {10: FACTORS["radius"], 20: (0.2,)}
+#: Where plans begin (E18): where the UAV is, or at the lattice point nearest to it.
+PLANS_BEGIN = ("exact", "snapped")
+#: Maps whose goal is on the diagonal, for what does not depend on the goal.
+ON_DIAGONAL = tuple(kind for kind in KINDS if kind.goal == "diagonal")
+#: Risk weight of flights with Step 5's exclusion: the paper's greatest, as small ones rarely plan to turn back.
+EXCLUSION_K = 200.0
+#: How far apart two positions of equal flights may be, map units: rounding only.
+SAME_PLACE = 1e-6
+#: Detection radius and risk weight of flights, where they are not varied.
+RADIUS, K = 0.2, 50.0
+SWAPPED, SIDE_BY_SIDE = "places changed", "side by side"
+#: Where two UAVs fly from and to, map units.
+COURSES: dict[str, tuple[tuple[Point, Point], tuple[Point, Point]]] = {
+    SWAPPED: ((START, (0.9, 0.9)), ((0.9, 0.9), START)),
+    SIDE_BY_SIDE: ((START, (0.9, 0.9)), ((0.1, 0.25), (0.9, 0.9))),
+}
+#: Spreads of virtual obstacles, map units: a step (E23), and the stored livelock's.
+OBSTACLE_SPREADS = (0.02, 0.05)
+#: Points a side: of the stored livelock, and the paper's.
+PAIR_SIZES = (12, N)
+#: Steps from a UAV to its virtual obstacle: the best of Fig. 7.
+STEPNUM = 3
+#: Settings of pairs that are varied one at a time from the stored livelock's.
+VARIED_PAIRS = {"K = 10": (0.2, 10.0), "K = 200": (0.2, 200.0), "OR 0.1": (0.1, K), "OR 0.4": (0.4, K)}
+
+
+@experiment("starts-of-plans")
+def starts_of_plans(map_: PanelMap) -> list[Record]:
+    """Fly with a plan on every tick that begins where the UAV is, and with one that begins at a lattice point."""
+    records: list[Record] = []
+    for n, radii in SIZES.items():
+        for radius, k, start in product(radii, FACTORS["k"], PLANS_BEGIN):
+            # no limit of ticks but the mission's: a flight that repeats its state ends at once
+            flight = fly({"a": START}, map_.field, map_.goal, k=k, radius=radius, n=n, replan="tick", start=start)
+            records.append({**map_.levels, "n": n, "radius": radius, "k": k, "start": start, **ending(flight)})
+    return records
+
+
+def ending(flight: Flight) -> Record:
+    """Return how a mission ends."""
+    return {"arrived": flight.all_arrived, "livelock": flight.livelock is not None, "ticks": flight.ticks}
+
+
+@experiment("exclusion", kinds=ON_DIAGONAL)
+def exclusion(map_: PanelMap) -> list[Record]:
+    """Fly from lattice point to lattice point with Step 5's exclusion and without, and compare the flights."""
+    # plans from scratch name the same points of those in line, whether any are excluded
+    how: dict[str, Any] = {"replan": "tick", "movement": "vertex", "incremental": False}
+    free, bound = (
+        fly({"a": START}, map_.field, map_.goal, k=EXCLUSION_K, radius=RADIUS, exclude=exclude, **how)
+        for exclude in ("none", "last")
+    )
+    differs = not same_trace(free.uavs["a"], bound.uavs["a"])
+    return [{**map_.levels, "differs": differs, **ending(bound)}]
+
+
+def same_trace(one: UavFlight, other: UavFlight) -> bool:
+    """Return whether two UAVs were in the same place on every tick, but for rounding."""
+    return one.trace.shape == other.trace.shape and bool((np.abs(one.trace - other.trace) <= SAME_PLACE).all())
+
+
+@experiment("pairs-apart", kinds=ON_DIAGONAL)
+def pairs_apart(map_: PanelMap) -> list[Record]:
+    """Fly two UAVs that keep apart by virtual obstacles, and vary K and sight from the stored livelock's settings."""
+    courses = product(COURSES, OBSTACLE_SPREADS, PAIR_SIZES)
+    cases = [(*course, "", RADIUS, K) for course in courses]
+    cases += [(SWAPPED, OBSTACLE_SPREADS[-1], PAIR_SIZES[0], varied, *how) for varied, how in VARIED_PAIRS.items()]
+    return [
+        {
+            **map_.levels,
+            "course": course,
+            "obstacle": obstacle,
+            "n": n,
+            "varied": varied,
+            **ending(fly_pair(map_.field, course, obstacle, n, radius=radius, k=k)),
+        }
+        for course, obstacle, n, varied, radius, k in cases
+    ]
+
+
+def fly_pair(
+    threats: RiskField, course: str, obstacle: float, n: int, *, radius: float = RADIUS, k: float = K
+) -> Flight:
+    """
+    Fly two UAVs that keep apart by virtual obstacles.
+
+    Parameters
+    ----------
+    threats
+        Unknown at first.
+    course
+        Where they fly, of `COURSES`.
+    obstacle
+        Spread of a virtual obstacle, map units.
+    n
+        Points a side of the lattice.
+    radius
+        Detection radius, map units; the safe distance is half of it.
+    k
+        Risk weight.
+
+    Examples
+    --------
+    >>> ending(fly_pair(RiskField(), SIDE_BY_SIDE, 0.02, 12))["arrived"]
+    True
+    """
+    uavs = [
+        Uav(name, start, goal, radius, step=STEP, k=k)
+        for name, (start, goal) in zip("ab", COURSES[course], strict=True)
+    ]
+    return Mission(
+        World(threats, bounds=BOUNDS),
+        uavs,
+        get("cgla"),
+        resolution=paper_lattice(n),
+        arrival_radius=ARRIVAL_RADIUS,
+        virtual_obstacle=VirtualObstacle(stepnum=STEPNUM, spread=obstacle),
+        collisions="record",
+        max_ticks=MAX_TICKS,
+    ).fly()
