@@ -77,6 +77,7 @@ def fly(
     k: float,
     radius: float,
     n: int = N,
+    step: float = STEP,
     safe_distance: float | None = None,
     timed: Any = (),  # noqa: ANN401 - as `World` takes them
     **rules: Any,  # noqa: ANN401 - as `Mission` takes them
@@ -100,6 +101,8 @@ def fly(
         Detection radius, map units.
     n
         Points a side of the lattice.
+    step
+        Of the UAVs, map units.
     safe_distance
         Of virtual obstacles, map units.
     timed
@@ -112,7 +115,7 @@ def fly(
     >>> fly({"a": START}, RiskField(), (0.9, 0.9), k=10.0, radius=0.2).all_arrived
     True
     """
-    uavs = [Uav(name, at, goal, radius, step=STEP, k=k, safe_distance=safe_distance) for name, at in starts.items()]
+    uavs = [Uav(name, at, goal, radius, step=step, k=k, safe_distance=safe_distance) for name, at in starts.items()]
     mission = Mission(
         World(threats, bounds=BOUNDS, timed=timed),
         uavs,
