@@ -23,6 +23,7 @@ TABLES = (
     "cgla_graph.comparisons.claims.panel.resolution",
     "cgla_graph.comparisons.claims.panel.arrivals",
     "cgla_graph.comparisons.claims.panel.sudden",
+    "cgla_graph.comparisons.claims.panel.complexity",
 )
 #: Claims without weight, which are not checked, and why.
 LEFT_OUT: Mapping[int, str] = {
