@@ -35,7 +35,7 @@ def _check_c46(evidence: Evidence) -> Finding:
         judged(
             samples,
             Statement(
-                f"paths nearly the same, {words}",
+                f"nearly the same on > {OFTEN:.0%} of maps, {words}",
                 "same",
                 {"mode": mode},
                 OFTEN,
