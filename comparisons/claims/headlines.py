@@ -1,7 +1,7 @@
 """The first page: what users ask, in their order, and the rows that answer it."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from cgla_graph.comparisons.claims.claim import Answer, Table
 
@@ -23,7 +23,7 @@ class Headline(NamedTuple):
 
 def _bcv(objective: str) -> tuple[Part, ...]:
     statements = (("risk", "less risk"), ("length", "shorter"), ("cost", "less cost"))
-    return tuple(Part(name, "C32", f"{words} ({objective})") for name, words in statements)
+    return tuple(Part(name, "C32", f"{words} than BCV-style ({objective})") for name, words in statements)
 
 
 #: The questions, in the order in which users ask them.
@@ -40,17 +40,18 @@ MADE_FOR = HEADLINES[:2]
 #: How answers are written here.
 _WORDS = {Answer.HOLDS.label: "yes", Answer.FAILS.label: "no"}
 #: Rows of a document, by claim and statement.
-_Rows = Mapping[tuple[str, str], Mapping[str, Any]]
+Rows: TypeAlias = dict[tuple[str, str], Mapping[str, Any]]
 
 
-def _rows(document: Mapping[str, Any]) -> _Rows:
+def rows_of(document: Mapping[str, Any]) -> Rows:
+    """Return the rows of a document (as of `page.results_document`) by claim and statement."""
     return {(claim["id"], row["statement"]): row for claim in document["claims"] for row in claim["rows"]}
 
 
-def unanswered(document: Mapping[str, Any], asked: Iterable[Headline] = HEADLINES) -> list[str]:
-    """List the statements without a row in a document (as of `page.results_document`), as ``C32, less cost``."""
-    rows = _rows(document)
-    return [f"{part.claim}, {part.statement}" for one in asked for part in one.parts if part[1:] not in rows]
+def unanswered(document: Mapping[str, Any], asked: Iterable[Headline] = HEADLINES) -> list[tuple[str, str]]:
+    """List the claims and statements that questions name and that a document has no row for."""
+    rows = rows_of(document)
+    return [part[1:] for one in asked for part in one.parts if part[1:] not in rows]
 
 
 def headline_table(document: Mapping[str, Any], asked: Iterable[Headline] = HEADLINES) -> Table:
@@ -64,12 +65,12 @@ def headline_table(document: Mapping[str, Any], asked: Iterable[Headline] = HEAD
     >>> headline_table({"claims": [{"id": "C1", "rows": [row]}]}, asked).rows
     [('Is it shorter? (C1)', 'yes', 'length x 0.9 (0.8 to 1)')]
     """
-    rows = _rows(document)
+    rows = rows_of(document)
     found = [_answered(one, rows) for one in asked if not unanswered(document, [one])]
     return Table("", ("question", "answer", "size"), found)
 
 
-def _answered(headline: Headline, rows: _Rows) -> tuple[str, str, str]:
+def _answered(headline: Headline, rows: Rows) -> tuple[str, str, str]:
     """Put parts together that have the same answer under the same condition."""
     parts = {part: rows[part[1:]] for part in headline.parts}
     names: dict[str, list[str]] = {}

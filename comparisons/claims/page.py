@@ -148,7 +148,7 @@ def page(document: Document) -> Iterator[str]:
     """Yield the paragraphs of the page: what users ask, all statements by topic, the panel and the rule."""
     many = "few maps (`--quick`)" if document["quick"] else f"{document['maps']} maps a cell"
     yield "## Ten answers"
-    yield from answers(document)
+    yield grid(headline_table(document))
     yield f"{counted(document)} ({many}, seed {document['seed']})."
     yield "## All statements"
     yield (
@@ -158,13 +158,6 @@ def page(document: Document) -> Iterator[str]:
     yield from statements(document)
     yield "## Panel and rule"
     yield from panel(document)
-
-
-def answers(document: Document) -> Iterator[str]:
-    """Yield the table of what users ask, as far as a document answers it."""
-    table = headline_table(document)
-    if table.rows:
-        yield grid(table)
 
 
 def statements(document: Document) -> Iterator[str]:
@@ -209,7 +202,7 @@ def panel(document: Document) -> Iterator[str]:
     said = [
         f"{len(settings.cells())} cells; {document['maps']} maps of each kind, seeds {seeds[0][0]} to {seeds[-1][-1]}.",
         f"Varied one at a time, for every K, from three cells ({bases}): {_varied()}.",
-        "Outside of these ranges nothing is known: a threat more, a shorter sight or a greater K may turn an answer.",
+        "Outside of these ranges nothing is known: other threats, radii or K may change an answer.",
         RULE,
         *ABOUT,
         *(f"**{one.label}**: {one.value}." for one in (Answer.NOT_REPRODUCED, Answer.NOT_TESTABLE)),

@@ -373,7 +373,7 @@ def _span(values: Sequence[float]) -> str:
 def panel_table(title: str, found: Iterable[Judged]) -> Table:
     """Tabulate what the levels of the panel say of statements, one row each."""
     rows = [(one.statement.text, *_level_entries(one, part)) for one in found for part in one.levels]
-    return Table(title, ("statement", "at", "maps", "size", "shown", "p"), rows, RULE)
+    return Table(title, ("statement", "at", "maps", "size", "shown", "p"), rows)
 
 
 def _level_entries(one: Judged, part: Part) -> tuple[str, int, float, str, float]:

@@ -11,9 +11,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from cgla_graph.comparisons.claims import catalogue, headlines
+from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.claim import Answer
 from cgla_graph.comparisons.claims.evidence import Scale
+from cgla_graph.comparisons.claims.headlines import MADE_FOR, headline_table, rows_of, unanswered
 from cgla_graph.comparisons.claims.page import Document, counted, items, page
 from cgla_graph.comparisons.files import write_text
 from cgla_graph.errors import ClaimError
@@ -48,15 +49,15 @@ def shortened(document: Document) -> dict[str, Any]:
     Raises
     ------
     ClaimError
-        If it is not a full study of all claims, or does not answer all questions of the first page.
+        If it is not a full study of all claims, or an answer is missing.
     """
     is_all = [claim["id"] for claim in document["claims"]] == list(catalogue.claims())
     if document["quick"] or document["maps"] < Scale().maps or not is_all:
         msg = f"this is no full study of all claims: run cgla claims --out DIR, on at least {Scale().maps} maps a cell"
         raise ClaimError(msg)
-    missing = [what for what, answer in _said(document).items() if answer == Answer.MISSING.label]
-    if missing or (missing := headlines.unanswered(document)):
-        msg = f"there is no answer to {'; '.join(missing)}"
+    missing = [what for what, row in rows_of(document).items() if row["answer"] == Answer.MISSING.label]
+    if missing or (missing := unanswered(document)):
+        msg = f"there is no answer to {'; '.join(map(', '.join, missing))}"
         raise ClaimError(msg)
     return kept(document)
 
@@ -78,29 +79,15 @@ def contradictions(full: Document, quick: Document) -> list[str]:
     --------
     >>> said = [{"statement": "risk", "answer": "holds"}, {"statement": "length", "answer": "open"}]
     >>> less = [{"statement": "risk", "answer": "open"}, {"statement": "length", "answer": "holds"}]
-    >>> full, quick = ({"seed": 1, "claims": [{"id": "C32", "rows": rows}]} for rows in (said, less))
-    >>> contradictions(full, quick)
+    >>> contradictions(*({"seed": 1, "claims": [{"id": "C32", "rows": rows}]} for rows in (said, less)))
     ['C32, length: holds with --quick --seed 1, open in full']
     """
-    ours, others = _said(full), _said(quick)
-    both = {what: (others.get(what, "not told of"), ours.get(what, "not told of")) for what in ours | others}
+    own, others = ({what: row["answer"] for what, row in rows_of(one).items()} for one in (full, quick))
     return [
-        f"{what}: {other} with --quick --seed {quick['seed']}, {own} in full"
-        for what, (other, own) in both.items()
-        if other != own and (other != Answer.OPEN.label or what not in ours)
+        f"{', '.join(what)}: {others.get(what)} with --quick --seed {quick['seed']}, {own.get(what)} in full"
+        for what in own | others
+        if others.get(what) != own.get(what) and (others.get(what) != Answer.OPEN.label or what not in own)
     ]
-
-
-def _said(document: Document) -> dict[str, str]:
-    """Return the answer to each statement, by claim and text; rows of one text are told apart by their order."""
-    found: dict[str, str] = {}
-    for claim in document["claims"]:
-        for row in claim["rows"]:
-            what = f"{claim['id']}, {row['statement']}"
-            while what in found:
-                what += " (again)"
-            found[what] = row["answer"]
-    return found
 
 
 def with_answers(text: str, document: Document) -> str:
@@ -124,21 +111,15 @@ def with_answers(text: str, document: Document) -> str:
 def _short(document: Document) -> str:
     """Write how many statements have which answer, and what the toolkit was made to answer."""
     links = "[all of them](docs/claims.md), [readings](docs/readings.md)"
-    answers = headlines.headline_table(document, headlines.MADE_FOR).rows
-    said = [f"{question} {answer} ({size})" for question, answer, size in answers]
+    said = [f"{question} {answer} ({size})" for question, answer, size in headline_table(document, MADE_FOR).rows]
     return "\n".join([f"- {counted(document)} ({links})", items(said)])
 
 
 def main(claims: Path, *others: Path) -> None:
     """
-    Take the answers of a study over into what is shipped, and onto pages.
+    Take the answers of a study (``claims.json``) over into what is shipped, and onto pages (``.md``).
 
-    Parameters
-    ----------
-    claims
-        ``claims.json`` of the study.
-    *others
-        Pages (``.md``), and what ``cgla claims --quick --json`` printed (``.json``).
+    Other files are what ``cgla claims --quick --json`` printed.
 
     Raises
     ------

@@ -8,6 +8,8 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims import page
 from cgla_graph.comparisons.claims.checking import Result
 from cgla_graph.comparisons.claims.evidence import Scale
+from cgla_graph.comparisons.claims.headlines import headline_table
+from cgla_graph.comparisons.claims.rule import RULE
 
 #: Up to this many claims, all that is known of them is printed.
 FEW = 3
@@ -18,6 +20,7 @@ def print_results(results: Sequence[Result], scale: Scale) -> None:
     document = page.results_document(results, scale)
     if len(results) <= FEW:
         said = [paragraph for claim in document["claims"] for paragraph in page.evidence(claim)]
+        said.append(RULE)
     else:
-        said = [*page.statements(document), *page.answers(document)]
+        said = [*page.statements(document), page.grid(headline_table(document))]
     console.out_table(Markdown("\n\n".join([*said, f"{page.counted(document)} (seed {scale.seed})."])))

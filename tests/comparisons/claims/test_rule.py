@@ -127,7 +127,6 @@ def test_two_records_of_one_case_are_refused() -> None:
 def test_the_printed_rule_is_the_one_that_judges() -> None:
     assert f"{ALPHA:g}" in RULE
     table = panel_table("levels", [found(lambda *_: -1.0)])
-    assert table.note == RULE
     assert [row[1] for row in table.rows] == ["10 threats", "30 threats", "OR 0.1", "OR 0.2", "OR 0.4"]
 
 
