@@ -20,6 +20,7 @@ TOPICS: Mapping[str, str] = {
 #: Modules with experiments only.
 TABLES = (
     "cgla_graph.comparisons.claims.panel.single_uav",
+    "cgla_graph.comparisons.claims.panel.learners",
     "cgla_graph.comparisons.claims.panel.resolution",
     "cgla_graph.comparisons.claims.panel.arrivals",
     "cgla_graph.comparisons.claims.panel.sudden",
