@@ -16,6 +16,8 @@ TOPICS: Mapping[str, str] = {
     "weight_claims": "The risk weight K",
     "resolution_claims": "Size of the lattice",
     "model_claims": "The model of risk",
+    "matrix_claims": "The cost matrix",
+    "path_claims": "Paths of the cost matrix",
 }
 #: Modules with experiments only.
 TABLES = (
