@@ -1,18 +1,18 @@
 """What a study of claims found: one document, and the Markdown that manual, report and terminal are made of."""
 
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.checking import Result
-from cgla_graph.comparisons.claims.claim import Answer, Basis, Entry, Table, finding_document
+from cgla_graph.comparisons.claims.claim import Answer, Basis, Table, finding_document
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.headlines import headline_table
 from cgla_graph.comparisons.claims.panel import settings
 from cgla_graph.comparisons.claims.panel.single_uav import CONSTANTS
 from cgla_graph.comparisons.claims.rule import RULE, part_name
+from cgla_graph.comparisons.tables.markdown import markdown_table, plain
 
 #: What is known: of the study, and of each claim.
 Document: TypeAlias = Mapping[str, Any]
@@ -27,10 +27,6 @@ ABOUT = (
     "Risk is the exact line integral of F; ratios of the paper's sum of F, each 0.02, differ by less than 1 %.",
     "Planners with `-style` in their names are written after descriptions: they are not the originals.",
 )
-#: Significant digits of numbers in tables; whole numbers from here on get separators.
-DIGITS, _MANY = 4, 10_000
-#: What Markdown would take for markup; **bold** words and `code` are meant.
-_MARKUP = re.compile(r"\\|\||(?<!\*)\*(?!\*)|<(?=[A-Za-z/!?])")
 
 
 def results_document(results: Sequence[Result], scale: Scale) -> dict[str, Any]:
@@ -88,59 +84,18 @@ def counted(document: Document) -> str:
     return f"{len(document['claims'])} sentences of the paper in {found.total()} statements: {words}"
 
 
-def plain(text: str) -> str:
-    r"""
-    Write a text in one line of Markdown, with what is no markup escaped.
-
-    Examples
-    --------
-    >>> print(plain("|A - A'| < <b>, in `a|b`"))
-    \|A - A'\| < \<b>, in `a\|b`
-    """
-    parts = re.split(r"(`[^`]*`)", " ".join(text.split()))
-    parts[::2] = (_MARKUP.sub(lambda found: f"\\{found[0]}", part) for part in parts[::2])
-    parts[1::2] = (part.replace("|", "\\|") for part in parts[1::2])
-    return "".join(parts)
-
-
-def written(entry: Entry) -> str:
-    """
-    Write an entry of a table.
-
-    Examples
-    --------
-    >>> [written(entry) for entry in (0.123456, 79800, None, True, "exact")]
-    ['0.1235', '79,800', '–', 'yes', 'exact']
-    """
-    if entry is None or isinstance(entry, bool):
-        return {None: "–", True: "yes", False: "no"}[entry]
-    if isinstance(entry, int):
-        return f"{entry:,}" if abs(entry) >= _MANY else str(entry)
-    return f"{entry:.{DIGITS}g}" if isinstance(entry, float) else plain(entry)
-
-
 def grid(table: Table) -> str:
-    """
-    Write a table in Markdown, numbers on the right, without columns that are empty.
-
-    Examples
-    --------
-    >>> print(grid(Table("", ("what", "where", "size"), [("length", "", 0.5)])))
-    |what|size|
-    |---|---:|
-    |length|0.5|
-    """
-    columns = [[head, *(row[number] for row in table.rows)] for number, head in enumerate(table.columns)]
-    columns = [column for column in columns if any(entry != "" for entry in column[1:])] or columns
-    right = [len(column) > 1 and not any(isinstance(one, str | bool) for one in column[1:]) for column in columns]
-    head, *rows = ([written(entry) for entry in row] for row in zip(*columns, strict=True))
-    lines = [f"|{'|'.join(row)}|" for row in (head, ["---:" if one else "---" for one in right], *rows)]
-    title, note = ([f"{plain(table.title)}:", ""] if table.title else []), ["", plain(table.note)] if table.note else []
-    return "\n".join([*title, *lines, *note])
+    """Write a table with its title and its note, without columns that are empty; nothing if it has no rows."""
+    if not table.rows:
+        return ""
+    kept = [column for column in range(len(table.columns)) if any(row[column] != "" for row in table.rows)]
+    rows = [[row[column] for column in kept] for row in table.rows]
+    lines = markdown_table([table.columns[column] for column in kept], rows)
+    return "\n\n".join(filter(None, [table.title and f"{plain(table.title)}:", lines, plain(table.note)]))
 
 
 def items(texts: Iterable[str]) -> str:
-    """Write a list in Markdown."""
+    """Write a list."""
     return "\n".join(f"- {plain(text)}" for text in texts)
 
 
@@ -149,12 +104,10 @@ def page(document: Document) -> Iterator[str]:
     many = "few maps (`--quick`)" if document["quick"] else f"{document['maps']} maps a cell"
     yield "## Ten answers"
     yield grid(headline_table(document))
+    yield "A size is that of the middle cell of the panel, with the least and the greatest of all cells in brackets."
     yield f"{counted(document)} ({many}, seed {document['seed']})."
     yield "## All statements"
-    yield (
-        "A claim is a sentence of the paper, in our words; its statements follow, a line each. A size is that of the "
-        "middle cell of the panel, with the least and the greatest of all cells in brackets."
-    )
+    yield "A row in bold is a sentence of the paper, in our words; its statements follow, a line each."
     yield from statements(document)
     yield "## Panel and rule"
     yield from panel(document)

@@ -16,8 +16,9 @@ from cgla_graph.comparisons.claims.artefact import Comparison, Picture
 from cgla_graph.comparisons.claims.checking import Result, Shown
 from cgla_graph.comparisons.claims.claim import Answer, Table
 from cgla_graph.comparisons.claims.evidence import Scale
-from cgla_graph.comparisons.claims.page import Document, evidence, grid, page, plain, rerun, results_document, topics
+from cgla_graph.comparisons.claims.page import Document, evidence, grid, page, rerun, results_document, topics
 from cgla_graph.comparisons.files import make_folder, write_bytes, write_text
+from cgla_graph.comparisons.tables.markdown import plain
 
 #: Columns of the paper's tables, remade.
 HEADS = ("whose", "what", "paper", "ours, offline", "ours, online", "comparable?", "why")
