@@ -10,7 +10,7 @@ from cgla_graph.comparisons.claims.claim import Table
 from cgla_graph.comparisons.claims.evidence import Evidence
 
 #: Modules with artefacts.
-MODULES = ("team_figures", "paper_tables", "panel_figure")
+MODULES = ("single_figures", "team_figures", "paper_tables", "panel_figure")
 
 
 @dataclass(frozen=True)

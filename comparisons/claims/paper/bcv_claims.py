@@ -33,15 +33,15 @@ _READS = (
 
 def _against_bcv(words: str) -> list[Statement]:
     """List what is said of CGLA's risk, cost and length against those of BCV-style with an objective."""
-    bcv, size, than = {"planner": setup_name(OBJECTIVES[words])}, "{} of BCV-style's", f"than BCV-style ({words})"
+    bcv, size = {"planner": setup_name(OBJECTIVES[words])}, "{} of BCV-style's"
     less = {"risk": ("less risk", "0.239"), "cost": ("less cost", ""), "length": ("shorter", "0.949, BCV's re-scaled")}
     return [
         *(
-            Statement(f"{text} {than}", measure, _CGLA, bcv, where=_FLOWN, size=size, printed=printed)
+            Statement(f"{text} ({words})", measure, _CGLA, bcv, where=_FLOWN, size=size, printed=printed)
             for measure, (text, printed) in less.items()
         ),
         Statement(
-            f"length within {SIMILAR:.0%} of BCV-style's ({words})",
+            f"length within {SIMILAR:.0%} ({words})",
             "length",
             _CGLA,
             bcv,

@@ -137,10 +137,10 @@ def test_claims_about_single_uavs_read_the_panel() -> None:
     scale = evidence.scale.__class__(maps=4, quick=True)
     evidence = Evidence(scale, evidence.samples)
     c32 = {row.statement: row for row in bcv_claims._check_c32.check(evidence).rows}
-    assert c32["less risk than BCV-style (length only)"].answer.label == "holds"
-    assert c32["less risk than BCV-style (length only)"].size.startswith("0.33")
-    assert c32["shorter than BCV-style (length only)"].answer.label == "fails"
-    assert c32["length within 10% of BCV-style's (risk-averse)"].answer.label == "holds"
+    assert c32["less risk (length only)"].answer.label == "holds"
+    assert c32["less risk (length only)"].size.startswith("0.33")
+    assert c32["shorter (length only)"].answer.label == "fails"
+    assert c32["length within 10% (risk-averse)"].answer.label == "holds"
     c26 = {row.statement: row.answer.label for row in direction_claims._check_c26.check(evidence).rows}
     assert c26["risk: greater in flight"] == "holds"
     assert c26["length: greater in flight"] == "fails"
