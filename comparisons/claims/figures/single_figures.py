@@ -178,8 +178,8 @@ def _fig_3() -> Picture:
         figure,
         "To the 400 points of the paper's lattice (N = 20). The paper says that K = 200 weighs much more than K = 10 "
         "for each point, and prints neither sigma nor a number. At least twice as much weigh, for sigma = "
-        f"{SHOWN_SIGMA}: {told}. Behind the threat the weight is up to 20 times as much; points whose segment passes it "
-        "by weigh their distance with any K.",
+        f"{SHOWN_SIGMA}: {told}. Behind the threat the weight is up to 20 times as much; points whose segment passes "
+        "it by weigh their distance with any K.",
     )
 
 
