@@ -145,7 +145,8 @@ def _plan(problem: Problem, n: int) -> dict[str, Any]:
 
 
 def _bends(path: FloatArray) -> dict[str, Any]:
-    angles = turns(np.asarray(path))
+    # rounded, so that turns of 45 degrees are equal
+    angles = turns(np.asarray(path)).round(6)
     return {"corners": len(angles), "sharpest": float(angles.max(initial=0.0)), "turning": float(angles.sum())}
 
 
