@@ -12,12 +12,15 @@ PACKAGE = "cgla_graph.comparisons.claims.paper"
 #: Modules with claims and experiments, in the order of the page, with their titles.
 TOPICS: Mapping[str, str] = {
     "direction_claims": "Eight directions",
+    "feasibility_claims": "Eight directions",
     "bcv_claims": "BCV",
     "weight_claims": "The risk weight K",
     "resolution_claims": "Size of the lattice",
     "model_claims": "The model of risk",
     "matrix_claims": "The cost matrix",
     "path_claims": "Paths of the cost matrix",
+    "complexity_claims": "Complexity and time",
+    "time_claims": "Complexity and time",
 }
 #: Modules with experiments only.
 TABLES = (

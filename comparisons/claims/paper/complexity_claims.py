@@ -1,0 +1,405 @@
+"""Complexity, from counted operations (C20 to C23)."""
+
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.claims import counterexamples
+from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.evidence import Evidence, Samples
+from cgla_graph.comparisons.claims.panel.complexity import (
+    CHANGES,
+    CROSSED,
+    FLIGHT_SIZES,
+    UNITS_A_MOVE,
+    pair_count,
+    relaxation_count,
+    rounds_until,
+    segments_within,
+)
+from cgla_graph.comparisons.claims.panel.flights import N, paper_lattice
+from cgla_graph.comparisons.claims.panel.settings import GOALS, START
+from cgla_graph.comparisons.claims.rule import Judged, judged, panel_table
+from cgla_graph.comparisons.claims.statement import Share, Shift, Statement
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.cost_to_go.repair import reweigh
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.risk import RiskField
+from cgla_graph.scenarios.random_map import random_scenario
+
+SAME = 1e-12
+#: A plan whose start is settled nearly last.
+STORED = "start-settles-late.toml"
+#: Shares of plans that something is said of hold if it does for more than this.
+MOSTLY = 0.95
+_PLANS = ("threats", "spread", "goal", "k", "n")
+_CGLA = {"planner": "cgla"}
+#: Points a side for which formulas are held against plain counts: more than the degree of any of them.
+_COUNTED = range(2, 10)
+
+
+def sample_count(n: int) -> int:
+    """
+    Return how many samples all weights take with one for each column, or row, that a segment crosses.
+
+    Examples
+    --------
+    >>> sample_count(2), sample_count(3)
+    (6, 52)
+    """
+    return n * (n**2 - 1) * (7 * n**2 + 2) // 30
+
+
+def _samples_on(lattice: Lattice) -> int:
+    """Count the samples of all pairs of a lattice."""
+    steps = np.rint(np.asarray(lattice.points) / lattice.spacing).astype(np.int64)
+    first, second = np.triu_indices(len(steps), 1)
+    return int(np.abs(steps[first] - steps[second]).max(axis=1).sum())
+
+
+@claim(
+    20,
+    "Section 4.2.3 (1)",
+    "Computing all weights takes of the order of N^4 operations.",
+    "A proof, by counts; and all kinds of maps with each K for how many weights the optimum needs, at N = 20.",
+    experiments=("plans",),
+)
+def _check_c20(evidence: Evidence) -> Finding:
+    rng = evidence.rng("C20")
+    for n in _COUNTED:
+        problem = random_scenario(int(rng.integers(2**31))).problem
+        graph = GeometricGraph.complete(paper_lattice(n), problem.field, problem.k)
+        first, second = np.triu_indices(graph.n_nodes, 1)
+        points = np.asarray(graph.positions)
+        anew = CostModel(problem.field, problem.k).weights(points[first], points[second])
+        off = np.abs(graph.weight_matrix()[first, second] - anew).max()
+        require(len(first) == pair_count(n * n) == graph.n_pairs, f"N = {n} does not have N^2 (N^2 - 1) / 2 pairs")
+        require(off <= SAME, f"a weight is {off:g} off its own integral")
+        require(_samples_on(paper_lattice(n)) == sample_count(n), f"the samples of N = {n} are not as the formula says")
+    require(_samples_on(paper_lattice()) == sample_count(N), f"the samples of N = {N} are not as the formula says")
+    needed = judged(
+        evidence.samples["plans"],
+        Statement(
+            "the optimum needs most weights",
+            "weighed_share",
+            _CGLA,
+            0.5,
+            less=False,
+            test=Shift(ratio=False),
+            factors=_PLANS[:-1],
+            where={"n": N},
+        ),
+    )
+    shares = replace(needed.statement, second=0.0, size="{} % of all")
+    order = Row(
+        "order N^4",
+        Answer.DEPENDS,
+        Basis.PROOF,
+        "holds if the time of an integral does not grow with N; fails, as N^5, with a sample for each lattice unit",
+        f"{pair_count(N * N):,} integrals or {sample_count(N):,} samples at N = {N}",
+        "N^4",
+        "N^2 (N^2 - 1) / 2 pairs have an integral each, and N (N^2 - 1) (7 N^2 + 2) / 30 samples together",
+    )
+    return Finding(
+        (order, replace(needed.row, size=judged(evidence.samples["plans"], shares).size)),
+        notes=(
+            (
+                "The sum over all pairs of the columns or rows between them is a polynomial in N of degree 5, so that "
+                f"counts at N = {_COUNTED[0]} to {_COUNTED[-1]} decide it. The number of threats is a factor of its "
+                "own, which the paper leaves out."
+            ),
+            (
+                "The exact optimum for one start and target is found with fewer weights: bounds of the cost from both "
+                "ends prove that the others are no part of it. Computing the bounds takes time as well."
+            ),
+        ),
+        tables=(panel_table("Weights that the optimum needs, above half", [needed]),),
+    )
+
+
+@dataclass(frozen=True)
+class Counted:
+    """
+    Label setting, counted as it runs.
+
+    Attributes
+    ----------
+    value
+        G of the source.
+    rounds
+        Points that served as ``p_r`` before the source came into Delta_k.
+    relaxations
+        Uses of Eq. 9; each compares a value to the least one so far as well, so that nothing is sorted.
+    """
+
+    value: float
+    rounds: int
+    relaxations: int
+
+
+def counted_label_setting(weights: FloatArray, target: int, source: int) -> Counted:
+    """
+    Run Eqs 9 to 12 one comparison after the other, on weights ``A``, shape ``(n, n)``; infinite where no edge is.
+
+    Examples
+    --------
+    >>> counted_label_setting(np.array([[0.0, 1, 9], [1, 0, 1], [9, 1, 0]]), target=2, source=0)
+    Counted(value=2.0, rounds=2, relaxations=3)
+    """
+    values = [math.inf] * len(weights)
+    values[target] = 0.0
+    unsettled = dict.fromkeys(range(len(weights)))
+    rounds = relaxations = 0
+    least = target
+    while values[least] < values[source]:
+        del unsettled[least]
+        rounds += 1
+        serving, least = least, source
+        for node in unsettled:
+            if math.isfinite(weights[node, serving]):
+                values[node] = min(values[node], float(weights[node, serving]) + values[serving])
+                relaxations += 1
+            if values[node] < values[least]:
+                least = node
+    return Counted(values[source], rounds, relaxations)
+
+
+def _late_start() -> tuple[int, int]:
+    """Return the rounds of the stored plan until its start is in Delta_k, and its nodes."""
+    scenario = counterexamples.scenario(STORED)
+    on = scenario.problem.on_lattice(scenario.lattice).with_weights_held()
+    rounds, nodes = cost_matrix(on.graph, on.target, source=on.source).rounds, on.graph.n_nodes
+    require(rounds >= nodes - 2, f"on the stored map the start is in Delta_k after {rounds} rounds already")
+    return rounds, nodes
+
+
+@claim(
+    21,
+    "Section 4.2.3 (2)",
+    "Computing G takes T N^2 ln N^2, where T is far smaller than N.",
+    "T as rounds until p_s is in Delta_k and as straight pieces of the path, planned with all known: all kinds of maps "
+    "with each K, and N = 10, 20 and 25, as how far is far may depend on N. T as moves: a proof.",
+    experiments=("plans",),
+)
+def _check_c21(evidence: Evidence) -> Finding:
+    rng = evidence.rng("C21")
+    for _ in range(evidence.instances(30, 5)):
+        lattice = paper_lattice(int(rng.integers(3, 9)))
+        on = random_scenario(int(rng.integers(2**31))).problem.on_lattice(lattice).with_weights_held()
+        graph, source = on.graph, on.graph.index_of(on.source)
+        counted = counted_label_setting(graph.weight_matrix(), graph.index_of(on.target), source)
+        matrix = cost_matrix(graph, on.target)
+        require(math.isclose(counted.value, matrix.value(on.source), rel_tol=SAME), "the counts are of another cost")
+        require(counted.rounds == rounds_until(matrix, source), "the start comes into Delta_k in another round")
+        require(
+            counted.relaxations == relaxation_count(graph.n_nodes, counted.rounds),
+            "uses of Eq. 9 are not as the formula has it",
+        )
+    last, nodes = _late_start()
+    moves = sorted(math.dist(START, goal) / UNITS_A_MOVE for goal in GOALS.values())
+    shares = {"T below N": "below", "T below 0.5 N (bar set later)": "below_half"}
+    found = [
+        judged(evidence.samples["plans"], one)
+        for one in (
+            Statement("T below N, as rounds", "rounds_over_n", _CGLA, 1.0, factors=_PLANS, size="{} N"),
+            *(
+                Statement(
+                    f"{text}, as edges of the path",
+                    measure,
+                    _CGLA,
+                    MOSTLY,
+                    less=False,
+                    test=Share(MOSTLY),
+                    factors=_PLANS,
+                    size="{} % of plans",
+                )
+                for text, measure in shares.items()
+            ),
+            Statement("edges", "edges_over_n", _CGLA, 1.0, factors=_PLANS, size="{} N"),
+        )
+    ]
+    *stated, edges = found
+    rounds, *on_edges = (one.row for one in stated)
+    return Finding(
+        (
+            Row(
+                "at most T N^2 ln N^2, T as rounds",
+                Answer.HOLDS,
+                Basis.PROOF,
+                why="T rounds use Eq. 9 T N^2 - T (T + 1) / 2 times, with a comparison each: order N^4 where T is N^2",
+            ),
+            replace(rounds, why=f"{rounds.why}; {last} rounds of {nodes} nodes on a stored map"),
+            Row(
+                f"T below N, as moves of {UNITS_A_MOVE} lattice units",
+                Answer.FAILS,
+                Basis.PROOF,
+                size=f"at least {moves[0]:.3g} N",
+                why=f"the straight lines of the panel take {moves[0]:.3g} N and {moves[1]:.3g} N moves",
+            ),
+            replace(on_edges[0], size=f"{on_edges[0].size}, T = {edges.size}"),
+            *on_edges[1:],
+        ),
+        notes=(
+            (
+                "The paper writes one T for rounds, moves and edges. Edges are the straight pieces of a path: points "
+                "of the lattice that it passes straight on do not count. Delta_k needs no sorting, so that ln N^2 "
+                f"could be left out. A share of plans is tested against {MOSTLY:.0%}."
+            ),
+        ),
+        tables=(panel_table("T of plans with all known", stated),),
+        counterexamples=(STORED,),
+    )
+
+
+_PLANNING = {"on every move": "every move", "when something is seen": "on change"}
+#: Goals are pooled: each map flies in a third of the cells of radius and K.
+_FLOWN = ("threats", "spread", "radius", "k")
+
+
+@claim(
+    22,
+    "Section 4.2.3, Eq. 14",
+    "A flight of T moves takes T N^4 + T^2 N^2 ln N^2, roughly between N^4 and N^5.",
+    f"Operations of whole flights at N = {', '.join(map(str, FLIGHT_SIZES))}, an exponent for each map: threats, "
+    "spreads, detection radii and K, both goals together, as each map flies in a third of the cells. Varied: steps "
+    "of 0.02 at each N, and not of 0.4 lattice units. T is the number of moves; the bounds are 4 and 5 to the letter.",
+    experiments=("flight-operations",),
+)
+def _check_c22(evidence: Evidence) -> Finding:
+    rng = evidence.rng("C22")
+    for _ in range(evidence.instances(200, 50)):
+        moves, n, log = (Fraction(int(rng.integers(1, 10**6)), int(rng.integers(1, 100))) for _ in range(3))
+        require(
+            moves * (n**4 + moves * n**2 * log) == moves * n**4 + moves**2 * n**2 * log, "Eq. 14 does not multiply out"
+        )
+    require(all(n * math.log(n**2) <= n**2 for n in range(1, 1001)), "with T = N the second term is the larger one")
+    require(
+        all(n**2 * math.log(n**2) > n**2 for n in range(2, 1001)), "with T = N^2 the second term is the smaller one"
+    )
+    found = [_between(evidence.samples["flight-operations"], *words) for words in _PLANNING.items()]
+    return Finding(
+        (
+            Row(
+                "T N^4 + T^2 N^2 ln N^2",
+                Answer.HOLDS,
+                Basis.PROOF,
+                "T plans of T rounds each",
+                why="moves times the work of a plan, T (N^4 + T N^2 ln N^2), multiplied out in fractions",
+            ),
+            Row(
+                "the first term decides",
+                Answer.DEPENDS,
+                Basis.PROOF,
+                "holds if T ln N^2 <= N^2, as for T = N moves; fails for T = N^2 rounds of a plan, which C21 counts",
+                why="T^2 N^2 ln N^2 <= T N^4 if and only if T ln N^2 <= N^2; with T = N^2, Eq. 14 is N^6 ln N^2",
+            ),
+            *(row for _, row in found),
+        ),
+        notes=(
+            (
+                "Operations: an integral for each pair, and uses of Eq. 9 until p_s is in Delta_k, on what the UAV "
+                "knew then. A move of 0.4 lattice units (E16) makes moves grow with N, and so the exponent by one; "
+                "with steps of one length they do not. Samples in each lattice unit add one to each exponent, and "
+                "leaving out pairs that cannot matter takes most of the work away (C20)."
+            ),
+        ),
+        tables=(panel_table("Distance of exponents from 4.5, below 0.5", [one for one, _ in found]),),
+    )
+
+
+def _between(samples: Samples, words: str, planning: str) -> tuple[Judged, Row]:
+    """Judge whether operations grow with an exponent of 4 to 5: one that is less than a half from 4.5."""
+    statement = Statement(
+        f"between N^4 and N^5, planning {words}",
+        "off_middle",
+        {"planning": planning},
+        0.5,
+        test=Shift(ratio=False),
+        factors=_FLOWN,
+        printed="4 to 5",
+    )
+    found = judged(samples, statement)
+    exponents = judged(samples, replace(statement, measure="exponent", second=0.0, size="exponent {}"))
+    return found, replace(found.row, size=exponents.size)
+
+
+@claim(
+    23,
+    "Section 4.2.3, Remark 3",
+    "When something is detected, only the edges that it crosses need a new weight: far fewer than all.",
+    "The first half: a proof. The second: the last threat of each map comes up where the others are known, on all "
+    "kinds of maps, with each K, at N = 20; varied: N = 10. Far fewer is read as fewer than half.",
+    experiments=("new-threat",),
+)
+def _check_c23(evidence: Evidence) -> Finding:
+    reaches, further = _unreached_weights_stay(evidence)
+    texts = {
+        "changed": "fewer than half of all weights change",
+        "changed_much": f"fewer than half change by {CHANGES['changed_much']:g} (bar set later)",
+        "crossed": f"fewer than half are within {CROSSED:g} spreads",
+    }
+    shares = [
+        Statement(text, measure, {}, 0.5, test=Shift(ratio=False), factors=("threats", "spread", "goal", "k"))
+        for measure, text in texts.items()
+    ]
+    samples = evidence.samples["new-threat"]
+    found = [judged(samples, one) for one in shares]
+    return Finding(
+        (
+            Row(
+                "an edge out of reach keeps its weight",
+                Answer.HOLDS,
+                Basis.PROOF,
+                f"within reach is {reaches:.3g} spreads",
+                why=f"to the last bit; beyond {CROSSED:g} spreads weights still change, by up to {further:.1g}",
+            ),
+            *(
+                replace(one.row, size=judged(samples, replace(one.statement, second=0.0, size="{} %")).size)
+                for one in found
+            ),
+        ),
+        notes=(
+            (
+                "A threat's factor in Eq. 2 is 1 where its risk is 0, so that the integral over a segment that it does "
+                "not reach stays the same. A Gaussian has no edge: reach is where its risk falls below what rounding "
+                "drops, and any change above rounding counts."
+            ),
+        ),
+        tables=(panel_table("Shares of weights that a new threat changes, below a half", found),),
+    )
+
+
+def _unreached_weights_stay(evidence: Evidence) -> tuple[float, float]:
+    """
+    Check on random maps that only weights within reach of a new threat change, and that an update knows which.
+
+    Returns
+    -------
+    reach
+        Of the threats, in spreads: the least.
+    further
+        By how much a weight of a segment beyond `CROSSED` spreads changes, at most, map units.
+    """
+    rng, reaches, further = evidence.rng("C23"), [], 0.0
+    for _ in range(evidence.instances(40, 6)):
+        lattice = paper_lattice(int(rng.integers(6, 15)))
+        first, second = np.triu_indices(lattice.n_points, 1)
+        problem = random_scenario(int(rng.integers(2**31)), threats=int(rng.choice([10, 30]))).problem
+        seen, known = problem.field.threats[-1], problem.field.threats[:-1]
+        before = GeometricGraph.complete(lattice, RiskField(known), problem.k)
+        updated = reweigh(before, CostModel(problem.field, problem.k)).weight_matrix()[first, second]
+        fresh = GeometricGraph.complete(lattice, problem.field, problem.k).weight_matrix()[first, second]
+        old = before.weight_matrix()[first, second]
+        require(np.array_equal(updated, fresh), "an update is not the matrix from scratch")
+        reach = math.sqrt(float(problem.field.table[list(problem.field.threats).index(seen), 2]))
+        outside = ~segments_within(lattice, seen, reach * (1.0 + SAME))
+        require(np.array_equal(old[outside], fresh[outside]), "a weight out of the threat's reach changed")
+        reaches.append(reach / seen.spread)
+        beyond = ~segments_within(lattice, seen, CROSSED * seen.spread)
+        further = max(further, float(np.abs(fresh - old)[beyond].max(initial=0.0)))
+    return min(reaches), further

@@ -1,0 +1,118 @@
+"""Eight directions, feasibility and complexity (C55): plans found, turns, and operations."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.evidence import Evidence
+from cgla_graph.comparisons.claims.panel.complexity import pair_count
+from cgla_graph.comparisons.claims.panel.flights import N, paper_lattice
+from cgla_graph.comparisons.claims.paper.complexity_claims import SAME, counted_label_setting
+from cgla_graph.comparisons.claims.rule import judged, panel_table
+from cgla_graph.comparisons.claims.statement import Rate, Shift, Statement
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.scenarios.random_map import random_scenario
+
+_EIGHT, _CGLA = {"planner": "eight-direction"}, {"planner": "cgla"}
+_KNOWN = ("threats", "spread", "goal", "k", "n")
+#: From so many points a side on, weights and operations are fewer for certain.
+FEWER_FROM = 5
+
+
+def neighbour_count(n: int) -> int:
+    """
+    Return how many pairs of neighbours in eight directions a lattice of n x n points has.
+
+    Examples
+    --------
+    >>> neighbour_count(2), neighbour_count(20)
+    (6, 1482)
+    """
+    return 4 * n * n - 6 * n + 2
+
+
+@claim(
+    55,
+    "Section 3.1",
+    "Eight directions substantially affect whether a path can be flown, and the complexity of finding one.",
+    "Complexity: a proof. Turns: plans with all known on all kinds of maps, with each K, at N = 10, 20 and 25. Plans "
+    "found, which do not depend on threats: both goals, areas 0.075 apart and walls with one passage, at the same N; "
+    "varied: the rule for corners of areas, and the lattice.",
+    experiments=("plans", "passages"),
+)
+def _check_c55(evidence: Evidence) -> Finding:
+    _fewer_operations(evidence)
+    plans = evidence.samples["plans"]
+    turned = [
+        judged(
+            plans,
+            Statement(
+                text, measure, _EIGHT, _CGLA, less=False, test=Shift(ratio=False), factors=_KNOWN, size="by {} degrees"
+            ),
+        )
+        for text, measure in (("its sharpest turn is sharper", "sharpest"), ("it turns more in all", "turning"))
+    ]
+    found = judged(
+        evidence.samples["passages"],
+        Statement(
+            "fewer plans are found",
+            "found",
+            _EIGHT,
+            _CGLA,
+            test=Rate(),
+            factors=("goal", "passage", "n"),
+            size="{first} % against {second} %",
+        ),
+    )
+    neighbours, pairs = neighbour_count(N), pair_count(N * N)
+    return Finding(
+        (
+            found.row,
+            *(one.row for one in turned),
+            Row(
+                "fewer weights and operations",
+                Answer.HOLDS,
+                Basis.PROOF,
+                f"all weights are computed, N at least {FEWER_FROM}",
+                f"{neighbours:,} against {pairs:,} weights at N = {N}",
+                why="4 N^2 - 6 N + 2 pairs of neighbours against N^2 (N^2 - 1) / 2 pairs, and Eq. 9 uses none twice",
+            ),
+        ),
+        notes=(
+            (
+                "Edges in eight directions are edges of the complete graph: it has a plan wherever they have one, so "
+                "that the rate of plans found can only be less. A lattice unit is 1 / N wide; a passage of a unit or "
+                "more is no obstacle. The complete graph's optimum takes few of its weights, too (C20)."
+            ),
+        ),
+        tables=(
+            panel_table("Plans found past no-fly areas (rates, eight directions less any)", [found]),
+            panel_table("Turns of plans in eight directions, less those in any (degrees)", turned),
+        ),
+    )
+
+
+def _fewer_operations(evidence: Evidence) -> None:
+    """Count edges, and uses of Eq. 9, on lattices in eight directions."""
+    rng = evidence.rng("C55")
+    for n in range(2, 3 + evidence.instances(10, 5)):
+        problem = random_scenario(int(rng.integers(2**31))).problem
+        lattice = paper_lattice(n)
+        places = np.asarray(lattice.points)[rng.choice(n * n, 2, replace=False)]
+        start, goal = ((float(x), float(y)) for x, y in places)
+        on = replace(problem, start=start, goal=goal).on_eight_connected(lattice)
+        edges = on.graph.n_pairs
+        require(edges == neighbour_count(n), f"N = {n} has {edges} pairs of neighbours")
+        counted = counted_label_setting(
+            on.graph.weight_matrix(), on.graph.index_of(on.target), on.graph.index_of(on.source)
+        )
+        best = cost_matrix(on.graph, on.target).value(on.source)
+        require(math.isclose(counted.value, best, rel_tol=SAME), "the counts are of another cost")
+        require(counted.relaxations <= edges, f"Eq. 9 is used {counted.relaxations} times on {edges} edges")
+    # from there on by induction: the right side grows faster
+    require(
+        all(2 * neighbour_count(n) < pair_count(n * n) for n in range(FEWER_FROM, 1000)),
+        "weights and uses of Eq. 9 are not fewer",
+    )
