@@ -1,7 +1,9 @@
 """What a study of claims has measured, found and drawn so far: one JSON line each, of the code that is running."""
 
 import hashlib
+import inspect
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from functools import cache
@@ -9,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import cgla_graph
-from cgla_graph.comparisons.claims import panel
+from cgla_graph.comparisons.claims import catalogue, panel
 from cgla_graph.comparisons.claims.artefact import Comparison, Content, Picture, TableRow
 from cgla_graph.comparisons.claims.claim import Answer, Finding, Table, finding_document, finding_from
 from cgla_graph.comparisons.claims.evidence import Scale
@@ -22,6 +24,8 @@ from cgla_graph.errors import ClaimError
 FILE, _WHAT = "claims.jsonl", "claims"
 #: The kinds of lines, and of tasks.
 SAMPLE, FINDING, FIGURE = "sample", "finding", "figure"
+#: How a module of the panel imports another one.
+_USED = re.compile(r"comparisons\.claims\.panel\.(\w+) import")
 
 
 class Measured(NamedTuple):
@@ -50,8 +54,8 @@ class Store:
     The one writer of a study's file (``claims.jsonl``); a context manager, which holds its lock.
 
     What was measured by other code than today's is not taken up again: a line counts only if it has the fingerprint of
-    the sources that it follows from. Samples follow from the library, the solvers and the panel; findings, figures and
-    tables from all sources, and from the scale. What failed is not kept, but for samples.
+    the sources that it follows from. Samples follow from the library, the solvers and their modules of the panel;
+    findings, figures and tables from all sources, and from the scale. What failed is not kept, but for samples.
 
     Parameters
     ----------
@@ -128,7 +132,7 @@ class Store:
         missing = kind == FINDING and Answer.MISSING in result.finding.answers
         if missing or (kind == FIGURE and result.failed):
             return result
-        line: Line = {"kind": kind, "key": names, "code": fingerprint(kind), **_document(kind, result)}
+        line: Line = {"kind": kind, "key": names, "code": fingerprint(*_followed(key)), **_document(kind, result)}
         if kind != SAMPLE:
             line["scale"] = _scale_key(self.scale)
         if self._log is not None:
@@ -141,7 +145,10 @@ class Store:
         scale = _scale_key(self.scale)
         with understood(self._path):
             for line in lines:
-                if line["code"] == fingerprint(line["kind"]) and line.get("scale", scale) == scale:
+                if (
+                    line["code"] == fingerprint(*_followed((line["kind"], *line["key"])))
+                    and line.get("scale", scale) == scale
+                ):
                     self._results[line["kind"], *line["key"]] = _read(line)
         return []
 
@@ -175,6 +182,11 @@ def _read(line: Line) -> Measured | Found | Drawn:
     return Drawn(Comparison(line["caption"], [TableRow(**row) for row in line["rows"]], tables))
 
 
+def _followed(key: Key) -> tuple[str, ...]:
+    """Return what `fingerprint` takes for a line."""
+    return (SAMPLE, str(key[1])) if key[0] == SAMPLE else (key[0],)
+
+
 def _scale_key(scale: Scale) -> list[int]:
     return [scale.maps, scale.seed, int(scale.quick)]
 
@@ -186,21 +198,37 @@ def _plain(value: Any) -> Any:  # noqa: ANN401 - any entry of a record
 
 
 @cache
-def fingerprint(kind: str) -> str:
+def fingerprint(kind: str, name: str = "") -> str:
     """
     Return what tells one state of the sources from another that lines of a kind follow from.
 
+    Parameters
+    ----------
+    kind
+        `SAMPLE`, `FINDING` or `FIGURE`.
+    name
+        Of the experiment, for samples.
+
     Examples
     --------
-    >>> len(fingerprint(SAMPLE)), fingerprint(SAMPLE) == fingerprint(FINDING)
+    >>> len(fingerprint(SAMPLE, "single-uav")), fingerprint(SAMPLE, "single-uav") == fingerprint(FINDING)
     (16, False)
     """
     # the folders of a checkout are no subfolders of each other
-    measured = (cgla_graph, cgla_graph.solvers, panel)
+    packages = [cgla_graph, cgla_graph.solvers] + ([] if kind == SAMPLE else [cgla_graph.comparisons])
+    files = [path for package in packages for path in sorted(Path(package.__path__[0]).rglob("*.py"))]
     digest = hashlib.sha256()
-    for package in measured if kind == SAMPLE else (*measured, cgla_graph.comparisons):
-        root = Path(package.__path__[0])
-        for path in sorted(root.rglob("*.py")):
-            digest.update(path.relative_to(root).as_posix().encode())
-            digest.update(path.read_bytes())
+    for path in [*files, *(_panel_files(name) if kind == SAMPLE else [])]:
+        digest.update(path.name.encode())
+        digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
+
+
+def _panel_files(name: str) -> list[Path]:
+    """List the files that an experiment follows from: its module, and those of the panel that it uses."""
+    one = catalogue.experiments().get(name)
+    found = [] if one is None else [Path(inspect.getfile(one.sample))]
+    for path in found:
+        used = (Path(panel.__path__[0]) / f"{module}.py" for module in _USED.findall(path.read_text(encoding="utf-8")))
+        found += [file for file in dict.fromkeys(used) if file not in found]
+    return sorted(found)

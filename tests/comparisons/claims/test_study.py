@@ -127,15 +127,18 @@ def test_findings_of_another_scale_and_samples_of_other_code_do_not_count(
         _findings(kept)
     with Store(tmp_path, Scale(maps=4), resume=True) as kept:
         assert (len(kept.keys(SAMPLE)), len(kept.keys(FINDING))) == (5, 0)
-    monkeypatch.setattr(store, "fingerprint", lambda _: "other")
+    monkeypatch.setattr(store, "fingerprint", lambda *_: "other")
     with Store(tmp_path, QUICK, resume=True) as kept:
         assert not kept.keys(SAMPLE)
 
 
 def test_a_change_of_claims_keeps_what_was_measured() -> None:
-    """Samples follow from the library, the solvers and the panel, and not from the checks."""
-    sources = {kind: store.fingerprint(kind) for kind in (SAMPLE, FINDING, FIGURE)}
-    assert sources[FINDING] == sources[FIGURE] != sources[SAMPLE]
+    """Samples follow from the library, the solvers and their own modules of the panel, and not from the checks."""
+    assert store.fingerprint(FINDING) == store.fingerprint(FIGURE)
+    names = ("single-uav", "resolution")
+    assert len({store.fingerprint(FINDING), *(store.fingerprint(SAMPLE, name) for name in names)}) == 1 + len(names)
+    files = {path.name for path in store._panel_files("single-uav")}
+    assert files == {"flights.py", "settings.py", "single_uav.py"}
 
 
 @pytest.mark.usefixtures("small")
