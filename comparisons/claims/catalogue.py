@@ -30,6 +30,8 @@ TABLES = (
     "cgla_graph.comparisons.claims.panel.arrivals",
     "cgla_graph.comparisons.claims.panel.sudden",
     "cgla_graph.comparisons.claims.panel.complexity",
+    "cgla_graph.comparisons.claims.panel.teams",
+    "cgla_graph.comparisons.claims.panel.one_matrix",
 )
 #: Claims without weight, which are not checked, and why.
 LEFT_OUT: Mapping[int, str] = {
