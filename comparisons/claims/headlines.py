@@ -26,17 +26,41 @@ def _bcv(objective: str) -> tuple[Part, ...]:
     return tuple(Part(name, "C32", f"{words} than BCV-style ({objective})") for name, words in statements)
 
 
+def _parts(claim: str, **statements: str) -> tuple[Part, ...]:
+    return tuple(Part(name.replace("_", " "), claim, statement) for name, statement in statements.items())
+
+
 #: The questions, in the order in which users ask them.
 HEADLINES: tuple[Headline, ...] = (
+    Headline(
+        "Theorem 1: does G converge, and is the path optimal?",
+        (Part("G", "C11", "G converges, and settled values stay"), Part("path", "C14", "no path has a lower J")),
+    ),
     Headline(
         "Do eight directions make a path longer, dearer, riskier?",
         tuple(Part(name, "C26", f"{name}: greater, all known") for name in ("length", "cost", "risk")),
     ),
     Headline("Has CGLA less risk, length, cost than BCV-style, which minimises length?", _bcv("length only")),
     Headline("The same, if BCV-style is averse to risk?", _bcv("risk-averse")),
+    Headline(
+        "Does a greater K take less risk?",
+        _parts(
+            "C28",
+            all_known="never more risk, never shorter, with all known",
+            in_flight="less risk in flight, K = 200 against 10",
+        ),
+    ),
+    Headline(
+        "Are paths for N = 15, 20, 25 nearly the same?",
+        _parts(
+            "C46",
+            all_known="nearly the same on > 90% of maps, all known",
+            in_flight="nearly the same on > 90% of maps, in flight",
+        ),
+    ),
 )
 #: Those that the toolkit was made for, shown in the README.
-MADE_FOR = HEADLINES[:2]
+MADE_FOR = HEADLINES[1:3]
 #: How answers are written here.
 _WORDS = {Answer.HOLDS.label: "yes", Answer.FAILS.label: "no"}
 #: Rows of a document, by claim and statement.
@@ -78,6 +102,10 @@ def _answered(headline: Headline, rows: Rows) -> tuple[str, str, str]:
         answer = _WORDS.get(row["answer"], row["answer"])
         names.setdefault(": ".join(filter(None, [answer, row["where"]])), []).append(part.name)
     answers = [answer if len(names) == 1 else f"{', '.join(of)}: {answer}" for answer, of in names.items()]
-    sizes = [f"{part.name} {row['size']}".strip() for part, row in parts.items() if row["size"]]
+    sizes = [(part.name, row["size"].rpartition(")")) for part, row in parts.items() if row["size"]]
+    units = {size[-1] for _, size in sizes}
+    # of one unit, it is said once
+    unit = units.pop() if len(units) == 1 and all(size[0] for _, size in sizes) else ""
+    said = "; ".join(f"{name} {''.join(size).removesuffix(unit)}".strip() for name, size in sizes) + unit
     claims = ", ".join(dict.fromkeys(part.claim for part in headline.parts))
-    return f"{headline.question} ({claims})", "; ".join(answers), "; ".join(sizes)
+    return f"{headline.question} ({claims})", "; ".join(answers), said

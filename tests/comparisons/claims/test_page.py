@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from cgla_graph.comparisons.claims import catalogue, page, report, rule, summary, terminal
+from cgla_graph.comparisons.claims import catalogue, counterexamples, page, report, rule, summary, terminal
 from cgla_graph.comparisons.claims.artefact import Artefact, Comparison, Picture, TableRow
 from cgla_graph.comparisons.claims.checking import Result, Shown
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Claim, Finding, Row, Table, missing
 from cgla_graph.comparisons.claims.evidence import Scale
-from cgla_graph.comparisons.claims.headlines import HEADLINES, Headline, Part, headline_table
+from cgla_graph.comparisons.claims.headlines import HEADLINES, MADE_FOR, Headline, Part, headline_table
 from cgla_graph.comparisons.claims.panel import settings
 from cgla_graph.errors import ClaimError
 
@@ -28,7 +28,7 @@ RESULTS = [
             ),
             (f"a note {EVIL}",),
             (Table("squares", ("map", "square"), [(1, 79800), (EVIL, None)], note="of seeds"),),
-            ("remark-1-star.json",),
+            (counterexamples.names()[0],),
         ),
         1.0,
         {"squares": 40},
@@ -62,7 +62,7 @@ def test_page_report_terminal_and_json_say_the_same(tmp_path: Path, capfd: pytes
         *("report.html", "report.md", "claims.json", "figures", "counterexamples"),
     }
     assert {path.name for path in (tmp_path / "figures").iterdir()} == {"fig-1.png", "fig-1.svg"}
-    assert [path.name for path in (tmp_path / "counterexamples").iterdir()] == ["remark-1-star.json"]
+    assert [path.name for path in (tmp_path / "counterexamples").iterdir()] == counterexamples.names()[:1]
     document = json.loads((tmp_path / "claims.json").read_text())
     assert document == json.loads(json.dumps(page.results_document(RESULTS, scale)))
     terminal.print_results(RESULTS, scale)
@@ -135,15 +135,20 @@ def test_the_first_page_has_ten_questions_at_most_and_its_numbers_from_rows() ->
     assert 1 <= len(first.rows) == len(HEADLINES) <= 10
     assert {row[1] for row in first.rows} == {"yes"}
     assert all("x 0.9 (0.8 to 1)" in str(row[2]) for row in first.rows)
+    assert all("direction" in MADE_FOR[0].question and "BCV" in one.question for one in MADE_FOR[1:])
     rows = [
-        {"statement": "less", "answer": "depends", "where": "fails at OR 0.1", "size": "x 0.5"},
-        {"statement": "shorter", "answer": "fails", "where": "", "size": "x 1.2"},
+        {"statement": "less", "answer": "depends", "where": "fails at OR 0.1", "size": "0.5 (0.4 to 2) of its"},
+        {"statement": "shorter", "answer": "fails", "where": "", "size": "1 (0.9 to 1.1) of its"},
         {"statement": "cheaper", "answer": "fails", "where": "", "size": ""},
     ]
     parts = (Part("risk", "C1", "less"), Part("length", "C1", "shorter"), Part("cost", "C1", "cheaper"))
     document = {"claims": [{"id": "C1", "rows": rows}]}
     assert headline_table(document, [Headline("Better?", parts)]).rows == [
-        ("Better? (C1)", "risk: depends: fails at OR 0.1; length, cost: no", "risk x 0.5; length x 1.2"),
+        (
+            "Better? (C1)",
+            "risk: depends: fails at OR 0.1; length, cost: no",
+            "risk 0.5 (0.4 to 2); length 1 (0.9 to 1.1) of its",
+        ),
     ]
     # what is not answered in full is left out
     assert not headline_table(document, [Headline("Better?", (*parts, Part("", "C2", "less")))]).rows
@@ -182,7 +187,7 @@ def test_make_claims_writes_what_is_shipped_and_the_pages(tmp_path: Path, monkey
         assert text.endswith(f"{summary.END}\nbelow\n")
         assert first in text
         assert "old" not in text.splitlines()
-        assert all(one.question in text for one in HEADLINES[:2])
+        assert all(one.question in text for one in MADE_FOR)
     with pytest.raises(ClaimError, match="once each"):
         summary.with_answers("no marks", shipped)
     # a quick study that says more than the full one
