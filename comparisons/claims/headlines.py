@@ -23,7 +23,7 @@ class Headline(NamedTuple):
 
 def _bcv(objective: str) -> tuple[Part, ...]:
     statements = (("risk", "less risk"), ("length", "shorter"), ("cost", "less cost"))
-    return tuple(Part(name, "C32", f"{words} than BCV-style ({objective})") for name, words in statements)
+    return tuple(Part(name, "C32", f"{words} ({objective})") for name, words in statements)
 
 
 def _parts(claim: str, **statements: str) -> tuple[Part, ...]:
@@ -54,8 +54,8 @@ HEADLINES: tuple[Headline, ...] = (
         "Are paths for N = 15, 20, 25 nearly the same?",
         _parts(
             "C46",
-            all_known="nearly the same on > 90% of maps, all known",
-            in_flight="nearly the same on > 90% of maps, in flight",
+            all_known="nearly the same on > 95% of maps, all known",
+            in_flight="nearly the same on > 95% of maps, in flight",
         ),
     ),
 )
