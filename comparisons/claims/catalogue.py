@@ -32,6 +32,8 @@ TABLES = (
     "cgla_graph.comparisons.claims.panel.complexity",
     "cgla_graph.comparisons.claims.panel.teams",
     "cgla_graph.comparisons.claims.panel.one_matrix",
+    "cgla_graph.comparisons.claims.panel.company",
+    "cgla_graph.comparisons.claims.panel.introduction",
 )
 #: Claims without weight, which are not checked, and why.
 LEFT_OUT: Mapping[int, str] = {
