@@ -366,7 +366,9 @@ def part_name(part: Part) -> str:
 
 def _span(values: Sequence[float]) -> str:
     """Write the middle one of several values, and between which all of them lie; one, where they are written alike."""
-    low, middle, high = (f"{end:.3g}" for end in (min(values), float(np.median(values)), max(values)))
+    # what rounding leaves of nothing is nothing
+    ends = (round(end, 9) + 0.0 for end in (min(values), float(np.median(values)), max(values)))
+    low, middle, high = (f"{end:.3g}" for end in ends)
     return low if low == high else f"{middle} ({low} to {high})"
 
 
