@@ -242,7 +242,8 @@ class Statement:
     test
         How it is tested.
     factors
-        Factors of the panel over which its records run: a cell is a combination of their levels.
+        Names of the settings over which its records run, those of the panel and others: a cell is a combination of
+        their levels, of those that there are.
     where
         What restricts the panel: settings that all of its records have.
     size
@@ -253,8 +254,8 @@ class Statement:
 
     Examples
     --------
-    >>> Statement("K = 200 takes less risk", "risk", {"k": 200.0}, {"k": 10.0}, factors=("radius",)).n_cells
-    3
+    >>> Statement("K = 200 takes less risk", "risk", {"k": 200.0}, {"k": 10.0}, factors=("radius",)).less
+    True
     """
 
     text: str
@@ -267,8 +268,3 @@ class Statement:
     where: Case = field(default_factory=dict)
     size: str = "x {}"
     printed: str = ""
-
-    @property
-    def n_cells(self) -> int:
-        """How many cells its part of the panel has, without varied settings."""
-        return math.prod(len(FACTORS[name]) for name in self.factors if name not in self.where)
