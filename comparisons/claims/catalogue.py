@@ -21,6 +21,8 @@ TOPICS: Mapping[str, str] = {
     "path_claims": "Paths of the cost matrix",
     "complexity_claims": "Complexity and time",
     "time_claims": "Complexity and time",
+    "sharing_claims": "Several UAVs",
+    "obstacle_claims": "Several UAVs",
 }
 #: Modules with experiments only.
 TABLES = (

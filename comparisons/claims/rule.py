@@ -348,6 +348,9 @@ _WORDS = {
     "n": "N = {}",
     "obstacle": "obstacle spread {:g}",
     "ahead": "{:g} spreads ahead",
+    "obstacle_spread": "obstacle spread {:g}",
+    "safe_distance": "SD {:g}",
+    "delay": "{} ticks late",
 }
 
 

@@ -1,0 +1,151 @@
+"""What UAVs gain by telling each other what they see (C42), and by a matrix each (C45)."""
+
+import numpy as np
+
+from cgla_graph.comparisons.claims import counterexamples
+from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.evidence import Evidence
+from cgla_graph.comparisons.claims.panel.flights import team_measures
+from cgla_graph.comparisons.claims.panel.one_matrix import DELAYS, fly_on_one_matrix
+from cgla_graph.comparisons.claims.panel.settings import FACTORS, PanelMap
+from cgla_graph.comparisons.claims.panel.teams import fly_two
+from cgla_graph.comparisons.claims.rule import judged, panel_table
+from cgla_graph.comparisons.claims.statement import Statement
+from cgla_graph.solvers import get
+
+COUNTEREXAMPLE = "c42-sharing-hurts.toml"
+#: By how much Table 3 has less with sharing, of one UAV on one map.
+PRINTED = {"risk": "45.2 % less", "length": "14.8 % less"}
+
+
+def factors_of_harm() -> dict[str, float]:
+    """
+    Fly the stored counterexample again, and return by which factors sharing makes length, risk and cost greater.
+
+    Raises
+    ------
+    AssertionError
+        If it does not.
+    """
+    missions = counterexamples.mission(COUNTEREXAMPLE).missions(get)
+    without, shared = (team_measures(missions[f"{which} sharing"].fly()) for which in ("without", "with"))
+    require(without["arrived"] and shared["arrived"], f"{COUNTEREXAMPLE}: not all arrive")
+    factors = {name: shared[name] / without[name] for name in ("length", "risk", "cost")}
+    for name, factor in factors.items():
+        require(factor > 1.0, f"sharing no longer hurts in {COUNTEREXAMPLE}: {name} is {factor} times as great")
+    return factors
+
+
+@claim(
+    42,
+    "Section 5.2.2",
+    "With sharing, UAVs fly shorter and with less risk.",
+    "All cells, sums over two UAVs without and with sharing, side by side as in Fig. 8 and from two corners: sharing "
+    "can only tell what the other one has not seen, which the formation decides. Varied: integral, replanning, start, "
+    "side by side.",
+    experiments=("sharing",),
+    figures=("Fig. 9", "Table 3"),
+)
+def _check_c42(evidence: Evidence) -> Finding:
+    found = [
+        judged(
+            evidence.samples["sharing"],
+            Statement(
+                text,
+                measure,
+                {"sharing": "global"},
+                {"sharing": "none"},
+                factors=(*FACTORS, "formation"),
+                size="{} % less",
+                printed=PRINTED.get(measure, ""),
+            ),
+        )
+        for text, measure in (("less risk", "risk"), ("shorter", "length"), ("less cost", "cost"))
+    ]
+    factors = factors_of_harm()
+    harm = Row(
+        "shorter and less risk on every map",
+        Answer.FAILS,
+        Basis.COUNTEREXAMPLE,
+        why=f"on the stored map both together fly {factors['length']:.3g} times as far, with {factors['risk']:.3g} "
+        "times the risk",
+    )
+    return Finding(
+        (*(one.row for one in found), harm),
+        notes=(
+            "Table 3: one UAV on one map, where the threats that the other one sees matter. Here: the sum of two.",
+            "A UAV that knows more, but not all, may turn away from a known threat into one that none has seen.",
+        ),
+        tables=(panel_table("With sharing over without (ratios)", found),),
+        counterexamples=(COUNTEREXAMPLE,),
+    )
+
+
+def require_same_at_once(seed: int, count: int) -> None:
+    """
+    Assert that UAVs fly the same on one matrix, reached at once, as on a matrix each, with all told at once.
+
+    Raises
+    ------
+    AssertionError
+        If some UAV flies another way, on one of so many maps from a seed on.
+    """
+    for number in range(seed, seed + count):
+        map_ = PanelMap(number)
+        each = fly_two(map_, map_.field, sharing="global", k=50.0, radius=0.2)
+        one = fly_on_one_matrix(each.mission, 0)
+        for name, flight in each.uavs.items():
+            same = np.array_equal(flight.trace, one.uavs[name].trace)
+            require(same, f"map {number}: {name} flies another way on one matrix that is reached at once")
+
+
+@claim(
+    45,
+    "Section 1",
+    "One matrix for all UAVs is bad when they cannot communicate; a matrix for each is better.",
+    "Sums over two UAVs, side by side, on half of the kinds of maps, each with three settings of OR and K, so that any "
+    "two levels meet: the effect is large. Reports take 2, 5 or 10 ticks, in which a UAV flies 0.04 to 0.2. Varied: "
+    "integral, replanning, start.",
+    experiments=("one-matrix",),
+)
+def _check_c45(evidence: Evidence) -> Finding:
+    found = [
+        judged(
+            evidence.samples["one-matrix"],
+            Statement(
+                f"a matrix each costs less, reports {DELAYS[0]} to {DELAYS[-1]} ticks late",
+                "cost",
+                {"matrices": "each"},
+                {"matrices": "one"},
+                factors=(*FACTORS, "delay"),
+                size="{} % less",
+            ),
+        )
+    ]
+    count = evidence.instances(25, 5)
+    require_same_at_once(evidence.scale.map_seeds(1)[0], count)
+    return Finding(
+        (
+            *(one.row for one in found),
+            Row(
+                "both cost the same if reports take no time",
+                Answer.HOLDS,
+                Basis.PROOF,
+                why=f"all UAVs know the same on each tick, so they plan the same; {count} missions agree",
+            ),
+            Row(
+                "a matrix each is better if one is out of reach for good",
+                Answer.NOT_TESTABLE,
+                Basis.TEXT,
+                why="the paper does not say what such UAVs do; if they fly their first plan, they are worse by "
+                "construction",
+            ),
+        ),
+        notes=(
+            (
+                "One matrix that is reached late: a UAV plans with what it sees itself only when the matrix has it. "
+                "A copy of the matrix in each UAV, in which it notes what it sees, would be a matrix each."
+            ),
+        ),
+        tables=(panel_table("A matrix each over one matrix (ratios of cost)", found),),
+    )
