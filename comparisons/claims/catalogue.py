@@ -23,6 +23,8 @@ TOPICS: Mapping[str, str] = {
     "time_claims": "Complexity and time",
     "sharing_claims": "Several UAVs",
     "obstacle_claims": "Several UAVs",
+    "arrival_claims": "Arriving",
+    "sudden_claims": "Sudden threats",
 }
 #: Modules with experiments only.
 TABLES = (

@@ -1,0 +1,174 @@
+"""Sudden threats (C37, C38): how K changes the way past one, and how much is met of one that comes up near by."""
+
+import math
+
+from cgla_graph.comparisons.claims import counterexamples
+from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.evidence import Evidence, Samples
+from cgla_graph.comparisons.claims.panel.flights import STEP
+from cgla_graph.comparisons.claims.panel.sudden import LOW_K, POPUP, POPUP_START, SPREADS_AHEAD
+from cgla_graph.comparisons.claims.paper.arrival_claims import ARRIVES_WHERE, ROUNDING, stored_livelocks
+from cgla_graph.comparisons.claims.paper.printed_values import WORKING_SCALE, value
+from cgla_graph.comparisons.claims.rule import judged, panel_table
+from cgla_graph.comparisons.claims.statement import Statement
+from cgla_graph.mission.world import TimedThreat
+from cgla_graph.solvers import get
+
+_ON_TOP = "threat-on-top.toml"
+_LOW, _HIGH = (value("Table 2", f"CGLA, K = {k}") for k in (10, 100))
+
+
+def _compared(text: str, measure: str, printed: float, *, less: bool) -> Statement:
+    """Compare flights under a greater K with those under K = 10, after the sudden threat of Fig. 6."""
+    return Statement(
+        text,
+        measure,
+        {"side": "greater K"},
+        {"side": "K = 10"},
+        less=less,
+        factors=("threats", "spread", "radius", "high"),
+        size="x {} of K = 10's",
+        printed=f"x {printed:.3g}",
+    )
+
+
+COMPARED = (
+    _compared("the greater K meets less risk", "risk", _HIGH.risk / _LOW.risk, less=True),
+    _compared("the greater K flies farther", "length", _HIGH.length / _LOW.length, less=False),
+)
+EVADED = Statement(
+    "meets less of a threat straight ahead than if it flew on",
+    "met",
+    {"evades": True},
+    {"evades": False},
+    factors=("threats", "spread", "radius", "k", "ahead"),
+    where={"event": "ahead"},
+    size="x {} of its risk",
+)
+
+
+@claim(
+    37,
+    "Section 5.1",
+    "After a sudden threat, K = 100 flies on with less risk and a little farther than K = 10.",
+    f"A threat at {POPUP} comes up a step after {POPUP_START}, as broad as the map's are; goal on the diagonal, as in "
+    "Fig. 6; K = 50, 100 and 200 against K = 10 on the same maps; varied: integral, replanning, start.",
+    experiments=("sudden-threats",),
+    figures=("Fig. 6", "Table 2"),
+)
+def _check_c37(evidence: Evidence) -> Finding:
+    samples = sides(evidence.samples["sudden-threats"])
+    found = [judged(samples, one) for one in COMPARED]
+    return Finding(
+        tuple(one.row for one in found),
+        notes=(
+            (
+                "Where the UAV is when the threat appears, and how broad it is, the paper does not say. If all is "
+                "known from then on, less risk and a greater length are a theorem (C28)."
+            ),
+            (
+                f"At {WORKING_SCALE:g} units a side and {1 / STEP:g} a unit of risk, both ways of Table 2 cost the "
+                f"same at K = {_break_even():.2g}; at K = 10, the way of K = 100 is the better one."
+            ),
+        ),
+        tables=(panel_table("After a sudden threat: a greater K over K = 10 (ratios)", found),),
+    )
+
+
+def sides(samples: Samples) -> Samples:
+    """
+    Say of flights past the threat of Fig. 6 which side of their pair they are on.
+
+    Examples
+    --------
+    >>> sides(Samples([{"map": 1, "event": "Fig. 6", "k": 10.0}, {"map": 1, "event": "ahead"}])).records
+    [{'map': 1, 'event': 'Fig. 6', 'k': 10.0, 'side': 'K = 10'}]
+    """
+    flown = samples.where(event="Fig. 6")
+    return Samples([{**one, "side": "K = 10" if one["k"] == LOW_K else "greater K"} for one in flown], samples.failed)
+
+
+def _break_even() -> float:
+    """Return the K at which the two ways of Table 2 cost the same, in the working reading of its units."""
+    return (_HIGH.length - _LOW.length) / WORKING_SCALE / ((_LOW.risk - _HIGH.risk) * STEP)
+
+
+@claim(
+    38,
+    "Section 5.1",
+    "The method is robust against whatever threat appears.",
+    f"A threat comes up {', '.join(f'{one:g}' for one in SPREADS_AHEAD)} spreads straight ahead, and its risk that the "
+    "flight meets is compared with that of flying on, so that no bar is needed; all K and OR, goal on the diagonal. A "
+    "stored flight meets a threat on top of the UAV.",
+    experiments=("sudden-threats",),
+    figures=("Fig. 6",),
+)
+def _check_c38(evidence: Evidence) -> Finding:
+    risk, least, k = require_on_top()
+    stored_livelocks()
+    samples = evidence.samples["sudden-threats"]
+    flown = samples.records
+    require(all(one["arrived"] for one in flown), "a UAV among threats that stay where they come up did not arrive")
+    found = judged(samples, EVADED)
+    return Finding(
+        (
+            Row(
+                "the risk stays low, whatever appears",
+                Answer.FAILS,
+                Basis.COUNTEREXAMPLE,
+                size=f"at least {50.0 * least:.3g} as a risk sum",
+                why=f"of a threat on top of the UAV every way meets {least:.3g} or more; CGLA, K = {k:g}: {risk:.3g}",
+            ),
+            found.row,
+            Row(
+                "the UAV arrives",
+                Answer.DEPENDS,
+                Basis.COUNTEREXAMPLE,
+                ARRIVES_WHERE.replace("static threats", "threats that stay once they are there"),
+                why=f"by the proofs of C17, which count a sudden threat as one more; all {len(flown)} flights arrive",
+            ),
+        ),
+        notes=(
+            (
+                "Bound: a way from the centre is at least as long between distances r and r + dr as dr, so its risk is "
+                "at least the integral of exp(-r^2 / (2 spread^2)) over r: half a straight flight through the centre."
+            ),
+        ),
+        tables=(panel_table("Risk met of a sudden threat straight ahead, over that of flying on (ratios)", [found]),),
+        counterexamples=(_ON_TOP,),
+    )
+
+
+def require_on_top() -> tuple[float, float, float]:
+    """
+    Fly the stored flight that a threat comes up on top of, and assert that it meets the least risk that any way does.
+
+    Returns
+    -------
+    risk, least, k
+        The flight's risk, the least risk of any way from there to the goal, and the flight's risk weight.
+    """
+    stored = counterexamples.mission(_ON_TOP)
+    (mission,) = stored.missions(get).values()
+    (flight,) = mission.fly().uavs.values()
+    ((tick, threat),) = ((one.appears, one.threat) for one in stored.world.timed if isinstance(one, TimedThreat))
+    at = flight.position_at(tick)
+    least = half_crossing(threat.spread, math.dist((threat.x, threat.y), flight.uav.goal))
+    on_top = at is not None and math.dist(at, (threat.x, threat.y)) <= ROUNDING
+    require(
+        on_top and flight.risk >= least - ROUNDING,
+        f"{_ON_TOP} no longer shows a threat on top of the UAV with at least {least:.4f} of risk",
+    )
+    return flight.risk, least, flight.uav.k
+
+
+def half_crossing(spread: float, distance: float) -> float:
+    """
+    Return the least risk of any way from the centre of a threat of peak 1 to a distance from it.
+
+    Examples
+    --------
+    >>> round(half_crossing(0.055, 0.4), 6)
+    0.068932
+    """
+    return spread * math.sqrt(math.pi / 2.0) * math.erf(distance / (math.sqrt(2.0) * spread))
