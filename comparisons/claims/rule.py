@@ -198,7 +198,7 @@ class Judged:
         words = []
         if not shown:
             words.append(_named("holds", _largest(self.shown)))
-        elif not opposed and len(shown) <= len(rest):
+        elif 2 * len(shown) <= len(self.levels):
             words.append(_named("holds", shown))
         words += [_named("fails", opposed), _named("open", rest)]
         unseen = _largest(self.unseen)
