@@ -1,8 +1,8 @@
 """Complexity, from counted operations (C20 to C23)."""
 
 import math
-from dataclasses import dataclass, replace
-from fractions import Fraction
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,6 +41,12 @@ _PLANS = ("threats", "spread", "goal", "k", "n")
 _CGLA = {"planner": "cgla"}
 #: Points a side for which formulas are held against plain counts: more than the degree of any of them.
 _COUNTED = range(2, 10)
+
+
+def _sized(samples: Samples, found: Judged, size: str, measure: str = "") -> Row:
+    """Return a line of the page whose size is that of the values themselves, or of another measure."""
+    plain = replace(found.statement, measure=measure or found.statement.measure, second=0.0, size=size)
+    return replace(found.row, size=judged(samples, replace(plain, test=Shift(ratio=False))).size)
 
 
 def sample_count(n: int) -> int:
@@ -82,8 +88,9 @@ def _check_c20(evidence: Evidence) -> Finding:
         require(off <= SAME, f"a weight is {off:g} off its own integral")
         require(_samples_on(paper_lattice(n)) == sample_count(n), f"the samples of N = {n} are not as the formula says")
     require(_samples_on(paper_lattice()) == sample_count(N), f"the samples of N = {N} are not as the formula says")
+    samples = evidence.samples["plans"]
     needed = judged(
-        evidence.samples["plans"],
+        samples,
         Statement(
             "the optimum needs most weights",
             "weighed_share",
@@ -95,7 +102,6 @@ def _check_c20(evidence: Evidence) -> Finding:
             where={"n": N},
         ),
     )
-    shares = replace(needed.statement, second=0.0, size="{} % of all")
     order = Row(
         "order N^4",
         Answer.DEPENDS,
@@ -106,7 +112,7 @@ def _check_c20(evidence: Evidence) -> Finding:
         "N^2 (N^2 - 1) / 2 pairs have an integral each, and N (N^2 - 1) (7 N^2 + 2) / 30 samples together",
     )
     return Finding(
-        (order, replace(needed.row, size=judged(evidence.samples["plans"], shares).size)),
+        (order, _sized(samples, needed, "{} % of all")),
         notes=(
             (
                 "The sum over all pairs of the columns or rows between them is a polynomial in N of degree 5, so that "
@@ -122,20 +128,8 @@ def _check_c20(evidence: Evidence) -> Finding:
     )
 
 
-@dataclass(frozen=True)
-class Counted:
-    """
-    Label setting, counted as it runs.
-
-    Attributes
-    ----------
-    value
-        G of the source.
-    rounds
-        Points that served as ``p_r`` before the source came into Delta_k.
-    relaxations
-        Uses of Eq. 9; each compares a value to the least one so far as well, so that nothing is sorted.
-    """
+class Counted(NamedTuple):
+    """G of the source, the rounds until it was in Delta_k, and uses of Eq. 9, with a comparison to the least each."""
 
     value: float
     rounds: int
@@ -182,7 +176,7 @@ def _late_start() -> tuple[int, int]:
     21,
     "Section 4.2.3 (2)",
     "Computing G takes T N^2 ln N^2, where T is far smaller than N.",
-    "T as rounds until p_s is in Delta_k and as straight pieces of the path, planned with all known: all kinds of maps "
+    "T as rounds until p_s is in Delta_k and as edges of the path, planned with all known: all kinds of maps "
     "with each K, and N = 10, 20 and 25, as how far is far may depend on N. T as moves: a proof.",
     experiments=("plans",),
 )
@@ -202,29 +196,22 @@ def _check_c21(evidence: Evidence) -> Finding:
         )
     last, nodes = _late_start()
     moves = sorted(math.dist(START, goal) / UNITS_A_MOVE for goal in GOALS.values())
-    shares = {"T below N": "below", "T below 0.5 N (bar set later)": "below_half"}
-    found = [
-        judged(evidence.samples["plans"], one)
-        for one in (
-            Statement("T below N, as rounds", "rounds_over_n", _CGLA, 1.0, factors=_PLANS, size="{} N"),
-            *(
-                Statement(
-                    f"{text}, as edges of the path",
-                    measure,
-                    _CGLA,
-                    MOSTLY,
-                    less=False,
-                    test=Share(MOSTLY),
-                    factors=_PLANS,
-                    size="{} % of plans",
-                )
-                for text, measure in shares.items()
+    samples = evidence.samples["plans"]
+    rounds = judged(
+        samples, Statement("T below N, as rounds", "rounds_over_n", _CGLA, 1.0, factors=_PLANS, size="{} N")
+    )
+    edges = [
+        judged(
+            samples,
+            Statement(
+                text, measure, _CGLA, MOSTLY, less=False, test=Share(MOSTLY), factors=_PLANS, size="{} % of plans"
             ),
-            Statement("edges", "edges_over_n", _CGLA, 1.0, factors=_PLANS, size="{} N"),
+        )
+        for text, measure in (
+            ("T below N, as edges of the path", "below"),
+            ("T below 0.5 N, as edges (bar set later)", "below_half"),
         )
     ]
-    *stated, edges = found
-    rounds, *on_edges = (one.row for one in stated)
     return Finding(
         (
             Row(
@@ -233,7 +220,7 @@ def _check_c21(evidence: Evidence) -> Finding:
                 Basis.PROOF,
                 why="T rounds use Eq. 9 T N^2 - T (T + 1) / 2 times, with a comparison each: order N^4 where T is N^2",
             ),
-            replace(rounds, why=f"{rounds.why}; {last} rounds of {nodes} nodes on a stored map"),
+            replace(rounds.row, why=f"{rounds.why}; {last} rounds of {nodes} nodes on a stored map"),
             Row(
                 f"T below N, as moves of {UNITS_A_MOVE} lattice units",
                 Answer.FAILS,
@@ -241,8 +228,8 @@ def _check_c21(evidence: Evidence) -> Finding:
                 size=f"at least {moves[0]:.3g} N",
                 why=f"the straight lines of the panel take {moves[0]:.3g} N and {moves[1]:.3g} N moves",
             ),
-            replace(on_edges[0], size=f"{on_edges[0].size}, T = {edges.size}"),
-            *on_edges[1:],
+            _sized(samples, edges[0], "T is {} N", "edges_over_n"),
+            edges[1].row,
         ),
         notes=(
             (
@@ -251,7 +238,7 @@ def _check_c21(evidence: Evidence) -> Finding:
                 f"could be left out. A share of plans is tested against {MOSTLY:.0%}."
             ),
         ),
-        tables=(panel_table("T of plans with all known", stated),),
+        tables=(panel_table("T of plans with all known", [rounds, *edges]),),
         counterexamples=(STORED,),
     )
 
@@ -271,17 +258,27 @@ _FLOWN = ("threats", "spread", "radius", "k")
     experiments=("flight-operations",),
 )
 def _check_c22(evidence: Evidence) -> Finding:
-    rng = evidence.rng("C22")
-    for _ in range(evidence.instances(200, 50)):
-        moves, n, log = (Fraction(int(rng.integers(1, 10**6)), int(rng.integers(1, 100))) for _ in range(3))
-        require(
-            moves * (n**4 + moves * n**2 * log) == moves * n**4 + moves**2 * n**2 * log, "Eq. 14 does not multiply out"
-        )
     require(all(n * math.log(n**2) <= n**2 for n in range(1, 1001)), "with T = N the second term is the larger one")
     require(
         all(n**2 * math.log(n**2) > n**2 for n in range(2, 1001)), "with T = N^2 the second term is the smaller one"
     )
-    found = [_between(evidence.samples["flight-operations"], *words) for words in _PLANNING.items()]
+    samples = evidence.samples["flight-operations"]
+    # an exponent is between 4 and 5 if it is less than a half from 4.5
+    found = [
+        judged(
+            samples,
+            Statement(
+                f"between N^4 and N^5, planning {words}",
+                "off_middle",
+                {"planning": planning},
+                0.5,
+                test=Shift(ratio=False),
+                factors=_FLOWN,
+                printed="4 to 5",
+            ),
+        )
+        for words, planning in _PLANNING.items()
+    ]
     return Finding(
         (
             Row(
@@ -289,7 +286,7 @@ def _check_c22(evidence: Evidence) -> Finding:
                 Answer.HOLDS,
                 Basis.PROOF,
                 "T plans of T rounds each",
-                why="moves times the work of a plan, T (N^4 + T N^2 ln N^2), multiplied out in fractions",
+                why="moves times the work of a plan, T (N^4 + T N^2 ln N^2), multiplied out",
             ),
             Row(
                 "the first term decides",
@@ -298,7 +295,7 @@ def _check_c22(evidence: Evidence) -> Finding:
                 "holds if T ln N^2 <= N^2, as for T = N moves; fails for T = N^2 rounds of a plan, which C21 counts",
                 why="T^2 N^2 ln N^2 <= T N^4 if and only if T ln N^2 <= N^2; with T = N^2, Eq. 14 is N^6 ln N^2",
             ),
-            *(row for _, row in found),
+            *(_sized(samples, one, "exponent {}", "exponent") for one in found),
         ),
         notes=(
             (
@@ -308,24 +305,8 @@ def _check_c22(evidence: Evidence) -> Finding:
                 "leaving out pairs that cannot matter takes most of the work away (C20)."
             ),
         ),
-        tables=(panel_table("Distance of exponents from 4.5, below 0.5", [one for one, _ in found]),),
+        tables=(panel_table("Distance of exponents from 4.5, below 0.5", found),),
     )
-
-
-def _between(samples: Samples, words: str, planning: str) -> tuple[Judged, Row]:
-    """Judge whether operations grow with an exponent of 4 to 5: one that is less than a half from 4.5."""
-    statement = Statement(
-        f"between N^4 and N^5, planning {words}",
-        "off_middle",
-        {"planning": planning},
-        0.5,
-        test=Shift(ratio=False),
-        factors=_FLOWN,
-        printed="4 to 5",
-    )
-    found = judged(samples, statement)
-    exponents = judged(samples, replace(statement, measure="exponent", second=0.0, size="exponent {}"))
-    return found, replace(found.row, size=exponents.size)
 
 
 @claim(
@@ -358,10 +339,7 @@ def _check_c23(evidence: Evidence) -> Finding:
                 f"within reach is {reaches:.3g} spreads",
                 why=f"to the last bit; beyond {CROSSED:g} spreads weights still change, by up to {further:.1g}",
             ),
-            *(
-                replace(one.row, size=judged(samples, replace(one.statement, second=0.0, size="{} %")).size)
-                for one in found
-            ),
+            *(_sized(samples, one, "{} %") for one in found),
         ),
         notes=(
             (

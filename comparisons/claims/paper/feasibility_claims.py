@@ -7,7 +7,7 @@ import numpy as np
 
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence
-from cgla_graph.comparisons.claims.panel.complexity import pair_count
+from cgla_graph.comparisons.claims.panel.complexity import PASSAGES, pair_count
 from cgla_graph.comparisons.claims.panel.flights import N, paper_lattice
 from cgla_graph.comparisons.claims.paper.complexity_claims import SAME, counted_label_setting
 from cgla_graph.comparisons.claims.rule import judged, panel_table
@@ -54,22 +54,22 @@ def _check_c55(evidence: Evidence) -> Finding:
         )
         for text, measure in (("its sharpest turn is sharper", "sharpest"), ("it turns more in all", "turning"))
     ]
-    found = judged(
-        evidence.samples["passages"],
-        Statement(
-            "fewer plans are found",
-            "found",
-            _EIGHT,
-            _CGLA,
-            test=Rate(),
-            factors=("goal", "passage", "n"),
-            size="{first} % against {second} %",
-        ),
+    passages = evidence.samples["passages"]
+    fewer = Statement(
+        "fewer plans are found",
+        "found",
+        _EIGHT,
+        _CGLA,
+        test=Rate(),
+        factors=("goal", "passage", "n"),
+        size=f"{{first}} % against {{second}} %, through a passage {PASSAGES[0]:g} wide",
     )
+    found = judged(passages, fewer)
+    narrowest = judged(passages, replace(fewer, where={"passage": f"passage {PASSAGES[0]:g}"}))
     neighbours, pairs = neighbour_count(N), pair_count(N * N)
     return Finding(
         (
-            found.row,
+            replace(found.row, size=narrowest.size),
             *(one.row for one in turned),
             Row(
                 "fewer weights and operations",
