@@ -100,7 +100,7 @@ def _answered(headline: Headline, rows: Rows) -> tuple[str, str, str]:
     names: dict[str, list[str]] = {}
     for part, row in parts.items():
         answer = _WORDS.get(row["answer"], row["answer"])
-        names.setdefault(": ".join(filter(None, [answer, row["where"]])), []).append(part.name)
+        names.setdefault(f"{answer} ({row['where']})" if row["where"] else answer, []).append(part.name)
     answers = [answer if len(names) == 1 else f"{', '.join(of)}: {answer}" for answer, of in names.items()]
     sizes = [(part.name, row["size"].rpartition(")")) for part, row in parts.items() if row["size"]]
     units = {size[-1] for _, size in sizes}

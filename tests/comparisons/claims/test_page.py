@@ -146,7 +146,7 @@ def test_the_first_page_has_ten_questions_at_most_and_its_numbers_from_rows() ->
     assert headline_table(document, [Headline("Better?", parts)]).rows == [
         (
             "Better? (C1)",
-            "risk: depends: fails at OR 0.1; length, cost: no",
+            "risk: depends (fails at OR 0.1); length, cost: no",
             "risk 0.5 (0.4 to 2); length 1 (0.9 to 1.1) of its",
         ),
     ]
