@@ -21,13 +21,9 @@ class Headline(NamedTuple):
     parts: tuple[Part, ...]
 
 
-def _bcv(objective: str) -> tuple[Part, ...]:
+def _bcv(objective: str, words: str) -> tuple[Part, ...]:
     statements = (("risk", "less risk"), ("length", "shorter"), ("cost", "less cost"))
-    return tuple(Part(name, "C32", f"{words} ({objective})") for name, words in statements)
-
-
-def _parts(claim: str, **statements: str) -> tuple[Part, ...]:
-    return tuple(Part(name.replace("_", " "), claim, statement) for name, statement in statements.items())
+    return tuple(Part(name + words, "C32", f"{text} ({objective})") for name, text in statements)
 
 
 #: The questions, in the order in which users ask them.
@@ -40,24 +36,40 @@ HEADLINES: tuple[Headline, ...] = (
         "Do eight directions make a path longer, dearer, riskier?",
         tuple(Part(name, "C26", f"{name}: greater, all known") for name in ("length", "cost", "risk")),
     ),
-    Headline("Has CGLA less risk, length, cost than BCV-style, which minimises length?", _bcv("length only")),
-    Headline("The same, if BCV-style is averse to risk?", _bcv("risk-averse")),
+    Headline(
+        "Has CGLA less risk, length and cost than BCV-style, which minimises length, or is averse to risk as well?",
+        (*_bcv("length only", ""), *_bcv("risk-averse", ", if averse")),
+    ),
     Headline(
         "Does a greater K take less risk?",
-        _parts(
-            "C28",
-            all_known="never more risk, never shorter, with all known",
-            in_flight="less risk in flight, K = 200 against 10",
+        (
+            Part("all known", "C28", "never more risk, never shorter, with all known"),
+            Part("in flight, K = 200 against 10", "C28", "less risk in flight, K = 200 against 10"),
         ),
     ),
     Headline(
-        "Are paths for N = 15, 20, 25 nearly the same?",
-        _parts(
-            "C46",
-            all_known="nearly the same on > 95% of maps, all known",
-            in_flight="nearly the same on > 95% of maps, in flight",
+        "Does sharing save risk and length?", (Part("risk", "C42", "less risk"), Part("length", "C42", "shorter"))
+    ),
+    Headline(
+        "Do virtual obstacles prevent collisions?",
+        (
+            Part("all", "C41", "virtual obstacles always prevent collisions"),
+            Part("more than without", "C41", "fewer collide with virtual obstacles"),
         ),
     ),
+    Headline(
+        "Does a flight take N^4 to N^5 operations?",
+        tuple(
+            Part(f"plans {when}", "C22", f"between N^4 and N^5, planning {when}")
+            for when in ("on every move", "when something is seen")
+        ),
+    ),
+    Headline("Is CGLA faster than Q-Learning?", (Part("", "C36", "CGLA takes less time than Q-Learning"),)),
+    Headline(
+        "Are paths for N = 15, 20, 25 nearly the same?",
+        tuple(Part(mode, "C46", f"nearly the same on > 95% of maps, {mode}") for mode in ("all known", "in flight")),
+    ),
+    Headline("Does a UAV always arrive?", (Part("", "C17", "arrives"),)),
 )
 #: Those that the toolkit was made for, shown in the README.
 MADE_FOR = HEADLINES[1:3]
