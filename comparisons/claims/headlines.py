@@ -111,7 +111,7 @@ def _answered(headline: Headline, rows: Rows) -> tuple[str, str, str]:
     parts = {part: rows[part[1:]] for part in headline.parts}
     names: dict[str, list[str]] = {}
     for part, row in parts.items():
-        answer: str = _WORDS.get(row["answer"], row["answer"])
+        answer = _WORDS.get(row["answer"], str(row["answer"]))
         names.setdefault(f"{answer} ({row['where']})" if row["where"] else answer, []).append(part.name)
     answers = [answer if len(names) == 1 else f"{', '.join(of)}: {answer}" for answer, of in names.items()]
     sizes = [(part.name, row["size"].rpartition(")")) for part, row in parts.items() if row["size"]]
