@@ -23,8 +23,10 @@ TOPICS: Mapping[str, str] = {
     "time_claims": "Complexity and time",
     "sharing_claims": "Several UAVs",
     "obstacle_claims": "Several UAVs",
+    "company_claims": "Several UAVs",
     "arrival_claims": "Arriving",
     "sudden_claims": "Sudden threats",
+    "introduction_claims": "Remarks of the introduction",
 }
 #: Modules with experiments only.
 TABLES = (

@@ -70,6 +70,8 @@ class Shift:
     ----------
     ratio
         Compare logarithms, of values of at least `LEAST`, and give the ratio as the size; else differences.
+    margin
+        Compare with that much more than the second value, as ``0.1`` for a tenth; only of ratios.
 
     Examples
     --------
@@ -80,10 +82,13 @@ class Shift:
     """
 
     ratio: bool = True
+    margin: float = 0.0
 
     def score(self, first: float, second: float) -> float:
         """Return the difference, of logarithms if ratios are compared."""
-        return math.log(max(first, LEAST) / max(second, LEAST)) if self.ratio else first - second
+        if not self.ratio:
+            return first - second
+        return math.log(max(first, LEAST) / max(second, LEAST)) - math.log1p(self.margin)
 
     def pooled(self, scores: Sequence[float], number: int) -> float:  # noqa: ARG002 - of the protocol
         """Return the mean."""
@@ -101,7 +106,7 @@ class Shift:
     def size(self, first: FloatArray, second: FloatArray) -> float:
         """Return the Hodges-Lehmann estimate: of the ratio, or of the difference."""
         centre = _centre(np.array([self.score(*pair) for pair in zip(first, second, strict=True)]))
-        return math.exp(centre) if self.ratio else centre
+        return (1.0 + self.margin) * math.exp(centre) if self.ratio else centre
 
 
 @dataclass(frozen=True)
