@@ -14,6 +14,8 @@ TOPICS: Mapping[str, str] = {
     "direction_claims": "Eight directions",
     "feasibility_claims": "Eight directions",
     "bcv_claims": "BCV",
+    "rival_claims": "A2D and Q-Learning",
+    "learning_claims": "A2D and Q-Learning",
     "weight_claims": "The risk weight K",
     "resolution_claims": "Size of the lattice",
     "model_claims": "The model of risk",

@@ -1,0 +1,122 @@
+"""The checks of C25 and C53: the formula of the least reward, and that broken programs are noticed."""
+
+import math
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given
+from strategies import few, seeds
+
+from cgla_graph.comparisons.claims import counterexamples
+from cgla_graph.comparisons.claims.claim import Answer
+from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
+from cgla_graph.comparisons.claims.experiment import Record
+from cgla_graph.comparisons.claims.panel.flights import Flights
+from cgla_graph.comparisons.claims.panel.learners import GAMMAS, UNDISCOUNTED, _needed, discount_name
+from cgla_graph.comparisons.claims.panel.settings import KINDS, PanelMap, seeds_of
+from cgla_graph.comparisons.claims.paper import learning_claims as claims
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.solvers.grid.value_iteration import decision_process, greedy, least_target_reward, value_iteration
+
+SEED = seeds_of(KINDS[5], 9, 1)[0]
+
+
+@few
+@given(seeds)
+def test_the_formula_is_what_bisection_finds(seed: int) -> None:
+    """On maps far from the paper's: few points, broad threats, any discount."""
+    rng = np.random.default_rng(seed)
+    lattice = Lattice(int(rng.integers(3, 7)), bounds=(0, 0, 1, 1))
+    start, goal = np.asarray(lattice.points)[rng.choice(lattice.n_points, 2, replace=False)].tolist()
+    threats = [
+        Threat(*rng.random(2).tolist(), spread=float(rng.uniform(0.05, 0.4)), peak=float(rng.uniform(0.2, 1.0)))
+        for _ in range(int(rng.integers(1, 6)))
+    ]
+    problem = Problem(tuple(start), tuple(goal), field=RiskField(threats), k=float(10.0 ** rng.uniform(0, 2)))
+    gamma = float(rng.uniform(0.4, 0.98))
+    process = decision_process(problem.on_eight_connected(lattice))
+    reward = claims.least_reward_by_formula(process, gamma)
+    found = least_target_reward(problem, gamma=gamma, resolution=lattice)
+    assert math.isclose(reward, found, rel_tol=1e-6, abs_tol=1e-6)
+    for factor, reaches in ((1.001, True), (0.999, False)):
+        rewarded = replace(process, target_reward=factor * reward)
+        way = greedy(rewarded, value_iteration(rewarded, gamma=gamma).moves)
+        # where none is needed, less is not too little
+        assert (way.states[-1] == process.target) == (reaches or reward == 0.0)
+
+
+def needed() -> list[Record]:
+    return [{**one, "map": SEED} for one in _needed(Flights(PanelMap(SEED)), 50.0)]
+
+
+def test_measured_rewards_are_those_of_the_formula() -> None:
+    assert claims.require_formula(needed(), [SEED]) == len(GAMMAS) + 1
+
+
+@pytest.mark.parametrize("gamma", [0.8, UNDISCOUNTED])
+def test_another_reward_is_noticed(gamma: float) -> None:
+    name = discount_name(gamma)
+    records = [{**one, "least": 1.001 * one["least"] + 0.001 * (one["gamma"] == name)} for one in needed()]
+    with pytest.raises(AssertionError, match="by the formula"):
+        claims.require_formula([one for one in records if one["gamma"] == name], [SEED])
+
+
+def test_a_reward_without_risk_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(claims, "least_target_reward", lambda *_args, **_settings: 1.0)
+    with pytest.raises(AssertionError, match="without risk a reward of 1 is needed"):
+        claims.require_formula([], [SEED])
+
+
+@pytest.mark.parametrize(
+    ("name", "message"), [(claims.NEEDLESS, "a reward of .* is needed"), (claims.FALLING, "the reward does not fall")]
+)
+def test_stored_maps_that_show_nothing_are_noticed(monkeypatch: pytest.MonkeyPatch, name: str, message: str) -> None:
+    other = {claims.NEEDLESS: claims.FALLING, claims.FALLING: claims.NEEDLESS}
+    scenario = counterexamples.scenario
+    monkeypatch.setattr(counterexamples, "scenario", lambda asked: scenario(other[asked] if asked == name else asked))
+    with pytest.raises(AssertionError, match=message):
+        claims.stored_rewards()
+
+
+def made_up(times: float, excess: float, maps: int = 80) -> Samples:
+    """Make up rewards of about so many times the cost, and learners that miss the best way by so much, but gamma 1."""
+    rng = np.random.default_rng(1)
+    records: list[Record] = []
+    for seed, k, gamma in product(seeds_of(KINDS[0], 2, maps), (10.0, 50.0), (0.8, 0.95, UNDISCOUNTED)):
+        ratio = times * rng.uniform(0.9, 1.1) if gamma < UNDISCOUNTED else 0.0
+        case = {**PanelMap(seed).levels, "k": k, "gamma": discount_name(gamma), "varied": ""}
+        records.append({**case, "mode": "needed", "ratio": ratio, "is_needed": ratio > 0.0, "least": ratio})
+        good = excess <= 0.01 or gamma == UNDISCOUNTED
+        records.append({**case, "mode": "known", "reward": "reward 3", "as_good": good})
+    return Samples(records)
+
+
+@pytest.mark.parametrize(
+    ("times", "expected"),
+    [
+        (30.0, [Answer.HOLDS, Answer.HOLDS]),
+        (8.0, [Answer.HOLDS, Answer.FAILS]),
+        (0.0, [Answer.FAILS, Answer.FAILS]),
+        (10.0, [Answer.HOLDS, Answer.OPEN]),
+    ],
+)
+def test_very_large_rewards_are_told_from_others(times: float, expected: list[Answer]) -> None:
+    assert [one.answer for one in claims.needed_rewards(made_up(times, 0.0))] == expected
+
+
+@pytest.mark.parametrize(("excess", "expected"), [(0.0, Answer.HOLDS), (0.05, Answer.FAILS)])
+def test_gamma_1_has_a_row_of_its_own(excess: float, expected: Answer) -> None:
+    assert [one.answer for one in claims.learned_well(made_up(1.0, excess))] == [expected, Answer.HOLDS]
+
+
+def test_checks_run_on_a_few_maps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(claims, "require_formula", lambda *_: 7)
+    evidence = Evidence(Scale(maps=1, quick=True), {"learners": made_up(1.0, 0.05, maps=3)})
+    finding = claims._check_c25.check(evidence)
+    assert finding.counterexamples == (claims.NEEDLESS, claims.FALLING)
+    assert [row.answer for row in finding.rows] == [Answer.FAILS, Answer.OPEN, Answer.OPEN]
+    assert claims._check_c53.check(evidence).answers == (Answer.OPEN,)
