@@ -147,7 +147,7 @@ class Judged:
     def everywhere(self, direction: int) -> bool:
         """Tell whether a direction is shown at every level, and its opposite in no part."""
         against = self.opposed if direction > 0 else self.shown
-        at_levels = all(self.tests[one].p < ALPHA and self.tests[one].direction == direction for one in self.levels)
+        at_levels = all(self._is_shown(one, direction) for one in self.levels)
         return bool(self.tests) and at_levels and not against
 
     @property
@@ -192,19 +192,25 @@ class Judged:
         """In which parts the statement holds, fails, or is open, where it depends; else how much was looked at."""
         if self.answer is not Answer.DEPENDS:
             return "" if self.answer is not Answer.OPEN or not self.is_small else "too few maps to say"
-        shown = [one for one in self.levels if self.tests[one].p < ALPHA and self.tests[one].direction > 0]
+        shown, against = ([one for one in self.levels if self._is_shown(one, sign)] for sign in (1, -1))
+        if not self.shown and 2 * len(against) > len(self.levels):
+            rest = [one for one in self.levels if one not in against]
+            return "; ".join(filter(None, [f"fails, but {_named('open', rest)}", self._unseen_words]))
         opposed = _largest(self.opposed)
         rest = [one for one in self.levels if one not in shown and one not in opposed]
-        words = []
-        if not shown:
-            words.append(_named("holds", _largest(self.shown)))
-        elif 2 * len(shown) <= len(self.levels):
-            words.append(_named("holds", shown))
-        words += [_named("fails", opposed), _named("open", rest)]
-        unseen = _largest(self.unseen)
-        words.append(_named("too few flights arrive", unseen))
-        found = "; ".join(filter(None, words))
-        return found if not shown or found.startswith("holds") else f"holds, but {found}"
+        found = [_named("fails", opposed), _named("open", rest), self._unseen_words]
+        if not shown or 2 * len(shown) <= len(self.levels):
+            found.insert(0, _named("holds", shown or _largest(self.shown)) or "holds nowhere")
+            return "; ".join(filter(None, found))
+        return f"holds, but {'; '.join(filter(None, found))}"
+
+    @property
+    def _unseen_words(self) -> str:
+        return _named("too few flights arrive", _largest(self.unseen))
+
+    def _is_shown(self, part: Part, direction: int) -> bool:
+        """Tell whether a direction is shown in a part, not adjusted."""
+        return self.tests[part].p < ALPHA and self.tests[part].direction == direction
 
     @property
     def size(self) -> str:
@@ -231,7 +237,7 @@ class Judged:
     @property
     def why(self) -> str:
         """How many parts show what."""
-        at = sum(self.tests[one].p < ALPHA and self.tests[one].direction > 0 for one in self.levels)
+        at = sum(self._is_shown(one, 1) for one in self.levels)
         maps = {one for pairs in self.cells.values() for one in pairs.maps}
         return (
             f"shown at {at} of {len(self.levels)} levels; the opposite in {len(self.opposed)} of {len(self.tests)} "

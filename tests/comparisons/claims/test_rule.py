@@ -62,6 +62,10 @@ def test_an_effect_at_some_levels_depends_and_names_the_others() -> None:
     one = found(lambda _, radius: 0.0 if radius == 0.4 else -1.5)
     assert one.answer is Answer.DEPENDS
     assert one.where == "holds, but open at OR 0.4"
+    one = found(lambda _, radius: 0.0 if radius == 0.4 else 1.5)
+    assert (one.answer, one.where) == (Answer.DEPENDS, "fails, but open at OR 0.4")
+    one = found(lambda threats, radius: 2.0 if (threats, radius) == (10, 0.1) else 0.0)
+    assert one.where.startswith("holds nowhere; fails at 10 threats; at OR 0.1; open at ")
 
 
 def test_few_maps_say_neither_that_it_holds_nor_that_it_fails() -> None:
