@@ -19,6 +19,12 @@ _KINDS = ("threats", "spread", "goal", "k")
 _GRAPHS = {"Voronoi graphs": "voronoi", "visibility graphs": "visibility-graph"}
 #: Whether a flight keeps its first plan, or plans again when it sees something new.
 _PLANS = {"first plan kept": "never", "planning again": "change"}
+#: How rows name levels of the constants.
+_WORDS = {
+    "with chain": "an elastic chain",
+    "without chain": "no chain",
+    **{f"{spreads:g} spreads": f"polygons of {spreads:g} spreads" for spreads in (2.0, 2.5, 3.0)},
+}
 _NEW = {"planner": "milp", "mode": "sudden", "replan": "change"}
 
 
@@ -115,10 +121,11 @@ A2D = _fails(
     experiments=("introduction", "single-uav"),
 )
 def _check_c50(evidence: Evidence) -> Finding:
-    samples = evidence.samples["introduction"]
+    records = [
+        {**one, "constant": _WORDS.get(one.get("constant", ""))} for one in evidence.samples["introduction"].records
+    ]
     simple, complex_ = (
-        Samples([one for one in samples.records if (one["threats"] == SIMPLE) is is_simple])
-        for is_simple in (True, False)
+        Samples([one for one in records if (one["threats"] == SIMPLE) is is_simple]) for is_simple in (True, False)
     )
     found = [judged(of, one) for of, group in ((simple, ON_SIMPLE), (complex_, ON_COMPLEX)) for one in group]
     found.append(judged(evidence.samples["single-uav"], A2D))
