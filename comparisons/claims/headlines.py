@@ -38,7 +38,7 @@ HEADLINES: tuple[Headline, ...] = (
     ),
     Headline(
         "Has CGLA less risk, length and cost than BCV-style, which minimises length, or is averse to risk as well?",
-        (*_bcv("length only", ""), *_bcv("risk-averse", ", if averse")),
+        (*_bcv("length only", ""), *_bcv("risk-averse", " if averse")),
     ),
     Headline(
         "Does a greater K take less risk?",

@@ -120,7 +120,8 @@ def statements(document: Document) -> Iterator[str]:
         rows: list[Sequence[str]] = []
         for claim in claims:
             name = ", ".join([f"**{claim['id']}**", *claim["merged"]])
-            rows.append((name, f"**{claim['sentence']}** ({claim['place']})", "", "", "", ""))
+            place = claim["place"].replace("Section ", "§")
+            rows.append((name, f"**{claim['sentence']}** ({place})", "", "", "", ""))
             rows += [("", *_cells(row)) for row in claim["rows"]]
         yield grid(Table("", HEADS, rows))
 

@@ -127,7 +127,7 @@ def test_the_page_prints_the_panel_and_the_rule_that_judge() -> None:
     assert re.findall("^### (.*)$", text, re.MULTILINE) == list(catalogue.topics())
     for claim in catalogue.claims().values():
         assert f"|**{claim.id}**" in text
-        assert f"({claim.place})" in text
+        assert f"({claim.place.replace('Section ', '§')})" in text
 
 
 def test_the_first_page_has_ten_questions_at_most_and_its_numbers_from_rows() -> None:
