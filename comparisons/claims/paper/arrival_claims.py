@@ -30,7 +30,7 @@ from cgla_graph.solvers import get
 SNAPPED, LIVELOCK, EXCLUSION = "c17-snapped-livelock.toml", "c19-livelock.toml", "c18-exclusion.toml"
 #: Where a UAV arrives: of C17, and of what follows from it.
 ARRIVES_WHERE = (
-    "holds among static threats if it plans from where it is (exact integrals), or only where it sees something new; "
+    "holds among static threats for plans from where the UAV is (exact integrals) or only at detections; "
     "fails for plans on every tick from the nearest lattice point, and with virtual obstacles"
 )
 #: What rounding may do to costs of size 1 to 100.
@@ -191,7 +191,8 @@ def _check_c17(evidence: Evidence) -> Finding:
             *PROOFS,
             (
                 f"That each plan converges does not make the flight converge: all {plans} plans of the two stored "
-                "livelocks do. Threats that move or go away, and no-fly areas, are outside of the proofs."
+                "livelocks do. Outside of the proofs are threats that move or go away, no-fly areas, and Step 5's "
+                "exclusion where the UAV flies in steps."
             ),
         ),
         counterexamples=(SNAPPED, LIVELOCK),
