@@ -1,7 +1,6 @@
 """The checks of C25 and C53: the formula of the least reward, and that broken programs are noticed."""
 
 import math
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -19,8 +18,8 @@ from cgla_graph.comparisons.claims.panel.settings import KINDS, PanelMap, seeds_
 from cgla_graph.comparisons.claims.paper import learning_claims as claims
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.risk import RiskField, Threat
-from cgla_graph.solvers.grid.value_iteration import decision_process, greedy, least_target_reward, value_iteration
+from cgla_graph.scenarios.random_map import random_scenario
+from cgla_graph.solvers.grid.value_iteration import decision_process, least_target_reward
 
 SEED = seeds_of(KINDS[5], 9, 1)[0]
 
@@ -28,41 +27,27 @@ SEED = seeds_of(KINDS[5], 9, 1)[0]
 @few
 @given(seeds)
 def test_the_formula_is_what_bisection_finds(seed: int) -> None:
-    """On maps far from the paper's: few points, broad threats, any discount."""
     rng = np.random.default_rng(seed)
     lattice = Lattice(int(rng.integers(3, 7)), bounds=(0, 0, 1, 1))
-    start, goal = np.asarray(lattice.points)[rng.choice(lattice.n_points, 2, replace=False)].tolist()
-    threats = [
-        Threat(*rng.random(2).tolist(), spread=float(rng.uniform(0.05, 0.4)), peak=float(rng.uniform(0.2, 1.0)))
-        for _ in range(int(rng.integers(1, 6)))
-    ]
-    problem = Problem(tuple(start), tuple(goal), field=RiskField(threats), k=float(10.0 ** rng.uniform(0, 2)))
+    start, goal = (tuple(one) for one in lattice.points[rng.choice(lattice.n_points, 2, replace=False)].tolist())
+    field = random_scenario(seed, threats=3, spread=(0.05, 0.4), start=start, goal=goal).problem.field
+    problem = Problem(start, goal, field=field, k=float(10.0 ** rng.uniform(0, 2)))
     gamma = float(rng.uniform(0.4, 0.98))
     process = decision_process(problem.on_eight_connected(lattice))
     reward = claims.least_reward_by_formula(process, gamma)
     found = least_target_reward(problem, gamma=gamma, resolution=lattice)
     assert math.isclose(reward, found, rel_tol=1e-6, abs_tol=1e-6)
-    for factor, reaches in ((1.001, True), (0.999, False)):
-        rewarded = replace(process, target_reward=factor * reward)
-        way = greedy(rewarded, value_iteration(rewarded, gamma=gamma).moves)
-        # where none is needed, less is not too little
-        assert (way.states[-1] == process.target) == (reaches or reward == 0.0)
 
 
-def needed() -> list[Record]:
-    return [{**one, "map": SEED} for one in _needed(Flights(PanelMap(SEED)), 50.0)]
-
-
-def test_measured_rewards_are_those_of_the_formula() -> None:
-    assert claims.require_formula(needed(), [SEED]) == len(GAMMAS) + 1
-
-
-@pytest.mark.parametrize("gamma", [0.8, UNDISCOUNTED])
-def test_another_reward_is_noticed(gamma: float) -> None:
-    name = discount_name(gamma)
-    records = [{**one, "least": 1.001 * one["least"] + 0.001 * (one["gamma"] == name)} for one in needed()]
+@pytest.mark.parametrize("gamma", [None, 0.8, UNDISCOUNTED])
+def test_measured_rewards_are_those_of_the_formula(gamma: float | None) -> None:
+    records = [{**one, "map": SEED} for one in _needed(Flights(PanelMap(SEED)), 50.0)]
+    if gamma is None:
+        assert claims.require_formula(records, [SEED]) == len(GAMMAS) + 1
+        return
+    (wrong,) = (one for one in records if one["gamma"] == discount_name(gamma))
     with pytest.raises(AssertionError, match="by the formula"):
-        claims.require_formula([one for one in records if one["gamma"] == name], [SEED])
+        claims.require_formula([{**wrong, "least": 1.001 * wrong["least"] + 0.001}], [SEED])
 
 
 def test_a_reward_without_risk_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,7 +68,6 @@ def test_stored_maps_that_show_nothing_are_noticed(monkeypatch: pytest.MonkeyPat
 
 
 def made_up(times: float, excess: float, maps: int = 80) -> Samples:
-    """Make up rewards of about so many times the cost, and learners that miss the best way by so much, but gamma 1."""
     rng = np.random.default_rng(1)
     records: list[Record] = []
     for seed, k, gamma in product(seeds_of(KINDS[0], 2, maps), (10.0, 50.0), (0.8, 0.95, UNDISCOUNTED)):
@@ -96,16 +80,10 @@ def made_up(times: float, excess: float, maps: int = 80) -> Samples:
 
 
 @pytest.mark.parametrize(
-    ("times", "expected"),
-    [
-        (30.0, [Answer.HOLDS, Answer.HOLDS]),
-        (8.0, [Answer.HOLDS, Answer.FAILS]),
-        (0.0, [Answer.FAILS, Answer.FAILS]),
-        (10.0, [Answer.HOLDS, Answer.OPEN]),
-    ],
+    ("times", "expected"), [(30.0, "holds holds"), (8.0, "holds fails"), (0.0, "fails fails"), (10.0, "holds open")]
 )
-def test_very_large_rewards_are_told_from_others(times: float, expected: list[Answer]) -> None:
-    assert [one.answer for one in claims.needed_rewards(made_up(times, 0.0))] == expected
+def test_very_large_rewards_are_told_from_others(times: float, expected: str) -> None:
+    assert " ".join(one.answer.label for one in claims.needed_rewards(made_up(times, 0.0))) == expected
 
 
 @pytest.mark.parametrize(("excess", "expected"), [(0.0, Answer.HOLDS), (0.05, Answer.FAILS)])
