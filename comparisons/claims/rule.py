@@ -193,7 +193,7 @@ class Judged:
         if self.answer is not Answer.DEPENDS:
             return "" if self.answer is not Answer.OPEN or not self.is_small else "too few maps to say"
         shown, against = ([one for one in self.levels if self._is_shown(one, sign)] for sign in (1, -1))
-        if not self.shown and 2 * len(against) > len(self.levels):
+        if not (shown or self.shown) and 2 * len(against) > len(self.levels):
             rest = [one for one in self.levels if one not in against]
             return "; ".join(filter(None, [f"fails, but {_named('open', rest)}", self._unseen_words]))
         opposed = _largest(self.opposed)

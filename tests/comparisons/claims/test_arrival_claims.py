@@ -169,7 +169,7 @@ def test_rare_livelocks_are_told_from_frequent_ones() -> None:
     assert [row.answer for row in finding.rows] == [Answer.DEPENDS, Answer.HOLDS, Answer.DEPENDS]
     assert never.where == claims.ARRIVES_WHERE
     assert single.size == "100 % of flights arrive"
-    assert two.where.startswith("holds, but fails at")
+    assert two.where.startswith("holds at obstacle spread 0.02; fails at")
 
 
 def test_flights_of_a_map_are_those_that_records_name(monkeypatch: pytest.MonkeyPatch) -> None:
