@@ -41,10 +41,10 @@ HEADLINES: tuple[Headline, ...] = (
         (*_bcv("length only", ""), *_bcv("risk-averse", " if averse")),
     ),
     Headline(
-        "Does a greater K take less risk?",
+        "Does K = 200 take less risk than K = 10?",
         (
             Part("all known", "C28", "never more risk, never shorter, with all known"),
-            Part("in flight, K = 200 against 10", "C28", "less risk in flight, K = 200 against 10"),
+            Part("in flight", "C28", "less risk in flight, K = 200 against 10"),
         ),
     ),
     Headline(
@@ -53,8 +53,8 @@ HEADLINES: tuple[Headline, ...] = (
     Headline(
         "Do virtual obstacles prevent collisions?",
         (
-            Part("all", "C41", "virtual obstacles always prevent collisions"),
-            Part("more than without", "C41", "fewer collide with virtual obstacles"),
+            Part("all of them", "C41", "virtual obstacles always prevent collisions"),
+            Part("some", "C41", "fewer collide with virtual obstacles"),
         ),
     ),
     Headline(
