@@ -81,7 +81,9 @@ def counted(document: Document) -> str:
     """
     found = Counter(row["answer"] for claim in document["claims"] for row in claim["rows"])
     words = ", ".join(f"{answer.label} {found[answer.label]}" for answer in Answer if found[answer.label])
-    return f"{len(document['claims'])} sentences of the paper in {found.total()} statements: {words}"
+    number, several = len(document["claims"]), found.total()
+    ends = ["" if one == 1 else "s" for one in (number, several)]
+    return f"{number} sentence{ends[0]} of the paper in {several} statement{ends[1]}: {words}"
 
 
 def grid(table: Table) -> str:
