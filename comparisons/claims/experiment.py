@@ -28,6 +28,8 @@ class Experiment:
         On which kinds of maps.
     quick
         On how many maps of each kind with ``--quick``.
+    share
+        On what share of the maps: below 1 where a map takes long.
 
     Examples
     --------
@@ -39,14 +41,17 @@ class Experiment:
     sample: Sample
     kinds: tuple[Kind, ...] = KINDS
     quick: int = 1
+    share: float = 1.0
 
     def seeds(self, seed: int, maps: int, *, quick: bool) -> list[int]:
         """Return the seeds of its maps in the study of a seed, with so many of each kind."""
-        count = min(self.quick, maps) if quick else maps
+        count = min(self.quick, maps) if quick else max(1, round(self.share * maps))
         return [one for kind in self.kinds for one in seeds_of(kind, seed, count)]
 
 
-def experiment(name: str, *, kinds: tuple[Kind, ...] = KINDS, quick: int = 1) -> Callable[[Sample], Experiment]:
+def experiment(
+    name: str, *, kinds: tuple[Kind, ...] = KINDS, quick: int = 1, share: float = 1.0
+) -> Callable[[Sample], Experiment]:
     """
     Make an experiment of the function that measures on a map, which stands below; what is given is as of `Experiment`.
 
@@ -58,4 +63,4 @@ def experiment(name: str, *, kinds: tuple[Kind, ...] = KINDS, quick: int = 1) ->
     >>> squares.sample(PanelMap(4))
     [{'value': 16}]
     """
-    return lambda sample: Experiment(name, sample, kinds, quick)
+    return lambda sample: Experiment(name, sample, kinds, quick, share)

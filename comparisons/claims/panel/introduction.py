@@ -38,7 +38,7 @@ SUDDEN = 15
 SHORT = 5.0
 
 
-@experiment("introduction")
+@experiment("introduction", share=0.4)
 def introduction(map_: PanelMap) -> list[Record]:
     """Plan with all known and fly with limited sight; with few threats also let one come up on the way."""
     records = [*_planned(map_, map_.field), *_flown(map_), *_evolved(map_)]

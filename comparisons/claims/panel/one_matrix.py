@@ -60,7 +60,7 @@ def fly_on_one_matrix(mission: Rules, delay: int) -> Flight:
     return simulation.flight()
 
 
-@experiment("one-matrix", kinds=HALF)
+@experiment("one-matrix", kinds=HALF, share=0.5)
 def one_matrix(map_: PanelMap) -> list[Record]:
     """Fly on one matrix and on a matrix each, in some cells of a map; vary rules where it has a base cell."""
     threats = clear_field(map_, map_.kind.threats)

@@ -121,7 +121,7 @@ def varied(map_: PanelMap, cases: Sequence[Case]) -> list[tuple[Case, Case, str]
     return [*((case, {}, "") for case in cases), *changed]
 
 
-@experiment("sharing")
+@experiment("sharing", share=0.5)
 def sharing_flights(map_: PanelMap) -> list[Record]:
     """Fly without and with sharing, from both formations in all cells of a map, side by side where rules are varied."""
     threats = clear_field(map_, map_.kind.threats)
