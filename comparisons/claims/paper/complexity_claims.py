@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,6 @@ from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.panel.complexity import (
-    CHANGES,
     CROSSED,
     FLIGHT_SIZES,
     UNITS_A_MOVE,
@@ -37,16 +37,18 @@ SAME = 1e-12
 STORED = "start-settles-late.toml"
 #: Shares of plans that something is said of hold if it does for more than this.
 MOSTLY = 0.95
-_PLANS = ("threats", "spread", "goal", "k", "n")
-_CGLA = {"planner": "cgla"}
+_KNOWN = ("threats", "spread", "goal", "k")
 #: Points a side for which formulas are held against plain counts: more than the degree of any of them.
 _COUNTED = range(2, 10)
+_DIFFERENCE = Shift(ratio=False)
+_of_plans = partial(Statement, first={"planner": "cgla"}, factors=(*_KNOWN, "n"))
+_proved = partial(Row, answer=Answer.HOLDS, basis=Basis.PROOF)
 
 
 def _sized(samples: Samples, found: Judged, size: str, measure: str = "") -> Row:
     """Return a line of the page whose size is that of the values themselves, or of another measure."""
     plain = replace(found.statement, measure=measure or found.statement.measure, second=0.0, size=size)
-    return replace(found.row, size=judged(samples, replace(plain, test=Shift(ratio=False))).size)
+    return replace(found.row, size=judged(samples, replace(plain, test=_DIFFERENCE)).size)
 
 
 def sample_count(n: int) -> int:
@@ -86,27 +88,16 @@ def _check_c20(evidence: Evidence) -> Finding:
         off = np.abs(graph.weight_matrix()[first, second] - anew).max()
         require(len(first) == pair_count(n * n) == graph.n_pairs, f"N = {n} does not have N^2 (N^2 - 1) / 2 pairs")
         require(off <= SAME, f"a weight is {off:g} off its own integral")
+    for n in (*_COUNTED, N):
         require(_samples_on(paper_lattice(n)) == sample_count(n), f"the samples of N = {n} are not as the formula says")
-    require(_samples_on(paper_lattice()) == sample_count(N), f"the samples of N = {N} are not as the formula says")
     samples = evidence.samples["plans"]
-    needed = judged(
-        samples,
-        Statement(
-            "the optimum needs most weights",
-            "weighed_share",
-            _CGLA,
-            0.5,
-            less=False,
-            test=Shift(ratio=False),
-            factors=_PLANS[:-1],
-            where={"n": N},
-        ),
-    )
+    most = partial(_of_plans, second=0.5, less=False, test=_DIFFERENCE, factors=_KNOWN, where={"n": N})
+    needed = judged(samples, most("the optimum needs most weights", "weighed_share"))
     order = Row(
         "order N^4",
         Answer.DEPENDS,
         Basis.PROOF,
-        "holds if the time of an integral does not grow with N; fails, as N^5, with a sample for each lattice unit",
+        "holds if an integral's time does not grow with N; fails, as N^5, with a sample each lattice unit",
         f"{pair_count(N * N):,} integrals or {sample_count(N):,} samples at N = {N}",
         "N^4",
         "N^2 (N^2 - 1) / 2 pairs have an integral each, and N (N^2 - 1) (7 N^2 + 2) / 30 samples together",
@@ -114,15 +105,8 @@ def _check_c20(evidence: Evidence) -> Finding:
     return Finding(
         (order, _sized(samples, needed, "{} % of all")),
         notes=(
-            (
-                "The sum over all pairs of the columns or rows between them is a polynomial in N of degree 5, so that "
-                f"counts at N = {_COUNTED[0]} to {_COUNTED[-1]} decide it. The number of threats is a factor of its "
-                "own, which the paper leaves out."
-            ),
-            (
-                "The exact optimum for one start and target is found with fewer weights: bounds of the cost from both "
-                "ends prove that the others are no part of it. Computing the bounds takes time as well."
-            ),
+            "Samples are a polynomial in N of degree 5: counts at eight N decide it. Threats are a factor, too.",
+            "Bounds of the cost from both ends, which take time, too, prove that the optimum needs no other weight.",
         ),
         tables=(panel_table("Weights that the optimum needs, above half", [needed]),),
     )
@@ -190,62 +174,34 @@ def _check_c21(evidence: Evidence) -> Finding:
         matrix = cost_matrix(graph, on.target)
         require(math.isclose(counted.value, matrix.value(on.source), rel_tol=SAME), "the counts are of another cost")
         require(counted.rounds == rounds_until(matrix, source), "the start comes into Delta_k in another round")
-        require(
-            counted.relaxations == relaxation_count(graph.n_nodes, counted.rounds),
-            "uses of Eq. 9 are not as the formula has it",
-        )
+        uses = relaxation_count(graph.n_nodes, counted.rounds)
+        require(counted.relaxations == uses, "uses of Eq. 9 are not as the formula has it")
     last, nodes = _late_start()
     moves = sorted(math.dist(START, goal) / UNITS_A_MOVE for goal in GOALS.values())
     samples = evidence.samples["plans"]
-    rounds = judged(
-        samples, Statement("T below N, as rounds", "rounds_over_n", _CGLA, 1.0, factors=_PLANS, size="{} N")
-    )
-    edges = [
-        judged(
-            samples,
-            Statement(
-                text, measure, _CGLA, MOSTLY, less=False, test=Share(MOSTLY), factors=_PLANS, size="{} % of plans"
-            ),
-        )
-        for text, measure in (
-            ("T below N, as edges of the path", "below"),
-            ("T below 0.5 N, as edges (bar set later)", "below_half"),
-        )
-    ]
+    rounds = judged(samples, _of_plans("T below N, as rounds", "rounds_over_n", second=1.0, size="{} N"))
+    most = partial(_of_plans, second=MOSTLY, less=False, test=Share(MOSTLY))
+    edges = judged(samples, most("T below 0.5 N, as edges (bar set later)", "below_half"))
+    least = f"at least {moves[0]:.3g} N"
+    why = f"the straight lines of the panel take {moves[0]:.3g} N and {moves[1]:.3g} N moves of {UNITS_A_MOVE} units"
+    uses_why = "T rounds use Eq. 9 T N^2 - T (T + 1) / 2 times, with a comparison each: order N^4 where T is N^2"
     return Finding(
         (
-            Row(
-                "at most T N^2 ln N^2, T as rounds",
-                Answer.HOLDS,
-                Basis.PROOF,
-                why="T rounds use Eq. 9 T N^2 - T (T + 1) / 2 times, with a comparison each: order N^4 where T is N^2",
-            ),
+            _proved("at most T N^2 ln N^2, T as rounds", why=uses_why),
             replace(rounds.row, why=f"{rounds.why}; {last} rounds of {nodes} nodes on a stored map"),
-            Row(
-                f"T below N, as moves of {UNITS_A_MOVE} lattice units",
-                Answer.FAILS,
-                Basis.PROOF,
-                size=f"at least {moves[0]:.3g} N",
-                why=f"the straight lines of the panel take {moves[0]:.3g} N and {moves[1]:.3g} N moves",
-            ),
-            _sized(samples, edges[0], "T is {} N", "edges_over_n"),
-            edges[1].row,
+            Row("T below N, as moves", Answer.FAILS, Basis.PROOF, size=least, why=why),
+            _sized(samples, edges, "T is {} N", "edges_over_n"),
         ),
         notes=(
-            (
-                "The paper writes one T for rounds, moves and edges. Edges are the straight pieces of a path: points "
-                "of the lattice that it passes straight on do not count. Delta_k needs no sorting, so that ln N^2 "
-                f"could be left out. A share of plans is tested against {MOSTLY:.0%}."
-            ),
+            "The paper writes one T for rounds, moves and edges, the straight pieces of a path.",
+            f"Delta_k needs no sorting: ln N^2 could be left out. A share of plans is tested against {MOSTLY:.0%}.",
         ),
-        tables=(panel_table("T of plans with all known", [rounds, *edges]),),
+        tables=(panel_table("T of plans with all known", [rounds, edges]),),
         counterexamples=(STORED,),
     )
 
 
 _PLANNING = {"on every move": "every move", "when something is seen": "on change"}
-#: Goals are pooled: each map flies in a third of the cells of radius and K.
-_FLOWN = ("threats", "spread", "radius", "k")
 
 
 @claim(
@@ -259,51 +215,30 @@ _FLOWN = ("threats", "spread", "radius", "k")
 )
 def _check_c22(evidence: Evidence) -> Finding:
     require(all(n * math.log(n**2) <= n**2 for n in range(1, 1001)), "with T = N the second term is the larger one")
-    require(
-        all(n**2 * math.log(n**2) > n**2 for n in range(2, 1001)), "with T = N^2 the second term is the smaller one"
-    )
+    squared = all(n**2 * math.log(n**2) > n**2 for n in range(2, 1001))
+    require(squared, "with T = N^2 the second term is the smaller one")
     samples = evidence.samples["flight-operations"]
     # an exponent is between 4 and 5 if it is less than a half from 4.5
+    of = partial(Statement, measure="off_middle", second=0.5, test=_DIFFERENCE, printed="4 to 5")
     found = [
         judged(
             samples,
-            Statement(
-                f"between N^4 and N^5, planning {words}",
-                "off_middle",
-                {"planning": planning},
-                0.5,
-                test=Shift(ratio=False),
-                factors=_FLOWN,
-                printed="4 to 5",
+            of(
+                f"between N^4 and N^5, planning {words}", first={"planning": when}, factors=(*_KNOWN[:2], "radius", "k")
             ),
         )
-        for words, planning in _PLANNING.items()
+        for words, when in _PLANNING.items()
     ]
+    why = "moves times the work of a plan, T (N^4 + T N^2 ln N^2), multiplied out"
     return Finding(
         (
-            Row(
-                "T N^4 + T^2 N^2 ln N^2",
-                Answer.HOLDS,
-                Basis.PROOF,
-                "T plans of T rounds each",
-                why="moves times the work of a plan, T (N^4 + T N^2 ln N^2), multiplied out",
-            ),
-            Row(
-                "the first term decides",
-                Answer.DEPENDS,
-                Basis.PROOF,
-                "holds if T ln N^2 <= N^2, as for T = N moves; fails for T = N^2 rounds of a plan, which C21 counts",
-                why="T^2 N^2 ln N^2 <= T N^4 if and only if T ln N^2 <= N^2; with T = N^2, Eq. 14 is N^6 ln N^2",
-            ),
+            _proved("T N^4 + T^2 N^2 ln N^2", where="T plans of T rounds each", why=why),
             *(_sized(samples, one, "exponent {}", "exponent") for one in found),
         ),
         notes=(
-            (
-                "Operations: an integral for each pair, and uses of Eq. 9 until p_s is in Delta_k, on what the UAV "
-                "knew then. A move of 0.4 lattice units (E16) makes moves grow with N, and so the exponent by one; "
-                "with steps of one length they do not. Samples in each lattice unit add one to each exponent, and "
-                "leaving out pairs that cannot matter takes most of the work away (C20)."
-            ),
+            "The first term decides if T ln N^2 <= N^2, as for T = N; with T = N^2 (C21), Eq. 14 is N^6 ln N^2.",
+            "Operations: an integral for each pair, and uses of Eq. 9 until p_s is in Delta_k, on what was known then.",
+            "Moves of 0.4 lattice units (E16) add one to the exponent, and so do samples in each lattice unit (C20).",
         ),
         tables=(panel_table("Distance of exponents from 4.5, below 0.5", found),),
     )
@@ -319,34 +254,20 @@ def _check_c22(evidence: Evidence) -> Finding:
 )
 def _check_c23(evidence: Evidence) -> Finding:
     reaches, further = _unreached_weights_stay(evidence)
-    texts = {
-        "changed": "fewer than half of all weights change",
-        "changed_much": f"fewer than half change by {CHANGES['changed_much']:g} (bar set later)",
-        "crossed": f"fewer than half are within {CROSSED:g} spreads",
-    }
-    shares = [
-        Statement(text, measure, {}, 0.5, test=Shift(ratio=False), factors=("threats", "spread", "goal", "k"))
-        for measure, text in texts.items()
-    ]
+    half = partial(Statement, first={}, second=0.5, test=_DIFFERENCE, factors=_KNOWN)
+    texts = {"changed": "fewer than half change", "crossed": f"fewer than half are within {CROSSED:g} spreads"}
     samples = evidence.samples["new-threat"]
-    found = [judged(samples, one) for one in shares]
+    found = [judged(samples, half(text, measure)) for measure, text in texts.items()]
+    where = f"within reach is {reaches:.3g} spreads"
+    why = f"to the last bit; beyond {CROSSED:g} spreads weights still change, by up to {further:.1g}"
     return Finding(
         (
-            Row(
-                "an edge out of reach keeps its weight",
-                Answer.HOLDS,
-                Basis.PROOF,
-                f"within reach is {reaches:.3g} spreads",
-                why=f"to the last bit; beyond {CROSSED:g} spreads weights still change, by up to {further:.1g}",
-            ),
+            _proved("an edge out of reach keeps its weight", where=where, why=why),
             *(_sized(samples, one, "{} %") for one in found),
         ),
         notes=(
-            (
-                "A threat's factor in Eq. 2 is 1 where its risk is 0, so that the integral over a segment that it does "
-                "not reach stays the same. A Gaussian has no edge: reach is where its risk falls below what rounding "
-                "drops, and any change above rounding counts."
-            ),
+            "A threat's factor in Eq. 2 is 1 where its risk is 0: integrals over segments out of its reach stay.",
+            "A Gaussian has no edge: reach is where rounding drops its risk, and any change above rounding counts.",
         ),
         tables=(panel_table("Shares of weights that a new threat changes, below a half", found),),
     )

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from cgla_graph.comparisons.claims.statement import Rate, Shift, Statement
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.scenarios.random_map import random_scenario
 
-_EIGHT, _CGLA = {"planner": "eight-direction"}, {"planner": "cgla"}
 _KNOWN = ("threats", "spread", "goal", "k", "n")
 #: From so many points a side on, weights and operations are fewer for certain.
 FEWER_FROM = 5
@@ -44,52 +44,32 @@ def neighbour_count(n: int) -> int:
 )
 def _check_c55(evidence: Evidence) -> Finding:
     _fewer_operations(evidence)
-    plans = evidence.samples["plans"]
-    turned = [
-        judged(
-            plans,
-            Statement(
-                text, measure, _EIGHT, _CGLA, less=False, test=Shift(ratio=False), factors=_KNOWN, size="by {} degrees"
-            ),
-        )
-        for text, measure in (("its sharpest turn is sharper", "sharpest"), ("it turns more in all", "turning"))
-    ]
-    passages = evidence.samples["passages"]
-    fewer = Statement(
-        "fewer plans are found",
-        "found",
-        _EIGHT,
-        _CGLA,
-        test=Rate(),
-        factors=("goal", "passage", "n"),
-        size=f"{{first}} % against {{second}} %, through a passage {PASSAGES[0]:g} wide",
+    eight = partial(Statement, first={"planner": "eight-direction"}, second={"planner": "cgla"})
+    sharper = partial(eight, less=False, test=Shift(ratio=False), factors=_KNOWN, size="by {} degrees")
+    turned = judged(evidence.samples["plans"], sharper("its sharpest turn is sharper", "sharpest"))
+    size = f"{{first}} % against {{second}} %, through {PASSAGES[0]:g}"
+    fewer = eight("fewer plans are found", "found", test=Rate(), factors=("goal", "passage", "n"), size=size)
+    found, narrowest = (
+        judged(evidence.samples["passages"], one)
+        for one in (fewer, replace(fewer, where={"passage": f"passage {PASSAGES[0]:g}"}))
     )
-    found = judged(passages, fewer)
-    narrowest = judged(passages, replace(fewer, where={"passage": f"passage {PASSAGES[0]:g}"}))
-    neighbours, pairs = neighbour_count(N), pair_count(N * N)
+    operations = Row(
+        "fewer weights and operations",
+        Answer.HOLDS,
+        Basis.PROOF,
+        f"N at least {FEWER_FROM}",
+        f"{neighbour_count(N):,} against {pair_count(N * N):,} weights at N = {N}",
+        why="4 N^2 - 6 N + 2 pairs of neighbours against N^2 (N^2 - 1) / 2 pairs, and Eq. 9 uses none twice",
+    )
     return Finding(
-        (
-            replace(found.row, size=narrowest.size),
-            *(one.row for one in turned),
-            Row(
-                "fewer weights and operations",
-                Answer.HOLDS,
-                Basis.PROOF,
-                f"all weights are computed, N at least {FEWER_FROM}",
-                f"{neighbours:,} against {pairs:,} weights at N = {N}",
-                why="4 N^2 - 6 N + 2 pairs of neighbours against N^2 (N^2 - 1) / 2 pairs, and Eq. 9 uses none twice",
-            ),
-        ),
+        (replace(found.row, size=narrowest.size), turned.row, operations),
         notes=(
-            (
-                "Edges in eight directions are edges of the complete graph: it has a plan wherever they have one, so "
-                "that the rate of plans found can only be less. A lattice unit is 1 / N wide; a passage of a unit or "
-                "more is no obstacle. The complete graph's optimum takes few of its weights, too (C20)."
-            ),
+            "Edges in eight directions are edges of the complete graph: plans found can only be fewer.",
+            "A lattice unit is 1 / N wide; a passage of a unit or more is no obstacle.",
         ),
         tables=(
             panel_table("Plans found past no-fly areas (rates, eight directions less any)", [found]),
-            panel_table("Turns of plans in eight directions, less those in any (degrees)", turned),
+            panel_table("Turns of plans in eight directions, less those in any (degrees)", [turned]),
         ),
     )
 
@@ -105,14 +85,11 @@ def _fewer_operations(evidence: Evidence) -> None:
         on = replace(problem, start=start, goal=goal).on_eight_connected(lattice)
         edges = on.graph.n_pairs
         require(edges == neighbour_count(n), f"N = {n} has {edges} pairs of neighbours")
-        counted = counted_label_setting(
-            on.graph.weight_matrix(), on.graph.index_of(on.target), on.graph.index_of(on.source)
-        )
+        target, source = (on.graph.index_of(end) for end in (on.target, on.source))
+        counted = counted_label_setting(on.graph.weight_matrix(), target, source)
         best = cost_matrix(on.graph, on.target).value(on.source)
         require(math.isclose(counted.value, best, rel_tol=SAME), "the counts are of another cost")
         require(counted.relaxations <= edges, f"Eq. 9 is used {counted.relaxations} times on {edges} edges")
     # from there on by induction: the right side grows faster
-    require(
-        all(2 * neighbour_count(n) < pair_count(n * n) for n in range(FEWER_FROM, 1000)),
-        "weights and uses of Eq. 9 are not fewer",
-    )
+    fewer = all(2 * neighbour_count(n) < pair_count(n * n) for n in range(FEWER_FROM, 1000))
+    require(fewer, "weights and uses of Eq. 9 are not fewer")
