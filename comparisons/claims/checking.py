@@ -4,12 +4,13 @@ import time
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.artefact import MODULES, Artefact, Content, artefacts
 from cgla_graph.comparisons.claims.claim import Claim, Finding, missing
-from cgla_graph.comparisons.claims.evidence import Evidence, Samples
+from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.panel.settings import PanelMap
 from cgla_graph.comparisons.claims.store import FIGURE, FINDING, SAMPLE, Drawn, Found, Measured, Store
@@ -30,16 +31,10 @@ class Result:
 
     Attributes
     ----------
-    claim
-        The claim.
-    finding
-        What its check found.
-    seconds
-        Time of the check, without the experiments.
-    maps
-        Maps of each of its experiments.
-    lost
-        How many maps of its experiments told nothing, and why (the first reason).
+    claim, finding, seconds
+        The claim, what its check found, and in what time, without the experiments.
+    maps, lost
+        By experiment, the number of its maps, and how many of them told nothing, with the first reason.
     """
 
     claim: Claim
@@ -51,18 +46,7 @@ class Result:
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """
-    What came of an artefact.
-
-    Attributes
-    ----------
-    artefact
-        The figure or table.
-    content
-        What was made; None where that failed.
-    failed
-        Why.
-    """
+    """What came of a figure or table: what it shows, or None and why that failed."""
 
     artefact: Artefact
     content: Content | None
@@ -95,12 +79,10 @@ def check_claims(
 
     Parameters
     ----------
-    claims
-        Different ones.
+    claims, wanted
+        Different ones; figures and tables.
     store
         Where all goes as it comes, and what is done already; it also says how much is asked for.
-    wanted
-        Figures and tables.
     workers, scheduler
         As `run_tasks` takes them.
 
@@ -122,10 +104,9 @@ def check_claims(
     >>> with Store(None, Scale(quick=True)) as store:
     ...     steps = list(check_claims(catalogue.chosen(["C16"]), store, workers=0))
     >>> [step.result.finding.rows[0].answer.label for step in steps]
-    ['holds']
+    ['fails']
     """
-    named: dict[Key, Claim | Artefact] = {(FINDING, claim.id): claim for claim in claims}
-    named |= {(FIGURE, artefact.label): artefact for artefact in wanted}
+    named = _named(claims, wanted)
     yield from (Step(key[1], _result(of, store[key], store)) for key, of in named.items() if key in store)
     modules = [f"{catalogue.PACKAGE}.{name}" for name in catalogue.TOPICS]
     modules += [f"cgla_graph.comparisons.claims.figures.{name}" for name in (MODULES if wanted else ())]
@@ -138,18 +119,21 @@ def check_claims(
                 yield Step(f"{task.key[1]}: map {task.key[2]}")
 
 
+def _named(claims: Sequence[Claim], wanted: Sequence[Artefact]) -> dict[Key, Claim | Artefact]:
+    return {(FINDING, one.id): one for one in claims} | {(FIGURE, one.label): one for one in wanted}
+
+
 def claim_tasks(claims: Sequence[Claim], store: Store, wanted: Sequence[Artefact] = ()) -> list[Task]:
     """List checks, which begin as soon as they can, the samples that are needed, and figures and tables."""
-    checks = [Task((FINDING, one.id), _check, _evidence(one, store), _found, _samples_of(one, store)) for one in claims]
-    figures = [
-        Task((FIGURE, one.label), _make, _evidence(one, store), _drawn, _samples_of(one, store)) for one in wanted
-    ]
-    samples = dict.fromkeys(key for task in (*checks, *figures) for key in task.needs)
-    return [*checks, *(Task(key, _sample, key[1:], _measured) for key in samples), *figures]
-
-
-def _samples_of(of: Claim | Artefact, store: Store) -> list[Key]:
-    return [(SAMPLE, name, seed) for name in of.experiments for seed in _seeds(name, store)]
+    how = {FINDING: (_check, _found), FIGURE: (_make, _drawn)}
+    tasks = []
+    for key, of in _named(claims, wanted).items():
+        needs = [(SAMPLE, name, seed) for name in of.experiments for seed in _seeds(name, store)]
+        call, result = how[key[0]]
+        tasks.append(Task(key, call, partial(_arguments, key[1], of.experiments, store.scale), result, needs))
+    samples = dict.fromkeys(key for task in tasks for key in task.needs)
+    measured = [Task(key, _sample, key[1:], _measured) for key in samples]
+    return [*tasks[: len(claims)], *measured, *tasks[len(claims) :]]
 
 
 def _seeds(experiment: str, store: Store) -> list[int]:
@@ -158,16 +142,13 @@ def _seeds(experiment: str, store: Store) -> list[int]:
     return catalogue.experiments()[experiment].seeds(scale.seed, scale.maps, quick=scale.quick)
 
 
-def _evidence(of: Claim | Artefact, store: Store) -> Any:  # noqa: ANN401 - arguments of a task
-    def arguments(done: Results) -> tuple[str, Evidence]:
-        samples = {}
-        for name in of.experiments:
-            measured: dict[int, Measured] = {key[2]: one for key, one in done.items() if key[1] == name}
-            records: list[Record] = [{**one, "map": seed} for seed, made in measured.items() for one in made.records]
-            samples[name] = Samples(records, {seed: made.failed for seed, made in measured.items() if made.failed})
-        return of.id if isinstance(of, Claim) else of.label, Evidence(store.scale, samples)
-
-    return arguments
+def _arguments(of: str, experiments: Sequence[str], scale: Scale, done: Results) -> tuple[str, Evidence]:
+    samples = {}
+    for name in experiments:
+        measured: dict[int, Measured] = {key[2]: one for key, one in done.items() if key[1] == name}
+        records: list[Record] = [{**one, "map": seed} for seed, made in measured.items() for one in made.records]
+        samples[name] = Samples(records, {seed: made.failed for seed, made in measured.items() if made.failed})
+    return of, Evidence(scale, samples)
 
 
 def _reason(outcome: Outcome, limits: Limits) -> str:
@@ -179,31 +160,23 @@ def _measured(outcome: Outcome, limits: Limits, _: Results) -> Measured:
 
 
 def _found(outcome: Outcome, limits: Limits, _: Results) -> Found:
-    if outcome.failure is not None:
-        return Found(missing(_reason(outcome, limits)))
-    return Found(*outcome.value)
+    return Found(*outcome.value) if outcome.failure is None else Found(missing(_reason(outcome, limits)))
 
 
 def _drawn(outcome: Outcome, limits: Limits, _: Results) -> Drawn:
     return Drawn(outcome.value, "" if outcome.failure is None else lost(outcome, limits)[1])
 
 
-def _result(of: Claim | Artefact, found: Any, store: Store) -> Result | Shown:  # noqa: ANN401 - what the store holds
-    return Shown(of, *found) if isinstance(of, Artefact) else _result_of(of, found, store)
-
-
-def _result_of(claim: Claim, found: Found, store: Store) -> Result:
-    failed = {
-        name: [one.failed for seed in _seeds(name, store) if (one := store[SAMPLE, name, seed]).failed]
-        for name in claim.experiments
-    }
-    return Result(
-        claim,
-        found.finding,
-        found.seconds,
-        {name: len(_seeds(name, store)) for name in claim.experiments},
-        {name: f"{len(reasons)}: {reasons[0]}" for name, reasons in failed.items() if reasons},
-    )
+def _result(of: Claim | Artefact, made: Any, store: Store) -> Result | Shown:  # noqa: ANN401 - what the store holds
+    if isinstance(of, Artefact):
+        return Shown(of, *made)
+    maps, lost_maps = {}, {}
+    for name in of.experiments:
+        samples: list[Measured] = [store[SAMPLE, name, seed] for seed in _seeds(name, store)]
+        maps[name] = len(samples)
+        if reasons := [one.failed for one in samples if one.failed]:
+            lost_maps[name] = f"{len(reasons)}: {reasons[0]}"
+    return Result(of, made.finding, made.seconds, maps, lost_maps)
 
 
 # ---- in a worker ----
@@ -237,4 +210,4 @@ def _make(label: str, evidence: Evidence, limits: Limits) -> Content:
     """Make one figure or table."""
     (artefact,) = (one for one in artefacts() if one.label == label)
     with _held(limits):
-        return artefact.made_from(evidence)
+        return artefact.make(*[evidence] if artefact.experiments else [])

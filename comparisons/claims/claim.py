@@ -1,6 +1,6 @@
 """A statement of the paper as data, and the answers that its check finds."""
 
-import dataclasses
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -54,20 +54,7 @@ Entry: TypeAlias = str | int | float | bool | None
 
 @dataclass(frozen=True)
 class Table:
-    """
-    Numbers behind an answer.
-
-    Attributes
-    ----------
-    title
-        One line.
-    columns
-        Their heads.
-    rows
-        One entry for each head.
-    note
-        A remark on how to read it.
-    """
+    """Numbers behind an answer: a title of one line, heads of columns, entries, and how to read them."""
 
     title: str
     columns: Sequence[str]
@@ -84,16 +71,12 @@ class Row:
     ----------
     statement
         One assertion, in a few words.
-    answer
-        What is known of it.
-    basis
-        How.
+    answer, basis
+        What is known of it, and how.
     where
         The condition of the answer. For `Answer.DEPENDS`: where the statement holds, and where it fails or is open.
-    size
-        How large the effect is here, as a range over the panel.
-    printed
-        How large it is in the paper.
+    size, printed
+        How large the effect is here, as a range over the panel, and in the paper.
     why
         The reason in a sentence, with numbers.
     """
@@ -186,20 +169,15 @@ class Claim:
     ----------
     number
         Its number, which stays: ``28`` for C28.
-    place
-        Where in the paper.
-    sentence
-        What it says, in our words.
+    place, sentence
+        Where in the paper it is, and what it says, in our words.
     reads
         Which part of the panel its check reads, or what it does instead, and why: said before it runs.
     check
         The check.
-    merged
-        Numbers of claims that are part of this one.
-    experiments
-        Names of the experiments whose samples it reads (see `experiment`).
-    figures
-        Figures and tables of the paper that show it: ``Fig. 5``, ``Table 1``.
+    merged, experiments, figures
+        Numbers of claims that are part of this one, names of the experiments whose samples it reads, and figures and
+        tables of the paper that show it (``Fig. 5``).
     """
 
     number: int
@@ -213,14 +191,7 @@ class Claim:
 
     @property
     def id(self) -> str:
-        """
-        Its name, as ``C28``.
-
-        Examples
-        --------
-        >>> Claim(7, "", "", "", lambda _: missing("")).id
-        'C7'
-        """
+        """Its name, as ``C28``."""
         return f"C{self.number}"
 
 
@@ -257,32 +228,39 @@ def finding_document(finding: Finding) -> dict[str, Any]:
     >>> finding_from(finding_document(missing("as above"))).rows[0].why
     'as above'
     """
-    document = dataclasses.asdict(finding)
-    for row in document["rows"]:
-        row["answer"], row["basis"] = row["answer"].label, row["basis"].label
-    for table in document["tables"]:
-        table["rows"] = [[_entry(entry) for entry in row] for row in table["rows"]]
-    return document
+    rows = [{**vars(row), "answer": row.answer.label, "basis": row.basis.label} for row in finding.rows]
+    tables = [table_document(table) for table in finding.tables]
+    return {
+        "rows": rows,
+        "notes": list(finding.notes),
+        "tables": tables,
+        "counterexamples": list(finding.counterexamples),
+    }
 
 
-def _entry(entry: Any) -> Any:  # noqa: ANN401 - any entry of a table
-    entry = entry.item() if hasattr(entry, "item") else entry
-    if isinstance(entry, float) and not (abs(entry) < float("inf")):
-        return {float("inf"): "∞", float("-inf"): "-∞"}.get(entry)
-    return entry
+def table_document(table: Table) -> dict[str, Any]:
+    """Turn a table into a JSON document, the fields of `Table`; infinite entries become words."""
+    words = {math.inf: "∞", -math.inf: "-∞"}
+    rows = [
+        [words[one] if isinstance(one, float) and one in words else plain_value(one) for one in row]
+        for row in table.rows
+    ]
+    return {**vars(table), "columns": list(table.columns), "rows": rows}
+
+
+def plain_value(value: Any) -> Any:  # noqa: ANN401 - any entry of a record or a table
+    """Turn a value into one that JSON has, to the last bit; of numbers that are not finite, None."""
+    value = value.item() if hasattr(value, "item") else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def finding_from(document: Mapping[str, Any]) -> Finding:
     """Make a finding of its document."""
     answers, bases = ({one.label: one for one in kind} for kind in (Answer, Basis))
+    rows = [{**row, "answer": answers[row["answer"]], "basis": bases[row["basis"]]} for row in document["rows"]]
     return Finding(
-        rows=tuple(
-            Row(**{**row, "answer": answers[row["answer"]], "basis": bases[row["basis"]]}) for row in document["rows"]
-        ),
-        notes=tuple(document["notes"]),
-        tables=tuple(
-            Table(one["title"], tuple(one["columns"]), tuple(tuple(row) for row in one["rows"]), one["note"])
-            for one in document["tables"]
-        ),
-        counterexamples=tuple(document["counterexamples"]),
+        tuple(Row(**row) for row in rows),
+        tuple(document["notes"]),
+        tuple(Table(**table) for table in document["tables"]),
+        tuple(document["counterexamples"]),
     )

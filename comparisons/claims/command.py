@@ -24,18 +24,13 @@ class Request:
 
     Attributes
     ----------
-    claims
-        The claims.
-    scale
-        How much is asked for.
-    folder
-        Where everything goes, or None.
-    resume, overwrite
-        Whether to go on with the study that is there, or to replace it; one that is there is refused otherwise.
-    workers
-        Processes that measure and check; 0 for this one.
-    scheduler
-        Of a Dask cluster, or None.
+    claims, scale
+        The claims, and how much is asked for.
+    folder, resume, overwrite
+        Where everything goes, or None; whether to go on with the study that is there, or to replace it; one that is
+        there is refused otherwise.
+    workers, scheduler
+        Processes that measure and check, 0 for this one; the scheduler of a Dask cluster, or None.
     """
 
     claims: Sequence[Claim] = field(default_factory=lambda: catalogue.chosen([]))
@@ -64,12 +59,8 @@ class Checked:
 
     Attributes
     ----------
-    results
-        Of the claims, in the order of their numbers.
-    shown
-        The figures and tables.
-    written
-        Files.
+    results, shown, written
+        Of the claims, in the order of their numbers; of figures and tables; the files.
     interrupted
         Whether Ctrl-C ended it.
     failure

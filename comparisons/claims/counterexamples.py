@@ -7,7 +7,7 @@ source and a target. What asks for one that is not stored raises `ClaimError`.
 
 import json
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from importlib import resources
@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph._types import FloatArray
 from cgla_graph.errors import ClaimError
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
@@ -24,21 +23,13 @@ from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
 from cgla_graph.scenarios.mission_file import MissionFile, mission_from_toml
 from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 
-_FOLDER = "counterexamples"
+_FOLDER = resources.files("cgla_graph.comparisons.claims") / "counterexamples"
 
 
 @cache
 def names() -> tuple[str, ...]:
-    """
-    List the stored counterexamples: file names.
-
-    Examples
-    --------
-    >>> all(name.endswith((".json", ".toml")) for name in names())
-    True
-    """
-    folder = resources.files("cgla_graph.comparisons.claims") / _FOLDER
-    return tuple(sorted(entry.name for entry in folder.iterdir() if entry.name.endswith((".json", ".toml"))))
+    """List the stored counterexamples: file names."""
+    return tuple(sorted(entry.name for entry in _FOLDER.iterdir() if entry.name.endswith((".json", ".toml"))))
 
 
 def text(name: str) -> str:
@@ -53,7 +44,7 @@ def text(name: str) -> str:
     if name not in names():
         msg = f"no counterexample {name!r}; there are {', '.join(names())}"
         raise ClaimError(msg)
-    return (resources.files("cgla_graph.comparisons.claims") / _FOLDER / name).read_text(encoding="utf-8")
+    return (_FOLDER / name).read_text(encoding="utf-8")
 
 
 def document(name: str) -> dict[str, Any]:
@@ -65,20 +56,9 @@ def document(name: str) -> dict[str, Any]:
 def graph(name: str) -> GraphProblem:
     """Read a graph: ``{"title": …, "weights": [[…]], "source": …, "target": …}``, null for no edge."""
     read = document(name)
-    built = GeometricGraph.from_matrix(weights(read["weights"]), labels=read.get("labels"))
+    weights = [[np.inf if entry is None else entry for entry in row] for row in read["weights"]]
+    built = GeometricGraph.from_matrix(np.array(weights, dtype=np.float64), labels=read.get("labels"))
     return GraphProblem(built, read["source"], read["target"])
-
-
-def weights(rows: Sequence[Sequence[float | None]]) -> FloatArray:
-    """
-    Return a matrix in which null, "no edge", is infinity.
-
-    Examples
-    --------
-    >>> weights([[0, None], [1, 0]]).tolist()
-    [[0.0, inf], [1.0, 0.0]]
-    """
-    return np.array([[np.inf if entry is None else entry for entry in row] for row in rows], dtype=np.float64)
 
 
 def scenario(name: str) -> Scenario:

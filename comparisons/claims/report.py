@@ -12,16 +12,13 @@ from markdown_it import MarkdownIt
 
 import cgla_graph
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.artefact import Comparison, Picture
+from cgla_graph.comparisons.claims.artefact import Content
 from cgla_graph.comparisons.claims.checking import Result, Shown
-from cgla_graph.comparisons.claims.claim import Answer, Table
+from cgla_graph.comparisons.claims.claim import Answer
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.page import Document, evidence, grid, page, rerun, results_document, topics
 from cgla_graph.comparisons.files import make_folder, write_bytes, write_text
 from cgla_graph.comparisons.tables.markdown import plain
-
-#: Columns of the paper's tables, remade.
-HEADS = ("whose", "what", "paper", "ours, offline", "ours, online", "comparable?", "why")
 
 
 def write_report(folder: Path, results: Sequence[Result], shown: Sequence[Shown], scale: Scale) -> list[Path]:
@@ -41,7 +38,7 @@ def write_report(folder: Path, results: Sequence[Result], shown: Sequence[Shown]
     document = results_document(results, scale)
     numbers = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1)
     text = "\n\n".join([*report(document, shown), f"All of it again: `{rerun('', scale)}`"])
-    pictures = {one.artefact.name: one.content for one in shown if isinstance(one.content, Picture)}
+    pictures = {one.artefact.name: one.content for one in shown if one.content and one.content.png}
     files = [
         write_text(folder / "report.html", html(text, pictures)),
         write_text(folder / "report.md", f"{text}\n"),
@@ -73,15 +70,15 @@ def report(document: Document, shown: Sequence[Shown]) -> Iterator[str]:
         yield "## Figures and tables"
     for one in shown:
         yield f"### {one.artefact.label}: {plain(one.artefact.title)}"
-        if isinstance(one.content, Picture):
-            yield f"![{one.artefact.label}](figures/{one.artefact.name}.png)"
-        elif isinstance(one.content, Comparison):
-            rows = [(r.label, r.quantity, r.paper, r.offline, r.online, r.comparable, r.why) for r in one.content.rows]
-            yield from (grid(table) for table in (Table("", HEADS, rows), *one.content.tables) if table.rows)
-        yield plain(one.content.caption if one.content else f"It could not be made: {one.failed}")
+        if one.content is None:
+            yield plain(f"It could not be made: {one.failed}")
+            continue
+        picture = f"![{one.artefact.label}](figures/{one.artefact.name}.png)"
+        yield grid(one.content.table) if one.content.table else picture
+        yield plain(one.content.caption)
 
 
-def html(text: str, pictures: dict[str, Picture]) -> str:
+def html(text: str, pictures: dict[str, Content]) -> str:
     """Write the report as one page that needs no other file; evidence is folded."""
     body: str = MarkdownIt("commonmark", {"html": False}).enable("table").render(text)
     body = re.sub(r"<h3>(C\d+)", r'<h3 id="\1">\1', body)

@@ -2,18 +2,24 @@
 
 import hashlib
 import inspect
-import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import cgla_graph
 from cgla_graph.comparisons.claims import catalogue, panel
-from cgla_graph.comparisons.claims.artefact import Comparison, Content, Picture, TableRow
-from cgla_graph.comparisons.claims.claim import Answer, Finding, Table, finding_document, finding_from
+from cgla_graph.comparisons.claims.artefact import Content
+from cgla_graph.comparisons.claims.claim import (
+    Answer,
+    Finding,
+    Table,
+    finding_document,
+    finding_from,
+    plain_value,
+    table_document,
+)
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.store import Line, Log, understood
@@ -115,10 +121,6 @@ class Store:
         """Return a sample, a finding or a figure."""
         return self._results[key]
 
-    def keys(self, kind: str) -> list[Key]:
-        """List what is there of a kind."""
-        return [key for key in self._results if key[0] == kind]
-
     def add(self, key: Key, result: Any) -> Any:  # noqa: ANN401 - one of three tuples
         """
         Keep a sample, a finding or a figure, and return it as it is kept: numbers that are not finite become None.
@@ -132,7 +134,7 @@ class Store:
         missing = kind == FINDING and Answer.MISSING in result.finding.answers
         if missing or (kind == FIGURE and result.failed):
             return result
-        line: Line = {"kind": kind, "key": names, "code": fingerprint(*_followed(key)), **_document(kind, result)}
+        line: Line = {"kind": kind, "key": names, "code": _code(key), **_document(kind, result)}
         if kind != SAMPLE:
             line["scale"] = _scale_key(self.scale)
         if self._log is not None:
@@ -145,27 +147,21 @@ class Store:
         scale = _scale_key(self.scale)
         with understood(self._path):
             for line in lines:
-                if (
-                    line["code"] == fingerprint(*_followed((line["kind"], *line["key"])))
-                    and line.get("scale", scale) == scale
-                ):
-                    self._results[line["kind"], *line["key"]] = _read(line)
+                key = (line["kind"], *line["key"])
+                if line["code"] == _code(key) and line.get("scale", scale) == scale:
+                    self._results[key] = _read(line)
         return []
 
 
 def _document(kind: str, result: Any) -> Line:  # noqa: ANN401 - one of three tuples
     if kind == SAMPLE:
-        records = [{name: _plain(value) for name, value in record.items()} for record in result.records]
+        records = [{name: plain_value(value) for name, value in record.items()} for record in result.records]
         return {"records": records, "failed": result.failed}
     if kind == FINDING:
         return {"finding": finding_document(result.finding), "seconds": result.seconds}
     content: Content = result.content
-    if isinstance(content, Picture):
-        return {"caption": content.caption, "png": content.png.hex(), "svg": content.svg.decode("utf-8")}
-    tables = [asdict(table) for table in content.tables]
-    for table in tables:
-        table["rows"] = [[_plain(entry) for entry in row] for row in table["rows"]]
-    return {"caption": content.caption, "rows": [asdict(row) for row in content.rows], "tables": tables}
+    table = content.table and table_document(content.table)
+    return {"caption": content.caption, "png": content.png.hex(), "svg": content.svg.decode("utf-8"), "table": table}
 
 
 def _read(line: Line) -> Measured | Found | Drawn:
@@ -173,28 +169,17 @@ def _read(line: Line) -> Measured | Found | Drawn:
         return Measured(line["records"], str(line["failed"]))
     if line["kind"] == FINDING:
         return Found(finding_from(line["finding"]), float(line["seconds"]))
-    if "png" in line:
-        return Drawn(Picture(line["caption"], bytes.fromhex(line["png"]), line["svg"].encode()))
-    tables = tuple(
-        Table(**{**one, "columns": tuple(one["columns"]), "rows": tuple(tuple(row) for row in one["rows"])})
-        for one in line["tables"]
-    )
-    return Drawn(Comparison(line["caption"], [TableRow(**row) for row in line["rows"]], tables))
+    table = line["table"] and Table(**line["table"])
+    return Drawn(Content(line["caption"], bytes.fromhex(line["png"]), line["svg"].encode(), table))
 
 
-def _followed(key: Key) -> tuple[str, ...]:
-    """Return what `fingerprint` takes for a line."""
-    return (SAMPLE, str(key[1])) if key[0] == SAMPLE else (key[0],)
+def _code(key: Key) -> str:
+    """Return the fingerprint of what a line follows from."""
+    return fingerprint(SAMPLE, str(key[1])) if key[0] == SAMPLE else fingerprint(key[0])
 
 
 def _scale_key(scale: Scale) -> list[int]:
     return [scale.maps, scale.seed, int(scale.quick)]
-
-
-def _plain(value: Any) -> Any:  # noqa: ANN401 - any entry of a record
-    """Turn a value into one that JSON has, to the last bit."""
-    value = value.item() if hasattr(value, "item") else value
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 @cache
@@ -204,10 +189,8 @@ def fingerprint(kind: str, name: str = "") -> str:
 
     Parameters
     ----------
-    kind
-        `SAMPLE`, `FINDING` or `FIGURE`.
-    name
-        Of the experiment, for samples.
+    kind, name
+        `SAMPLE` with the name of the experiment, `FINDING` or `FIGURE`.
 
     Examples
     --------

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.comparisons.claims.artefact import Picture
+from cgla_graph.comparisons.claims.artefact import Content
 from cgla_graph.comparisons.claims.panel.flights import BOUNDS
 from cgla_graph.comparisons.claims.panel.settings import START
 from cgla_graph.comparisons.claims.paper.routes import GOAL
@@ -162,7 +162,7 @@ def finish(
     return figure
 
 
-def picture(figure: Figure, caption: str) -> Picture:
+def picture(figure: Figure, caption: str) -> Content:
     """
     Return a figure with its caption: the same figure gives the same bytes.
 
@@ -174,7 +174,7 @@ def picture(figure: Figure, caption: str) -> Picture:
     # what writes pictures knows how to leave dates out, and writes to files
     with tempfile.TemporaryDirectory() as folder:
         png, svg = (save(figure, Path(folder, f"figure.{kind}")).read_bytes() for kind in ("png", "svg"))
-    return Picture(caption, png, svg)
+    return Content(caption, png, svg)
 
 
 def flights_page(heading: tuple[str, str], runs: Sequence[MissionRun]) -> Figure:

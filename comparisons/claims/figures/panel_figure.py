@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from cgla_graph.comparisons.claims.artefact import Picture, artefact
+from cgla_graph.comparisons.claims.artefact import Content, artefact
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.figures.figure_page import WIDE, finish, page, picture
 from cgla_graph.comparisons.claims.paper.bcv_claims import AGAINST_BCV
@@ -28,7 +28,7 @@ PANELS: Mapping[str, Sequence[Statement]] = {
 
 
 @artefact("Fig. A1", "eight directions and BCV-style at every level of the panel", experiments=("single-uav",))
-def _fig_a1(evidence: Evidence) -> Picture:
+def _fig_a1(evidence: Evidence) -> Content:
     samples = evidence.samples["single-uav"]
     with page() as figure:
         rows = []

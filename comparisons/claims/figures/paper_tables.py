@@ -8,7 +8,7 @@ another paper even the measure differs, and ours is left out.
 
 from collections.abc import Mapping, Sequence
 
-from cgla_graph.comparisons.claims.artefact import Comparison, artefact
+from cgla_graph.comparisons.claims.artefact import Content, artefact
 from cgla_graph.comparisons.claims.claim import Entry, Table
 from cgla_graph.comparisons.claims.figures.figure_page import SELECTED
 from cgla_graph.comparisons.claims.paper.printed_values import TABLES, WORKING_SCALE, PaperValue
@@ -72,42 +72,42 @@ def _measured(route: Route, quantity: str) -> float:
 
 
 @artefact("Table 1", "one UAV: CGLA, BCV, A2D and Q-Learning")
-def _table_1() -> Comparison:
+def _table_1() -> Content:
     found = for_weights([10.0, 50.0, 200.0])
     caption = (
         "One UAV from (0.1, 0.1) to (0.9, 0.9). In the paper risk falls with K, and K = 200 is shorter than K = 50, "
         f"which no optima with full information can be. {SELECTED}"
     )
-    return Comparison(caption, tables=(remade("Table 1", {f"CGLA, {one.label}": one for one in found}),))
+    return Content(caption, table=remade("Table 1", {f"CGLA, {one.label}": one for one in found}))
 
 
 @artefact("Table 2", "a sudden threat")
-def _table_2() -> Comparison:
+def _table_2() -> Content:
     caption = (
         "The way that is left when a threat appears at (0.6, 0.5). Where the UAV is then is not printed: ours is at "
         "(0.5, 0.4). Map, spread and radius are ours."
     )
-    return Comparison(caption, tables=(remade("Table 2", {f"CGLA, {one.label}": one for one in escape().routes}),))
+    return Content(caption, table=remade("Table 2", {f"CGLA, {one.label}": one for one in escape().routes}))
 
 
 @artefact("Table 3", "with and without sharing")
-def _table_3() -> Comparison:
+def _table_3() -> Content:
     caption = (
         "The UAV that profits from what the other one sees. With the whole map known there is nothing to share: one "
         "way stands in both rows. Two threats, starts and goal are the paper's; all else, K = 70 too, is ours."
     )
     ours = {f"CGLA, {run.variant}": of_flight(run.variant, run, "a") for run in runs_of("fig9")}
-    return Comparison(caption, tables=(remade("Table 3", ours),))
+    return Content(caption, table=remade("Table 3", ours))
 
 
 @artefact("Table 4", "risk of three UAVs")
-def _table_4() -> Comparison:
-    return Comparison(f"Risk of three UAVs. {_TEAM}", tables=(remade("Table 4", _team("FBCRI", "CGLA")),))
+def _table_4() -> Content:
+    return Content(f"Risk of three UAVs. {_TEAM}", table=remade("Table 4", _team("FBCRI", "CGLA")))
 
 
 @artefact("Table 5", "length of the ways of three UAVs")
-def _table_5() -> Comparison:
-    return Comparison(f"Lengths of three UAVs. {_TEAM}", tables=(remade("Table 5", _team("FBCRI", "CPVS", "CGLA")),))
+def _table_5() -> Content:
+    return Content(f"Lengths of three UAVs. {_TEAM}", table=remade("Table 5", _team("FBCRI", "CPVS", "CGLA")))
 
 
 def _team(*methods: str) -> dict[str, Routes]:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from cgla_graph._types import Point
-from cgla_graph.comparisons.claims.artefact import Picture, artefact
+from cgla_graph.comparisons.claims.artefact import Content, artefact
 from cgla_graph.comparisons.claims.claim import require
 from cgla_graph.comparisons.claims.figures.figure_page import (
     NARROW,
@@ -75,7 +75,7 @@ _CROSS: Look = {
 
 
 @artefact("Fig. 1", "the risk of one threat and of several")
-def _fig_1() -> Picture:
+def _fig_1() -> Content:
     with page() as figure:
         maps = [
             add_map(figure, RiskField(ONE), "one threat"),
@@ -117,7 +117,7 @@ def _fig_1() -> Picture:
 
 
 @artefact("Fig. 2", "a straight segment and eight directions")
-def _fig_2() -> Picture:
+def _fig_2() -> Content:
     eight = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 1.0], [3.0, 1.0], [4.0, 2.0], [5.0, 2.0]])
     ends = eight[[0, -1]]
     straight, octile = (Route(path, 0.0).length for path in (ends, eight))
@@ -147,7 +147,7 @@ def _fig_2() -> Picture:
 
 
 @artefact("Fig. 3", "weights of segments for K = 10 and 200")
-def _fig_3() -> Picture:
+def _fig_3() -> Content:
     lattice = paper_lattice()
     half = 0.5 / lattice.shape[0]
     tables = {reading: weights_from_origin(reading, SHOWN_SIGMA) for reading in READINGS}
@@ -184,7 +184,7 @@ def _fig_3() -> Picture:
 
 
 @artefact("Fig. 5", "ways for K = 10, 50 and 200")
-def _fig_5() -> Picture:
+def _fig_5() -> Content:
     field = paper_field()
     found = for_weights([10.0, 50.0, 200.0])
     bcv = Routes("bcv-style", None, flown(field, k=10.0, solver="bcv-style"))
@@ -208,7 +208,7 @@ def _nearest(route: Route) -> str:
 
 
 @artefact("Fig. 6", "a sudden threat, K = 10 and 100")
-def _fig_6() -> Picture:
+def _fig_6() -> Content:
     found = escape()
     heading = ("Fig. 6", "The escape from a sudden threat at (0.6, 0.5), length / risk sum")
     figure = _known_and_flown(heading, found.field, found.routes, start=found.start, sudden=found.sudden.threat)
@@ -225,7 +225,7 @@ def _fig_6() -> Picture:
 
 
 @artefact("Fig. 11", "lattices of N = 15, 20 and 25")
-def _fig_11() -> Picture:
+def _fig_11() -> Content:
     field = paper_field()
     found = [both(f"N = {n}", field, k=40.0, n=n) for n in SIZES]
     figure = _known_and_flown(("Fig. 11", "Ways on lattices of N x N points, K = 40, length / risk sum"), field, found)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from cgla_graph.comparisons.claims.artefact import Picture, artefact
+from cgla_graph.comparisons.claims.artefact import Content, artefact
 from cgla_graph.comparisons.claims.claim import require
 from cgla_graph.comparisons.claims.figures.figure_page import (
     SELECTED,
@@ -28,7 +28,7 @@ from cgla_graph.plots.scene import SIGHT_DASHES, colour_of, draw_ring, patch_key
 
 
 @artefact("Fig. 4", "what one UAV detects, the other one knows")
-def _fig_4() -> Picture:
+def _fig_4() -> Content:
     runs = runs_of("fig4")
     words = {"with sharing": "the left one knows", "without sharing": "the left one does not know"}
     with page() as figure:
@@ -77,7 +77,7 @@ def _away(run: MissionRun, name: str) -> str:
 
 
 @artefact("Fig. 7", "virtual obstacles 0, 3 and 5 steps ahead")
-def _fig_7() -> Picture:
+def _fig_7() -> Content:
     runs = runs_of("fig7")
     collide = [run.flight.least_separation < run.mission.collision_distance for run in runs]
     require(collide == [True, False, True], f"Fig. 7: which steps ahead collide is {collide}")
@@ -93,7 +93,7 @@ def _fig_7() -> Picture:
 
 
 @artefact("Fig. 8", "two UAVs meet, unless virtual obstacles keep them apart")
-def _fig_8() -> Picture:
+def _fig_8() -> Content:
     runs = runs_of("fig8")
     pair = runs[0].flight.closest
     where = f"({pair.where[0]:.2f}, {pair.where[1]:.2f})" if pair else "nowhere"
@@ -108,7 +108,7 @@ def _fig_8() -> Picture:
 
 
 @artefact("Fig. 9", "a wall of threats, without and with sharing")
-def _fig_9() -> Picture:
+def _fig_9() -> Content:
     runs = runs_of("fig9")
     alone, shared = (run.flight.uavs["a"] for run in runs)
     require(shared.length < alone.length and shared.risk_sum < alone.risk_sum, "Fig. 9: sharing does not help a")
@@ -125,7 +125,7 @@ def _fig_9() -> Picture:
 
 
 @artefact("Fig. 10", "three UAVs that share what they see")
-def _fig_10() -> Picture:
+def _fig_10() -> Content:
     runs = runs_of("fig10")
     flights = runs[0].flight.uavs.values()
     numbers = ", ".join(f"{uav.length:.3f} / {uav.risk_sum:.3f}" for uav in flights)
@@ -139,7 +139,7 @@ def _fig_10() -> Picture:
 
 
 @artefact("Fig. 12", "two UAVs among five and seven threats")
-def _fig_12() -> Picture:
+def _fig_12() -> Content:
     runs = [
         dataclasses.replace(run, variant=f"{count} threats")
         for count in ("five", "seven")
@@ -154,7 +154,7 @@ def _fig_12() -> Picture:
     )
 
 
-def _drawn(label: str, title: str, runs: Sequence[MissionRun], caption: str) -> Picture:
+def _drawn(label: str, title: str, runs: Sequence[MissionRun], caption: str) -> Content:
     """Draw flights; all must have arrived, as the captions say nothing else."""
     require(all(run.flight.all_arrived for run in runs), f"{label}: a UAV does not arrive")
     return picture(flights_page((label, title), runs), caption)

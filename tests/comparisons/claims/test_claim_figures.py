@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from scipy.integrate import quad
 from strategies import few, seeds
 
-from cgla_graph.comparisons.claims.artefact import Artefact, Comparison, Picture, artefacts
+from cgla_graph.comparisons.claims.artefact import Artefact, Content, artefacts
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.figures import panel_figure, single_figures, team_figures
 from cgla_graph.comparisons.claims.figures.figure_page import SELECTED
@@ -47,18 +47,17 @@ def once(name: str, *, solver: str | None = None) -> list[MissionRun]:
     return runs_of(name, solver=solver)
 
 
-def drawn(artefact: Artefact, monkeypatch: pytest.MonkeyPatch, *given: Evidence) -> tuple[Figure, Picture]:
+def drawn(artefact: Artefact, monkeypatch: pytest.MonkeyPatch, *given: Evidence) -> tuple[Figure, Content]:
     """Make an artefact, and get hold of its figure; no files are made of it, which takes long."""
     figures: list[Figure] = []
 
-    def kept(figure: Figure, caption: str) -> Picture:
+    def kept(figure: Figure, caption: str) -> Content:
         figures.append(figure)
-        return Picture(caption, b"", b"")
+        return Content(caption)
 
     monkeypatch.setattr(sys.modules[artefact.make.__module__], "picture", kept)
     monkeypatch.setattr(team_figures, "runs_of", once)
     made = artefact.make(*given)
-    assert isinstance(made, Picture)
     (figure,) = figures
     return figure, made
 
@@ -154,8 +153,8 @@ def test_tables_have_every_printed_number_and_none_of_ours_beside_a_quoted_one()
     assert len(found) == 5
     for row, (name, quantity) in product(TABLES, (("risk", "risk sum"), ("length", "length"))):
         printed, made = getattr(row, name), found[row.place]
-        assert isinstance(made, Comparison)
-        rows = [one for one in made.tables[0].rows if one[:2] == (row.method, quantity)]
+        assert made.table
+        rows = [one for one in made.table.rows if one[:2] == (row.method, quantity)]
         assert len(rows) == (not math.isnan(printed))
         if rows:
             assert float(str(rows[0][2])) == printed

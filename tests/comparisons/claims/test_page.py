@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from cgla_graph.comparisons.claims import catalogue, counterexamples, page, report, rule, summary, terminal
-from cgla_graph.comparisons.claims.artefact import Artefact, Comparison, Picture, TableRow
+from cgla_graph.comparisons.claims.artefact import Artefact, Content
 from cgla_graph.comparisons.claims.checking import Result, Shown
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Claim, Finding, Row, Table, missing
 from cgla_graph.comparisons.claims.evidence import Scale
@@ -37,11 +37,11 @@ RESULTS = [
     Result(Claim(28, "Section 5", "less risk", "all cells", missing), missing("no memory"), 0.0),  # type: ignore[arg-type]
 ]
 SHOWN = [
-    Shown(Artefact("Fig. 1", "a picture", Picture), Picture(EVIL, b"png", b"<svg/>")),
-    Shown(Artefact("Fig. 2", "no picture", Picture), None, "no ink"),
+    Shown(Artefact("Fig. 1", "a picture", Content), Content(EVIL, b"png", b"<svg/>")),
+    Shown(Artefact("Fig. 2", "no picture", Content), None, "no ink"),
     Shown(
-        Artefact("Table 1", "a table", Comparison),
-        Comparison("a table", [TableRow("CGLA", EVIL, 1.5, None, 2.5, comparable=False, why="another map")]),
+        Artefact("Table 1", "a table", Content),
+        Content("a table", table=Table("", ("whose", "what", "why"), [("CGLA", EVIL, "another map")])),
     ),
 ]
 
