@@ -4,10 +4,11 @@ The introduction on other planners (C50): simple, complex and partial maps, sudd
 The planners are in the style of the originals, most of which are not public: answers are about ours.
 """
 
+from functools import partial
+
 from cgla_graph.comparisons.claims.claim import Finding, claim
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.panel.introduction import SHORT, SIMPLE, SUDDEN
-from cgla_graph.comparisons.claims.panel.settings import Case
 from cgla_graph.comparisons.claims.rule import judged, panel_table
 from cgla_graph.comparisons.claims.statement import Share, Shift, Statement
 
@@ -25,67 +26,36 @@ _WORDS = {
     "without chain": "no chain",
     **{f"{spreads:g} spreads": f"polygons of {spreads:g} spreads" for spreads in (2.0, 2.5, 3.0)},
 }
-_NEW = {"planner": "milp", "mode": "sudden", "replan": "change"}
-
-
-def _fails(
-    text: str, first: Case, second: Case | float, factors: tuple[str, ...], size: str, *, does: bool = False
-) -> Statement:
-    """Compare costs, or ratios of costs with 1: more than the margin beyond, or, where a planner does, less."""
-    measure = "ratio" if isinstance(second, float) else "cost"
-    return Statement(text, measure, first, second, less=does, test=Shift(margin=MARGIN), factors=factors, size=size)
-
-
+#: Costs, or ratios of costs with 1, are more than the margin beyond, or, where a planner does, less.
+_costs = partial(Statement, measure="cost", less=False, test=Shift(margin=MARGIN), factors=(*_KINDS, "radius"))
+_over_least = partial(_costs, measure="ratio", second=1.0, factors=(*_KINDS, "constant"), size="x {} of the least")
+_over_known = partial(_over_least, factors=(*_KINDS, "constant", "radius"), size="x {} of all known")
+_NEW, _KEPT = ({"planner": "milp", "mode": "sudden", "replan": replan} for replan in ("change", "never"))
+_OURS = {**_NEW, "planner": "cgla"}
 #: Those on simple maps.
 ON_SIMPLE = (
     *(
-        _fails(
-            f"{words} do on simple maps",
-            {"planner": planner, "mode": "known"},
-            1.0,
-            (*_KINDS, "constant"),
-            "x {} of the least cost",
-            does=True,
-        )
+        _over_least(f"{words} do on simple maps", first={"planner": planner, "mode": "known"}, less=True)
         for words, planner in _GRAPHS.items()
     ),
-    _fails(
-        "MILP fails at a sudden threat, first plan kept",
-        {**_NEW, "replan": "never"},
-        _NEW,
-        (*_KINDS, "radius"),
-        "x {} of a new plan's cost",
-    ),
-    _fails(
-        "MILP fails at a sudden threat, planning again",
-        _NEW,
-        {**_NEW, "planner": "cgla"},
-        (*_KINDS, "radius"),
-        "x {} of CGLA's cost",
+    _costs("MILP fails at sudden threats, first plan kept", first=_KEPT, second=_NEW, size="x {} of a new plan"),
+    _costs(
+        "MILP fails at sudden threats, planning again",
+        first=_NEW,
+        second={**_NEW, "planner": "cgla"},
+        size="x {} of CGLA's",
     ),
 )
 #: Those on complex maps, all known or seen under way.
 ON_COMPLEX = (
     *(
-        _fails(
-            f"{words} fail on complex maps",
-            {"planner": planner, "mode": "known"},
-            1.0,
-            (*_KINDS, "constant"),
-            "x {} of the least cost",
-        )
+        _over_least(f"{words} fail on complex maps", first={"planner": planner, "mode": "known"})
         for words, planner in _GRAPHS.items()
     ),
     *(
-        _fails(
-            f"{words} fail on partial maps, {plan}",
-            {"planner": planner, "mode": "flown", "replan": replan},
-            1.0,
-            (*_KINDS, "constant", "radius"),
-            "x {} of the cost with all known",
-        )
+        _over_known(f"{words} fail on partial maps, {plan}", first={"planner": planner, "mode": "flown", "replan": of})
         for words, planner in _GRAPHS.items()
-        for plan, replan in _PLANS.items()
+        for plan, of in _PLANS.items()
     ),
     Statement(
         f"evolution finds paths within {SHORT:g} s",
@@ -98,14 +68,9 @@ ON_COMPLEX = (
         size="on {} % of maps",
     ),
 )
+_CGLA, _A2D = ({"planner": planner, "mode": "flown"} for planner in ("cgla", "a2d-style"))
 #: The one that reads flights of single UAVs.
-A2D = _fails(
-    "A2D-style fails on complex maps",
-    {"planner": "a2d-style", "mode": "flown"},
-    {"planner": "cgla", "mode": "flown"},
-    (*_KINDS, "radius"),
-    "x {} of CGLA's cost",
-)
+A2D = _costs("A2D-style fails on complex maps", first=_A2D, second=_CGLA, size="x {} of CGLA's")
 
 
 @claim(
@@ -132,8 +97,7 @@ def _check_c50(evidence: Evidence) -> Finding:
     return Finding(
         tuple(one.row for one in found),
         notes=(
-            "Risk is soft, so that even a straight line arrives: planners are judged by what they cost.",
-            "With any planner, a flight that keeps its first plan pays for what it did not know.",
+            "Risk is soft: even a straight line arrives. Planners are judged by what they cost.",
             "The least cost in the plane is that of fast marching. Seconds are those of the machine that ran this.",
         ),
         tables=(panel_table("Remarks of the introduction, by cost", found),),

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -67,46 +68,26 @@ def least_reward_by_formula(process: DecisionProcess, gamma: float) -> float:
 
 
 def require_formula(records: Sequence[Record], seeds: Sequence[int]) -> int:
-    """
-    Assert that the measured rewards of some maps are those of the formula, 0 without discount and 0 without risk.
-
-    Returns
-    -------
-    count
-        How many rewards were looked at.
-
-    Raises
-    ------
-    AssertionError
-        If one is not.
-    """
+    """Assert that rewards of some maps are those of the formula, or 0 without discount or risk; return how many."""
     count = 0
-    for seed in seeds:
-        one = PanelMap(seed)
+    for one in map(PanelMap, seeds):
         for gamma in GAMMAS:
             riskless = least_target_reward(one.problem(0.0), gamma=gamma, resolution=paper_lattice())
-            require(riskless == 0.0, f"map {seed}, gamma = {gamma:g}: without risk a reward of {riskless:g} is needed")
+            require(riskless == 0.0, f"map {one.seed}, gamma = {gamma:g}: without risk {riskless:g} is needed")
         for record in records:
-            if record["map"] != seed or record["varied"]:
+            if record["map"] != one.seed or record["varied"]:
                 continue
             gamma, found = float(record["gamma"].split()[1]), record["least"]
             process = decision_process(one.problem(record["k"]).on_eight_connected(paper_lattice()))
             reward = 0.0 if gamma == UNDISCOUNTED else least_reward_by_formula(process, gamma)
             agree = math.isclose(found, reward, rel_tol=SAME, abs_tol=SAME)
-            require(agree, f"map {seed}, {record['gamma']}: {found} by value iteration, {reward} by the formula")
+            require(agree, f"map {one.seed}, {record['gamma']}: {found} by value iteration, {reward} by the formula")
             count += 1
     return count
 
 
 def stored_rewards() -> list[float]:
-    """
-    Run the stored maps again: one needs no reward; return the rewards of the other one, which fall as K rises.
-
-    Raises
-    ------
-    AssertionError
-        If one does not show this any longer.
-    """
+    """Assert that one stored map needs no reward, and that those of the other one, returned, fall as K rises."""
     scenario = counterexamples.scenario(NEEDLESS)
     for gamma in (*GAMMAS, UNDISCOUNTED):
         reward = least_target_reward(scenario.problem, gamma=gamma, resolution=scenario.lattice)
@@ -123,31 +104,11 @@ def _discounted(samples: Samples, mode: str) -> Samples:
     return Samples([one for one in samples.where(mode=mode) if one["gamma"] != _UNDISCOUNTED])
 
 
-def needed_rewards(samples: Samples) -> list[Judged]:
-    """Judge whether a reward at the target is needed, and very large."""
-    factors = ("gamma", *_KNOWN)
-    statements = (
-        Statement(
-            f"a target reward is needed on over {MOSTLY:.0%} of maps",
-            "is_needed",
-            {},
-            MOSTLY,
-            less=False,
-            test=Share(MOSTLY),
-            factors=factors,
-            size="on {} % of maps",
-        ),
-        Statement(
-            f"it is very large: over {VERY_LARGE:g} times the cost of the best way",
-            "ratio",
-            {},
-            VERY_LARGE,
-            less=False,
-            factors=factors,
-            size="x {}",
-        ),
-    )
-    return [judged(_discounted(samples, "needed"), one) for one in statements]
+def needed_rewards(samples: Samples) -> Judged:
+    """Judge whether the reward that is needed at the target is very large."""
+    text = f"it is very large: over {VERY_LARGE:g} best ways"
+    large = Statement(text, "ratio", {}, VERY_LARGE, less=False, factors=("gamma", *_KNOWN))
+    return judged(_discounted(samples, "needed"), large)
 
 
 @claim(
@@ -164,14 +125,11 @@ def _check_c25(evidence: Evidence) -> Finding:
     seeds = [seed for kind in KINDS for seed in seeds_of(kind, evidence.scale.seed, evidence.instances(3, 1))]
     count = require_formula(samples.where(mode="needed"), seeds)
     found = needed_rewards(samples)
-    always = Row(
-        "a target reward is always needed",
-        Answer.FAILS,
-        Basis.COUNTEREXAMPLE,
-        why=f"none is on the stored map (gamma = {GAMMAS[0]:g} to 1), nor without risk, nor for gamma = 1",
-    )
+    why = f"none is on the stored map (gamma = {GAMMAS[0]:g} to 1), nor without risk, nor for gamma = 1"
+    always = Row("a target reward is always needed", Answer.FAILS, Basis.COUNTEREXAMPLE, why=why)
+    rewards, ks = (", ".join(f"{one:.3g}" for one in of) for of in (falls, FALLS_OVER))
     return Finding(
-        (always, *(one.row for one in found)),
+        (always, found.row),
         notes=(
             (
                 "Proof: a reward R at the target makes a way of n moves worth gamma^(n - 1) R - D_n, where D_n is the "
@@ -179,44 +137,23 @@ def _check_c25(evidence: Evidence) -> Finding:
                 "reward is R* = max(0, min over n of (D_n - W) / gamma^(n - 1)), finite if there is a way; it grows as "
                 f"gamma falls. Asserted on {count} rewards that bisection over value iteration found."
             ),
-            (
-                "Without risk, moves along the axes cost h each, h (1 - gamma^n) / (1 - gamma) in all: less than "
-                "h / (1 - gamma), the cheapest way that never ends. Without discount such a way costs infinitely much."
-            ),
-            (
-                "A greater K may need a smaller reward: on the other stored map it is "
-                f"{', '.join(f'{one:.3g}' for one in falls)} for K = {', '.join(f'{k:g}' for k in FALLS_OVER)} "
-                f"(gamma = {FALLS_AT:g})."
-            ),
+            "Without risk, moves of h cost h (1 - gamma^n) / (1 - gamma): less than any way that never ends.",
+            f"A greater K may need a smaller reward: {rewards} for K = {ks} on a stored map (gamma = {FALLS_AT:g}).",
         ),
-        tables=(panel_table("The least reward at the target, over the cost of the best way", found),),
+        tables=(panel_table("The least reward at the target, over the cost of the best way", [found]),),
         counterexamples=(NEEDLESS, FALLING),
     )
 
 
 def learned_well(samples: Samples) -> list[Judged]:
     """Judge whether learned ways are as good as the best, for the paper's discounts and without discount."""
-    within = f"within {AS_GOOD_AS:.0%} of the best way on over {MOSTLY:.0%} of maps"
+    text = f"within {AS_GOOD_AS:.0%} of the best on > {MOSTLY:.0%}"
+    often = partial(Statement, measure="as_good", first={}, second=MOSTLY, less=False, test=Share(MOSTLY))
+    of_maps = partial(often, size="on {} % of maps")
     ours = Samples(samples.where(mode="known", gamma=_UNDISCOUNTED))
-    asked = (
-        (_discounted(samples, "known"), within, ("gamma", "reward", *_KNOWN)),
-        (ours, f"{within} (gamma = 1, outside of the paper's range)", _KNOWN),
-    )
     return [
-        judged(
-            records,
-            Statement(
-                text,
-                "as_good",
-                {},
-                MOSTLY,
-                less=False,
-                test=Share(MOSTLY),
-                factors=factors,
-                size="on {} % of maps",
-            ),
-        )
-        for records, text, factors in asked
+        judged(_discounted(samples, "known"), of_maps(text, factors=("gamma", "reward", *_KNOWN))),
+        judged(ours, of_maps(f"{text} (gamma = 1: not the paper's)", factors=_KNOWN)),
     ]
 
 
@@ -233,11 +170,6 @@ def _check_c53(evidence: Evidence) -> Finding:
     found = learned_well(evidence.samples["learners"])
     return Finding(
         tuple(one.row for one in found),
-        notes=(
-            (
-                "A discount makes later costs count less than present ones, and with it a large reward makes ways of "
-                "few moves the best (C34): what is learned is then another optimum, and more training does not help."
-            ),
-        ),
+        notes=("With a discount, a large reward makes few moves the best (C34): another optimum is learned.",),
         tables=(panel_table(f"Share of maps on which Q-Learning is within {AS_GOOD_AS:.0%}", found),),
     )

@@ -4,11 +4,13 @@ Virtual obstacles (C39, C41, C48): what they do to collisions of two UAVs.
 The paper prints neither their spread nor SD: both are factors, beside those of the panel.
 """
 
+from functools import partial
+
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.panel.flights import COLLISION_DISTANCE, team_measures
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, Case
+from cgla_graph.comparisons.claims.panel.settings import FACTORS
 from cgla_graph.comparisons.claims.panel.teams import FEW_THREATS, NO_OBSTACLE, STEPNUM
 from cgla_graph.comparisons.claims.rule import judged, panel_table
 from cgla_graph.comparisons.claims.statement import Rate, Share, Statement
@@ -35,18 +37,18 @@ _SETTINGS = (
 )
 
 
-def _collide(first: Case, second: Case, text: str, *, less: bool = False) -> Statement:
-    """Compare how often two UAVs collide."""
-    return Statement(
-        text,
-        "collided",
-        first,
-        second,
-        less=less,
-        test=Rate(),
-        factors=OBSTACLE_FACTORS,
-        size="{first} % against {second} % of flights",
-    )
+def _often(measure: str, bar: float) -> partial[Statement]:
+    """State that something happens on a share of maps above a bar."""
+    return partial(Statement, measure=measure, second=bar, less=False, test=Share(bar))
+
+
+_collide = partial(
+    Statement,
+    measure="collided",
+    test=Rate(),
+    factors=OBSTACLE_FACTORS,
+    size="{first} % against {second} % of flights",
+)
 
 
 @claim(
@@ -58,25 +60,18 @@ def _collide(first: Case, second: Case, text: str, *, less: bool = False) -> Sta
     figures=("Fig. 7",),
 )
 def _check_c39(evidence: Evidence) -> Finding:
+    more = partial(_collide, second={"stepnum": STEPNUM}, less=False)
     found = [
         judged(
             evidence.samples["obstacles"],
-            _collide(
-                {"stepnum": ahead}, {"stepnum": STEPNUM}, f"{ahead} steps ahead collide more often than {STEPNUM}"
-            ),
+            more(f"{ahead} steps ahead collide more often than {STEPNUM}", first={"stepnum": ahead}),
         )
         for ahead in (0, 5)
     ]
     return Finding(
         tuple(one.row for one in found),
-        notes=(
-            _SETTINGS,
-            (
-                "Nearer than SD the obstacle is moved ahead of the other UAV, whose own place is left free; with "
-                "stepnum 0 it stays there. Two that never come nearer than SD fly the same way for all stepnums."
-            ),
-        ),
-        tables=(panel_table("Collisions with 0 and 5 steps ahead against 3 (differences of rates)", found),),
+        (_SETTINGS, "Nearer than SD the obstacle is moved ahead of the other UAV, whose own place is left free."),
+        (panel_table("Collisions with 0 and 5 steps ahead against 3 (differences of rates)", found),),
     )
 
 
@@ -112,36 +107,19 @@ def pairs_that_collide() -> str:
 )
 def _check_c41(evidence: Evidence) -> Finding:
     with_them = {"stepnum": STEPNUM}
+    avoided = _often("avoided", MOST)
     statements = (
-        _collide(with_them, {"stepnum": NO_OBSTACLE}, "fewer collide with virtual obstacles", less=True),
-        Statement(
-            "most conflicts are avoided",
-            "avoided",
-            with_them,
-            MOST,
-            less=False,
-            test=Share(MOST),
-            factors=OBSTACLE_FACTORS,
-            size="{} % of conflicts",
-        ),
+        _collide("fewer collide with virtual obstacles", first=with_them, second={"stepnum": NO_OBSTACLE}),
+        avoided("most conflicts are avoided", first=with_them, factors=OBSTACLE_FACTORS, size="{} % of conflicts"),
     )
     found = [judged(evidence.samples["obstacles"], one) for one in statements]
+    why = f"with obstacles of spread 0.02, 0.03 and 0.05 two UAVs pass {pairs_that_collide()}"
+    unknown = "the map is not printed: UAV b is 0.119 nearer to that point, so that the map decides if they meet there"
     return Finding(
         (
-            Row(
-                "virtual obstacles always prevent collisions",
-                Answer.FAILS,
-                Basis.COUNTEREXAMPLE,
-                why=f"with obstacles of spread 0.02, 0.03 and 0.05 two UAVs pass {pairs_that_collide()}",
-            ),
+            Row("virtual obstacles always prevent collisions", Answer.FAILS, Basis.COUNTEREXAMPLE, why=why),
             *(one.row for one in found),
-            Row(
-                "the two collide near (0.5, 0.7)",
-                Answer.NOT_TESTABLE,
-                Basis.TEXT,
-                why="the map is not printed: UAV b is 0.119 nearer to that point, so that the map decides whether they "
-                "meet there",
-            ),
+            Row("the two collide near (0.5, 0.7)", Answer.NOT_TESTABLE, Basis.TEXT, why=unknown),
         ),
         notes=(
             _SETTINGS,
@@ -164,24 +142,17 @@ def _check_c41(evidence: Evidence) -> Finding:
     figures=("Fig. 12",),
 )
 def _check_c48(evidence: Evidence) -> Finding:
+    factors = tuple(name for name in OBSTACLE_FACTORS if name != "threats")
+    works = partial(_often("works", NEARLY_ALL), factors=factors, size="{} % of maps")
     found = [
         judged(
             evidence.samples["few-threats"],
-            Statement(
-                f"{count} threats: on more than {NEARLY_ALL:.0%} both arrive without collision",
-                "works",
-                {"few_threats": count},
-                NEARLY_ALL,
-                less=False,
-                test=Share(NEARLY_ALL),
-                factors=tuple(name for name in OBSTACLE_FACTORS if name != "threats"),
-                size="{} % of maps",
-            ),
+            works(f"{count} threats: it works on > {NEARLY_ALL:.0%}", first={"few_threats": count}),
         )
         for count in FEW_THREATS
     ]
     return Finding(
         tuple(one.row for one in found),
-        notes=(_SETTINGS,),
-        tables=(panel_table("Both arrive without a collision (shares of maps)", found),),
+        (_SETTINGS, "It works if both arrive without a collision."),
+        (panel_table("Both arrive without a collision (shares of maps)", found),),
     )

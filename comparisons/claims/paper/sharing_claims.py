@@ -1,5 +1,7 @@
 """What UAVs gain by telling each other what they see (C42), and by a matrix each (C45)."""
 
+from functools import partial
+
 import numpy as np
 
 from cgla_graph.comparisons.claims import counterexamples
@@ -14,8 +16,7 @@ from cgla_graph.comparisons.claims.statement import Statement
 from cgla_graph.solvers import get
 
 COUNTEREXAMPLE = "c42-sharing-hurts.toml"
-#: By how much Table 3 has less with sharing, of one UAV on one map.
-PRINTED = {"risk": "45.2 % less", "length": "14.8 % less"}
+_LESS = partial(Statement, size="{} % less")
 
 
 def factors_of_harm() -> dict[str, float]:
@@ -47,31 +48,18 @@ def factors_of_harm() -> dict[str, float]:
     figures=("Fig. 9", "Table 3"),
 )
 def _check_c42(evidence: Evidence) -> Finding:
-    found = [
-        judged(
-            evidence.samples["sharing"],
-            Statement(
-                text,
-                measure,
-                {"sharing": "global"},
-                {"sharing": "none"},
-                factors=(*FACTORS, "formation"),
-                size="{} % less",
-                printed=PRINTED.get(measure, ""),
-            ),
-        )
-        for text, measure in (("less risk", "risk"), ("shorter", "length"), ("less cost", "cost"))
+    shared = partial(_LESS, first={"sharing": "global"}, second={"sharing": "none"}, factors=(*FACTORS, "formation"))
+    statements = [
+        shared("less risk", "risk", printed="45.2 % less"),
+        shared("shorter", "length", printed="14.8 % less"),
+        shared("less cost", "cost"),
     ]
-    factors = factors_of_harm()
-    harm = Row(
-        "shorter and less risk on every map",
-        Answer.FAILS,
-        Basis.COUNTEREXAMPLE,
-        why=f"on the stored map both together fly {factors['length']:.3g} times as far, with {factors['risk']:.3g} "
-        "times the risk",
-    )
+    found = [judged(evidence.samples["sharing"], one) for one in statements]
+    harm = factors_of_harm()
+    why = f"both together fly {harm['length']:.3g} times as far, with {harm['risk']:.3g} times the risk"
+    never = Row("shorter and less risk on every map", Answer.FAILS, Basis.COUNTEREXAMPLE, why=why)
     return Finding(
-        (*(one.row for one in found), harm),
+        (*(one.row for one in found), never),
         notes=(
             "Table 3: one UAV on one map, where the threats that the other one sees matter. Here: the sum of two.",
             "A UAV that knows more, but not all, may turn away from a known threat into one that none has seen.",
@@ -109,43 +97,19 @@ def require_same_at_once(seed: int, count: int) -> None:
     experiments=("one-matrix",),
 )
 def _check_c45(evidence: Evidence) -> Finding:
-    found = [
-        judged(
-            evidence.samples["one-matrix"],
-            Statement(
-                f"a matrix each costs less, reports {DELAYS[0]} to {DELAYS[-1]} ticks late",
-                "cost",
-                {"matrices": "each"},
-                {"matrices": "one"},
-                factors=(*FACTORS, "delay"),
-                size="{} % less",
-            ),
-        )
-    ]
+    each = partial(_LESS, first={"matrices": "each"}, second={"matrices": "one"}, factors=(*FACTORS, "delay"))
+    text = f"a matrix each costs less, {DELAYS[0]}-{DELAYS[-1]} ticks late"
+    found = judged(evidence.samples["one-matrix"], each(text, "cost"))
     count = evidence.instances(25, 5)
     require_same_at_once(evidence.scale.map_seeds(1)[0], count)
+    same = f"all UAVs know the same on each tick, so they plan the same; {count} missions agree"
+    lost = "the paper does not say what they do; if they fly their first plan, they are worse by construction"
     return Finding(
         (
-            *(one.row for one in found),
-            Row(
-                "both cost the same if reports take no time",
-                Answer.HOLDS,
-                Basis.PROOF,
-                why=f"all UAVs know the same on each tick, so they plan the same; {count} missions agree",
-            ),
-            Row(
-                "a matrix each is better if one is out of reach for good",
-                Answer.NOT_TESTABLE,
-                Basis.TEXT,
-                why="the paper does not say what such UAVs do; if they fly their first plan, they are worse by "
-                "construction",
-            ),
+            found.row,
+            Row("both cost the same without delay", Answer.HOLDS, Basis.PROOF, why=same),
+            Row("better if one matrix is out of reach", Answer.NOT_TESTABLE, Basis.TEXT, why=lost),
         ),
-        notes=(
-            (
-                "One matrix that is reached late: a UAV plans with what it sees itself only when the matrix has it. "
-                "A copy of the matrix in each UAV, in which it notes what it sees, would be a matrix each."
-            ),
-        ),
-        tables=(panel_table("A matrix each over one matrix (ratios of cost)", found),),
+        notes=("On one matrix a UAV plans with what it sees itself only when the matrix has it.",),
+        tables=(panel_table("A matrix each over one matrix (ratios of cost)", [found]),),
     )

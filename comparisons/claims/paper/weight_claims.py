@@ -1,5 +1,7 @@
 """What K does (C28): a theorem where all of the map is known, and flights where it is not."""
 
+from functools import partial
+
 import numpy as np
 
 from cgla_graph._types import FloatArray
@@ -29,27 +31,16 @@ _RISES = "risk-rises-with-k.toml"
 _IN_FLIGHT = ("threats", "spread", "goal", "radius")
 
 
-def _step(text: str, measure: str, low: float, high: float, size: str, printed: str, *, less: bool = True) -> Statement:
-    """Compare flights of CGLA under two risk weights."""
-    return Statement(
-        text,
-        measure,
-        {"k": high},
-        {"k": low},
-        less=less,
-        factors=_IN_FLIGHT,
-        where={"mode": "flown", "planner": "cgla"},
-        size=size,
-        printed=printed,
-    )
-
-
+_flown = partial(Statement, first={"k": 200.0}, factors=_IN_FLIGHT, where={"mode": "flown", "planner": "cgla"})
+_10, _50 = {"k": 10.0}, {"k": 50.0}
 STATEMENTS = (
-    _step("less risk in flight, K = 50 against 10", "risk", 10.0, 50.0, "x {}", "x 0.261"),
-    _step("less risk in flight, K = 200 against 50", "risk", 50.0, 200.0, "x {}", "x 0.218"),
-    _step("less risk in flight, K = 200 against 10", "risk", 10.0, 200.0, "x {}", "x 0.057"),
-    _step("lower peaks of risk in flight, K = 200 against 10", "max_risk", 10.0, 200.0, "x {}", ""),
-    _step("farther in flight, K = 200 against 10", "length", 10.0, 200.0, "{} % more", "12 % more", less=False),
+    _flown("less risk in flight, K = 50 against 10", "risk", first=_50, second=_10, printed="x 0.261"),
+    _flown("less risk in flight, K = 200 against 50", "risk", second=_50, printed="x 0.218"),
+    _flown("less risk in flight, K = 200 against 10", "risk", second=_10, printed="x 0.057"),
+    _flown("lower peaks in flight, K = 200 against 10", "max_risk", second=_10),
+    _flown(
+        "farther in flight, K = 200 against 10", "length", second=_10, less=False, size="{} % more", printed="12 % more"
+    ),
 )
 
 
@@ -70,37 +61,19 @@ def _check_c28(evidence: Evidence) -> Finding:
     found = [judged(evidence.samples["single-uav"], one) for one in STATEMENTS]
     low, high = flown_alone(counterexamples.mission(_RISES))
     require(high > low, f"{_RISES} no longer shows a flight with more risk for K = 200 than for K = 10")
+    theorem = f"asserted on {len(seeds)} maps x {len(WEIGHTS)} K without exception"
+    size = _rising(evidence.samples["single-uav"])
+    why = f"on the stored map K = 200 meets {high / low:.3g} times the risk of K = 10"
+    region, unknown = "K = 10 passes (0.5, 0.5) and (0.8, 0.8)", "the paper's map is not printed"
     rows = (
-        Row(
-            "never more risk, never shorter, with all known",
-            Answer.HOLDS,
-            Basis.PROOF,
-            why=f"asserted on {len(seeds)} maps x {len(WEIGHTS)} K without exception",
-        ),
+        Row("never more risk, never shorter, with all known", Answer.HOLDS, Basis.PROOF, why=theorem),
         *(one.row for one in found),
-        Row(
-            "less risk in flight on every map",
-            Answer.FAILS,
-            Basis.COUNTEREXAMPLE,
-            size=_rising(evidence.samples["single-uav"]),
-            why=f"on the stored map K = 200 meets {high / low:.3g} times the risk of K = 10",
-        ),
-        Row(
-            "K = 10 passes the regions near (0.5, 0.5) and (0.8, 0.8)",
-            Answer.NOT_TESTABLE,
-            Basis.TEXT,
-            why="the paper's map is not printed",
-        ),
+        Row("less risk in flight on every map", Answer.FAILS, Basis.COUNTEREXAMPLE, size=size, why=why),
+        Row(region, Answer.NOT_TESTABLE, Basis.TEXT, why=unknown),
     )
-    return Finding(
-        rows,
-        notes=(
-            EXCHANGE,
-            "A flight's plans are optimal for what is known, not for the map: the theorem does not carry over.",
-        ),
-        tables=(panel_table("CGLA's flights under two K (ratios, the greater K over the smaller)", found),),
-        counterexamples=(_RISES,),
-    )
+    notes = (EXCHANGE, "A flight's plans are optimal for what is known, not for the map: this does not carry over.")
+    table = panel_table("CGLA's flights under two K (ratios, the greater K over the smaller)", found)
+    return Finding(rows, notes, (table,), (_RISES,))
 
 
 def optima_over_k(problem: Problem) -> FloatArray:
@@ -118,14 +91,7 @@ def optima_over_k(problem: Problem) -> FloatArray:
 
 
 def require_exchange(risk: FloatArray, length: FloatArray, cost: FloatArray) -> None:
-    """
-    Assert the theorem of optima, each of shape ``(maps, K)``, as a check of the program.
-
-    Raises
-    ------
-    AssertionError
-        If risk rises, length falls, or the least cost is not concave and rising in K.
-    """
+    """Assert the theorem of optima, each of shape ``(maps, K)``, as a check of the program."""
     slopes = np.diff(cost, axis=1) / np.diff(WEIGHTS)
     broken = {
         "risk rises with K": _any_above(risk[:, 1:], risk[:, :-1]),
@@ -143,14 +109,7 @@ def _any_above(first: FloatArray, second: FloatArray) -> bool:
 
 
 def flown_alone(file: MissionFile) -> list[float]:
-    """
-    Fly all variants of a mission of one UAV, and return the risk of each.
-
-    Raises
-    ------
-    AssertionError
-        If one does not arrive.
-    """
+    """Fly all variants of a mission of one UAV, assert that they arrive, and return the risk of each."""
     flights = [mission.fly().uavs["a"] for mission in file.missions(get).values()]
     for flight in flights:
         require(flight.status is MissionStatus.ARRIVED, f"{file.name}: {flight.status.value}")

@@ -52,7 +52,7 @@ def test_measured_rewards_are_those_of_the_formula(gamma: float | None) -> None:
 
 def test_a_reward_without_risk_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(claims, "least_target_reward", lambda *_args, **_settings: 1.0)
-    with pytest.raises(AssertionError, match="without risk a reward of 1 is needed"):
+    with pytest.raises(AssertionError, match="without risk 1 is needed"):
         claims.require_formula([], [SEED])
 
 
@@ -73,17 +73,15 @@ def made_up(times: float, excess: float, maps: int = 80) -> Samples:
     for seed, k, gamma in product(seeds_of(KINDS[0], 2, maps), (10.0, 50.0), (0.8, 0.95, UNDISCOUNTED)):
         ratio = times * rng.uniform(0.9, 1.1) if gamma < UNDISCOUNTED else 0.0
         case = {**PanelMap(seed).levels, "k": k, "gamma": discount_name(gamma), "varied": ""}
-        records.append({**case, "mode": "needed", "ratio": ratio, "is_needed": ratio > 0.0, "least": ratio})
+        records.append({**case, "mode": "needed", "ratio": ratio, "least": ratio})
         good = excess <= 0.01 or gamma == UNDISCOUNTED
         records.append({**case, "mode": "known", "reward": "reward 3", "as_good": good})
     return Samples(records)
 
 
-@pytest.mark.parametrize(
-    ("times", "expected"), [(30.0, "holds holds"), (8.0, "holds fails"), (0.0, "fails fails"), (10.0, "holds open")]
-)
+@pytest.mark.parametrize(("times", "expected"), [(30.0, "holds"), (8.0, "fails"), (0.0, "fails"), (10.0, "open")])
 def test_very_large_rewards_are_told_from_others(times: float, expected: str) -> None:
-    assert " ".join(one.answer.label for one in claims.needed_rewards(made_up(times, 0.0))) == expected
+    assert claims.needed_rewards(made_up(times, 0.0)).answer.label == expected
 
 
 @pytest.mark.parametrize(("excess", "expected"), [(0.0, Answer.HOLDS), (0.05, Answer.FAILS)])
@@ -96,5 +94,5 @@ def test_checks_run_on_a_few_maps(monkeypatch: pytest.MonkeyPatch) -> None:
     evidence = Evidence(Scale(maps=1, quick=True), {"learners": made_up(1.0, 0.05, maps=3)})
     finding = claims._check_c25.check(evidence)
     assert finding.counterexamples == (claims.NEEDLESS, claims.FALLING)
-    assert [row.answer for row in finding.rows] == [Answer.FAILS, Answer.OPEN, Answer.OPEN]
+    assert [row.answer for row in finding.rows] == [Answer.FAILS, Answer.OPEN]
     assert claims._check_c53.check(evidence).answers == (Answer.OPEN,)

@@ -137,7 +137,7 @@ def test_claims_about_single_uavs_read_the_panel() -> None:
     evidence = Evidence(scale, evidence.samples)
     c32 = {row.statement: row for row in bcv_claims._check_c32.check(evidence).rows}
     assert c32["less risk (length only)"].answer.label == "holds"
-    assert c32["less risk (length only)"].size.startswith("0.33")
+    assert c32["less risk (length only)"].size.startswith("x 0.33")
     assert c32["shorter (length only)"].answer.label == "fails"
     assert c32["length within 10% (length only)"].answer.label == "holds"
     c26 = {row.statement: row.answer.label for row in direction_claims._check_c26.check(evidence).rows}

@@ -108,13 +108,3 @@ def test_paths_that_are_nearly_the_same_are_told_from_others() -> None:
     shown = {row[1]: row[4] for row in finding.tables[0].rows}
     assert (shown["OR 0.1"], shown["OR 0.4"]) == ("the opposite", "yes")
     assert judged(world(apart=0.03)[:70]).answers == (Answer.OPEN,)
-
-
-def test_other_distances_can_be_read_off() -> None:
-    *_, bars = judged(world(apart=0.25)).tables
-    (row,) = (row for row in bars.rows if row[1] == "OR 0.1")
-    assert dict(zip(bars.columns[2:], row[2:], strict=True)) == {
-        "maps": 320,
-        **{f"within {bar:.3g}": float(bar > 0.25) for bar in resolution_claims.BARS},
-        "greatest cost over least, median": 1.25,
-    }
