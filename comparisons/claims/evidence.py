@@ -1,9 +1,9 @@
 """What a check has to go by: how much is asked for, random numbers, and the samples of experiments."""
 
 import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,12 +20,10 @@ class Scale:
 
     Attributes
     ----------
-    maps
-        Maps of each kind, and so in each cell.
+    maps, quick
+        Maps of each kind, and so in each cell; whether to look at a few only.
     seed
         Of everything that is drawn, at least 0.
-    quick
-        Whether to look at a few maps only.
     """
 
     maps: int = MAPS
@@ -33,14 +31,7 @@ class Scale:
     quick: bool = False
 
     def map_seeds(self, count: int) -> range:
-        """
-        Return the seeds of so many maps.
-
-        Examples
-        --------
-        >>> Scale(seed=7).map_seeds(3)
-        range(7000000, 7000003)
-        """
+        """Return the seeds of so many maps."""
         return range(MAPS_A_SEED * self.seed, MAPS_A_SEED * self.seed + count)
 
 
@@ -51,10 +42,8 @@ class Samples:
 
     Attributes
     ----------
-    records
-        Each with the entry ``map``, the seed of its map.
-    failed
-        Of maps that told nothing: the seed and why.
+    records, failed
+        Each with the entry ``map``, the seed of its map; of maps that told nothing, why.
 
     Examples
     --------
@@ -65,11 +54,6 @@ class Samples:
 
     records: Sequence[Record]
     failed: Mapping[int, str] = field(default_factory=dict)
-
-    @cached_property
-    def maps(self) -> list[int]:
-        """The seeds of the maps, in order."""
-        return sorted({int(record["map"]) for record in self.records})
 
     def cases(self, *names: str) -> list[dict[str, Any]]:
         """List the different values of some entries, in the order in which they first come up."""
@@ -86,42 +70,25 @@ class Samples:
 
     def column(self, name: str, **case: object) -> FloatArray:
         """
-        Return one measurement in one case.
-
-        Returns
-        -------
-        values
-            Shape ``(m,)``, one for each of `maps`, in their order; truth is 1, what is missing NaN.
+        Return one measurement in one case, shape ``(m,)``, in the order of seeds; truth is 1, what is missing NaN.
 
         Raises
         ------
         ValueError
             If a map has several records of the case.
         """
-        places = {seed: number for number, seed in enumerate(self.maps)}
-        values, seen = np.full(len(places), np.nan), set()
-        for record in self.where(**case):
-            if record["map"] in seen:
-                msg = f"several records of map {record['map']} are of the case {case}; say more of it"
-                raise ValueError(msg)
-            seen.add(record["map"])
-            value = record.get(name)
-            values[places[record["map"]]] = np.nan if value is None else float(value)
-        return values
+        values = dict.fromkeys(sorted({int(record["map"]) for record in self.records}), math.nan)
+        found = self.where(**case)
+        if len({record["map"] for record in found}) < len(found):
+            msg = f"a map has several records of the case {case}; say more of it"
+            raise ValueError(msg)
+        values |= {record["map"]: math.nan if record.get(name) is None else float(record[name]) for record in found}
+        return np.array(list(values.values()))
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """
-    What a check has to go by.
-
-    Attributes
-    ----------
-    scale
-        How much is asked for.
-    samples
-        Of the claim's experiments, by name.
-    """
+    """What a check has to go by: how much is asked for, and the samples of its experiments, by name."""
 
     scale: Scale = field(default_factory=Scale)
     samples: Mapping[str, Samples] = field(default_factory=dict)

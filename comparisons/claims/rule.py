@@ -44,10 +44,8 @@ class Pairs:
 
     Attributes
     ----------
-    maps
-        Seeds of the maps on which both values are there.
-    first, second
-        The values, shape ``(m,)`` each.
+    maps, first, second
+        Seeds of the maps on which both values are there, and the values, shape ``(m,)`` each.
     asked
         How many maps there are with those on which a value is missing.
     """
@@ -69,39 +67,34 @@ def pairs_of(samples: Samples, statement: Statement) -> dict[Cell, Pairs]:
     >>> [(cell, pairs.first) for cell, pairs in pairs_of(Samples(records), statement).items()]
     [((('radius', 0.1), ('varied', '')), array([0.02, 0.02]))]
     """
-    names = tuple(name for name in statement.factors if name not in statement.where)
-    first = _by_cell(samples, statement, statement.first, names)
-    bar = statement.second if isinstance(statement.second, float) else None
-    second = {} if isinstance(statement.second, float) else _by_cell(samples, statement, statement.second, names)
+    first, bar = _by_cell(samples, statement, statement.first), statement.second
+    second = {} if isinstance(bar, float) else _by_cell(samples, statement, bar)
     found = {}
     for cell in sorted(first, key=lambda cell: (bool(cell[-1][1]), *map(str, cell))):
-        if bar is None and cell not in second:
+        if not isinstance(bar, float) and cell not in second:
             # settings of another planner are varied here
             continue
         own = first[cell]
-        other = second[cell] if bar is None else dict.fromkeys(own, bar)
+        other = dict.fromkeys(own, bar) if isinstance(bar, float) else second[cell]
         maps = sorted(own.keys() & other.keys())
-        values = np.array([(_number(own[one]), _number(other[one])) for one in maps], dtype=np.float64).reshape(-1, 2)
+        values = np.array([(own[one], other[one]) for one in maps], dtype=np.float64).reshape(-1, 2)
         both = np.flatnonzero(np.isfinite(values).all(axis=1))
-        kept = [maps[place] for place in both]
-        found[cell] = Pairs(kept, values[both, 0], values[both, 1], len(maps))
+        found[cell] = Pairs([maps[place] for place in both], values[both, 0], values[both, 1], len(maps))
     return found
 
 
-def _by_cell(samples: Samples, statement: Statement, case: Case, names: Sequence[str]) -> dict[Cell, dict[int, Any]]:
-    found: dict[Cell, dict[int, Any]] = {}
+def _by_cell(samples: Samples, statement: Statement, case: Case) -> dict[Cell, dict[int, float]]:
+    names = [name for name in statement.factors if name not in statement.where]
+    found: dict[Cell, dict[int, float]] = {}
     for record in samples.where(**{**statement.where, **case}):
         cell = (*((name, record.get(name)) for name in names), (VARIED, record.get(VARIED) or ""))
         values = found.setdefault(cell, {})
         if record["map"] in values:
             msg = f"several records of map {record['map']} are of {case} in {cell}; say more of the case"
             raise ValueError(msg)
-        values[record["map"]] = record.get(statement.measure)
+        value = record.get(statement.measure)
+        values[record["map"]] = math.nan if value is None else float(value)
     return found
-
-
-def _number(value: Any) -> float:  # noqa: ANN401 - any entry of a record
-    return math.nan if value is None else float(value)
 
 
 @dataclass(frozen=True)
@@ -111,10 +104,8 @@ class Judged:
 
     Attributes
     ----------
-    statement
-        The statement.
-    cells
-        Its values.
+    statement, cells
+        The statement, and its values.
     tests
         The test of each part of the panel, as stated: 1 is for the statement.
     """
@@ -144,12 +135,6 @@ class Judged:
         """Parts in which the opposite is shown, adjusted."""
         return self._after_holm(-1)
 
-    def everywhere(self, direction: int) -> bool:
-        """Tell whether a direction is shown at every level, and its opposite in no part."""
-        against = self.opposed if direction > 0 else self.shown
-        at_levels = all(self._is_shown(one, direction) for one in self.levels)
-        return bool(self.tests) and at_levels and not against
-
     @property
     def _needed(self) -> int:
         """How many maps a cell needs before it can show anything after Holm's adjustment over all parts."""
@@ -171,20 +156,16 @@ class Judged:
         needed = min(self._needed, 20) if isinstance(self.statement.test, Share | Within) else self._needed
         return not self.cells or any(pairs.asked < needed for pairs in self.cells.values())
 
-    def scores_at(self, part: Part) -> FloatArray:
-        """Return what each map says in a part of the panel, shape ``(maps,)``: of ratios, logarithms."""
-        return _scores(self.cells, part, self.statement.test)
-
     @property
     def answer(self) -> Answer:
         """The answer, by the `RULE`."""
         shown, opposed = self.shown, self.opposed
         if self.is_small and not (shown and opposed):
             return Answer.OPEN
-        if not self.unseen and self.everywhere(1):
-            return Answer.HOLDS
-        if not self.unseen and self.everywhere(-1):
-            return Answer.FAILS
+        for direction, against, answer in ((1, opposed, Answer.HOLDS), (-1, shown, Answer.FAILS)):
+            at_levels = bool(self.tests) and all(self._is_shown(one, direction) for one in self.levels)
+            if at_levels and not against and not self.unseen:
+                return answer
         return Answer.DEPENDS if shown or opposed else Answer.OPEN
 
     @property
@@ -215,24 +196,16 @@ class Judged:
     @property
     def size(self) -> str:
         """The size in the middle cell, with its range over all cells, as the statement writes it."""
-        sizes = [self.statement.test.size(pairs.first, pairs.second) for pairs in self.cells.values() if pairs.maps]
-        if not sizes:
+        words, seen = self.statement.size, [pairs for pairs in self.cells.values() if pairs.maps]
+        if not seen:
             return ""
-        if "{first}" in self.statement.size:
-            rates = {
-                name: _span([100.0 * float(getattr(pairs, name).mean()) for pairs in self.cells.values() if pairs.maps])
-                for name in ("first", "second")
-            }
-            return self.statement.size.format(**rates)
-        if "%" in self.statement.size:
-            sizes = [100.0 * one for one in self._changes(sizes)]
-        return self.statement.size.format(_span(sizes))
-
-    def _changes(self, sizes: Sequence[float]) -> list[float]:
-        """Return ratios as changes, where they are written as percent more or less."""
-        if "% more" in self.statement.size:
-            return [one - 1.0 for one in sizes]
-        return [1.0 - one for one in sizes] if "% less" in self.statement.size else list(sizes)
+        sizes = [self.statement.test.size(pairs.first, pairs.second) for pairs in seen]
+        if "{first}" in words:
+            rates = {n: _span([100.0 * float(getattr(one, n).mean()) for one in seen]) for n in ("first", "second")}
+            return words.format(**rates)
+        if "% more" in words or "% less" in words:
+            sizes = [one - 1.0 if "% more" in words else 1.0 - one for one in sizes]
+        return words.format(_span([100.0 * one for one in sizes] if "%" in words else sizes))
 
     @property
     def why(self) -> str:
@@ -272,21 +245,12 @@ def judged(samples: Samples, statement: Statement) -> Judged:
     return Judged(statement, cells, {part: _tested(cells, part, statement) for part in _parts(cells)})
 
 
-def row(samples: Samples, statement: Statement) -> Row:
-    """Judge a statement and return its line of the page."""
-    return judged(samples, statement).row
-
-
 def _parts(cells: Iterable[Cell]) -> list[Part]:
     """List the parts of the panel: levels, pairs of levels, and cells; a part that is a single cell stands once."""
     cells = list(cells)
-    main = [cell[:-1] for cell in cells if not cell[-1][1]]
-    levels: dict[str, list[Any]] = {}
-    for cell in main:
-        for name, level in cell:
-            levels.setdefault(name, [])
-            if level not in levels[name]:
-                levels[name].append(level)
+    levels: dict[str, dict[Any, None]] = {}
+    for name, level in (setting for cell in cells if not cell[-1][1] for setting in cell[:-1]):
+        levels.setdefault(name, {})[level] = None
     free = {name: found for name, found in levels.items() if len(found) > 1}
     parts: list[Part] = [((name, level),) for name, found in free.items() for level in found]
     for a, b in combinations(free, 2):
@@ -308,8 +272,8 @@ def _members(cells: Iterable[Cell], part: Part) -> list[Cell]:
     ]
 
 
-def _scores(cells: Mapping[Cell, Pairs], part: Part, test: Method) -> FloatArray:
-    """Return what each map says in a part of the panel, shape ``(maps,)``; a map counts once."""
+def scores_at(cells: Mapping[Cell, Pairs], part: Part, test: Method) -> FloatArray:
+    """Return what each map says in a part of the panel, shape ``(maps,)``: of ratios, logarithms; a map counts once."""
     scores: dict[int, list[float]] = {}
     for cell in _members(cells, part):
         pairs = cells[cell]
@@ -319,7 +283,7 @@ def _scores(cells: Mapping[Cell, Pairs], part: Part, test: Method) -> FloatArray
 
 
 def _tested(cells: Mapping[Cell, Pairs], part: Part, statement: Statement) -> Sign:
-    found = statement.test.tested(_scores(cells, part, statement.test))
+    found = statement.test.tested(scores_at(cells, part, statement.test))
     # tests ask whether the first is greater, or within
     turned = statement.less and not isinstance(statement.test, Within)
     return found._replace(direction=-found.direction) if turned else found
@@ -327,11 +291,9 @@ def _tested(cells: Mapping[Cell, Pairs], part: Part, statement: Statement) -> Si
 
 def _largest(parts: Sequence[Part]) -> list[Part]:
     """Leave out parts that are inside of another one."""
-    ordered = sorted(parts, key=len)
     kept: list[Part] = []
-    for part in ordered:
-        inside = any(set(other) <= set(part) for other in kept)
-        if not inside:
+    for part in sorted(parts, key=len):
+        if not any(set(other) <= set(part) for other in kept):
             kept.append(part)
     return kept
 

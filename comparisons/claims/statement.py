@@ -28,12 +28,10 @@ class Sign(NamedTuple):
 
     Attributes
     ----------
-    p
-        The p-value: small where what `direction` says is shown.
+    p, n
+        The p-value, small where what `direction` says is shown; maps.
     direction
         1 as stated, -1 the opposite, 0 neither.
-    n
-        Maps.
     """
 
     p: float
@@ -48,9 +46,9 @@ class Method(Protocol):
         """Return what one map says of the statement, above 0 where the first value is the greater one."""
         ...
 
-    def pooled(self, scores: Sequence[float], number: int) -> float:
-        """Return what a map says that has scores in several cells; `number` tells maps apart."""
-        ...
+    def pooled(self, scores: Sequence[float], number: int) -> float:  # noqa: ARG002 - for those that draw
+        """Return what a map says that has scores in several cells, their mean; `number` tells maps apart."""
+        return math.fsum(scores) / len(scores)
 
     def tested(self, scores: FloatArray) -> Sign:
         """Test that the first value is the greater one, on scores of different maps, shape ``(n,)``."""
@@ -62,7 +60,7 @@ class Method(Protocol):
 
 
 @dataclass(frozen=True)
-class Shift:
+class Shift(Method):
     """
     Wilcoxon's signed ranks of paired values, two-sided.
 
@@ -88,11 +86,7 @@ class Shift:
         """Return the difference, of logarithms if ratios are compared."""
         if not self.ratio:
             return first - second
-        return math.log(max(first, LEAST) / max(second, LEAST)) - math.log1p(self.margin)
-
-    def pooled(self, scores: Sequence[float], number: int) -> float:  # noqa: ARG002 - of the protocol
-        """Return the mean."""
-        return math.fsum(scores) / len(scores)
+        return _log_ratio(first, second) - math.log1p(self.margin)
 
     def tested(self, scores: FloatArray) -> Sign:
         """Test that scores are around something above 0."""
@@ -110,7 +104,7 @@ class Shift:
 
 
 @dataclass(frozen=True)
-class Rate:
+class Rate(Method):
     """
     A sign test of how often two paired things happen: McNemar's exact test, two-sided.
 
@@ -124,10 +118,6 @@ class Rate:
         """Return 1 if only the first happens, -1 if only the second does."""
         return first - second
 
-    def pooled(self, scores: Sequence[float], number: int) -> float:  # noqa: ARG002 - of the protocol
-        """Return the mean."""
-        return math.fsum(scores) / len(scores)
-
     def tested(self, scores: FloatArray) -> Sign:
         """Count on how many maps the first happens more often, and on how many the second."""
         more, less = int((scores > 0.0).sum()), int((scores < 0.0).sum())
@@ -139,7 +129,7 @@ class Rate:
 
 
 @dataclass(frozen=True)
-class Share:
+class Share(Method):
     """
     An exact binomial test of how often something happens: the first value is 1 or 0, the second is the bar.
 
@@ -181,7 +171,7 @@ class Share:
 
 
 @dataclass(frozen=True)
-class Within:
+class Within(Method):
     """
     Two one-sided signed-rank tests that the ratio of paired values is within a margin of 1 (Schuirmann 1987, by ranks).
 
@@ -200,11 +190,7 @@ class Within:
 
     def score(self, first: float, second: float) -> float:
         """Return the logarithm of the ratio."""
-        return math.log(max(first, LEAST) / max(second, LEAST))
-
-    def pooled(self, scores: Sequence[float], number: int) -> float:  # noqa: ARG002 - of the protocol
-        """Return the mean."""
-        return math.fsum(scores) / len(scores)
+        return _log_ratio(first, second)
 
     def tested(self, scores: FloatArray) -> Sign:
         """Test that scores are around something within the margin, or beyond it."""
@@ -222,6 +208,10 @@ class Within:
         return Shift().size(first, second)
 
 
+def _log_ratio(first: float, second: float) -> float:
+    return math.log(max(first, LEAST) / max(second, LEAST))
+
+
 def _centre(scores: FloatArray) -> float:
     """Return the Hodges-Lehmann estimate; NaN of nothing."""
     return hodges_lehmann(scores.tolist()).median if len(scores) else math.nan
@@ -234,18 +224,12 @@ class Statement:
 
     Attributes
     ----------
-    text
-        The assertion in a few words.
-    measure
-        The measurement.
-    first
-        The case that it is about.
-    second
-        The case that it is compared with, or a number.
-    less
-        Whether the first is said to be less; else it is said to be greater.
-    test
-        How it is tested.
+    text, measure
+        The assertion in a few words, and the measurement.
+    first, second
+        The case that it is about, and the one that it is compared with, or a number.
+    less, test
+        Whether the first is said to be less, else it is said to be greater; how it is tested.
     factors
         Names of the settings over which its records run, those of the panel and others: a cell is a combination of
         their levels, of those that there are.
@@ -256,11 +240,6 @@ class Statement:
         ``{} % more`` and ``{} % less`` are for ratios, and ``{first} % against {second} %`` is for two rates.
     printed
         How large it is in the paper.
-
-    Examples
-    --------
-    >>> Statement("K = 200 takes less risk", "risk", {"k": 200.0}, {"k": 10.0}, factors=("radius",)).less
-    True
     """
 
     text: str

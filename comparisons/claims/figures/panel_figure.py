@@ -11,7 +11,7 @@ from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.figures.figure_page import WIDE, finish, page, picture
 from cgla_graph.comparisons.claims.paper.bcv_claims import AGAINST_BCV
 from cgla_graph.comparisons.claims.paper.direction_claims import DIRECTIONS
-from cgla_graph.comparisons.claims.rule import Judged, judged, part_name
+from cgla_graph.comparisons.claims.rule import Judged, judged, part_name, scores_at
 from cgla_graph.comparisons.claims.statement import Shift, Statement
 from cgla_graph.comparisons.statistics.hodges_lehmann import hodges_lehmann
 from cgla_graph.plots.scene import colour_of, line_key
@@ -72,7 +72,7 @@ def level_ratio(one: Judged, part: tuple[tuple[str, object], ...]) -> tuple[floa
 
     A map counts once, with the mean logarithm over its cells.
     """
-    scores = one.scores_at(part)
+    scores = scores_at(one.cells, part, one.statement.test)
     if not len(scores):
         return math.nan, math.nan, math.nan
     found = hodges_lehmann(scores.tolist())
