@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -30,9 +31,10 @@ from cgla_graph.solvers import get
 SNAPPED, LIVELOCK, EXCLUSION = "c17-snapped-livelock.toml", "c19-livelock.toml", "c18-exclusion.toml"
 #: Where a UAV arrives: of C17, and of what follows from it.
 ARRIVES_WHERE = (
-    "holds among static threats for plans from where the UAV is (exact integrals) or only at detections; "
-    "fails for plans on every tick from the nearest lattice point, and with virtual obstacles"
+    "holds among static threats planning from its place (exact integrals) or at detections only; "
+    "fails every tick from lattice points, with virtual obstacles"
 )
+AS_C17 = "as C17"
 #: What rounding may do to costs of size 1 to 100.
 ROUNDING = 1e-9
 #: How many moves, in multiples of the points of the graph, there are between two detections.
@@ -46,12 +48,11 @@ PROOFS = (
         "lead to the target, from whichever point they begin and however weights are summed."
     ),
     (
-        "Proof, a plan on every tick from where the UAV is: the weight of a segment is its length + K times the "
-        "integral of F, so the rest of a segment weighs less than the whole, by at least the length that is left out. "
-        "The rest of a plan is one of the ways of the next one, hence G at the UAV falls by a step or more a tick, "
-        "until something is seen: then it is at most (1 + K) sqrt(2), by the straight way. So there are at most "
-        "(M + 1)(1 + (1 + K) sqrt(2) / step) ticks. That weights are the same both ways is not needed. A raster sum "
-        "of the rest can exceed that of the whole: there the proof says nothing."
+        "Proof, a plan on every tick from where the UAV is: the rest of a segment weighs less than the whole, by at "
+        "least the length that is left out, and the rest of a plan is one of the ways of the next one. So G at the UAV "
+        "falls by a step or more a tick, until something is seen: then it is at most (1 + K) sqrt(2), by the straight "
+        "way. So there are at most (M + 1)(1 + (1 + K) sqrt(2) / step) ticks. A raster sum of the rest can exceed that "
+        "of the whole, and from the nearest lattice point the way is not the rest of the last plan: both are outside."
     ),
     (
         "Proof, from vertex to vertex: a move along the plan lowers G, which stays until something is seen: no point "
@@ -59,10 +60,6 @@ PROOFS = (
         "optimal paths of x lead through y, so G(y) < G(x): in a row of such moves G rises. After an optimal move G of "
         "the point left is greater, so its exclusion changes nothing, and all further moves are optimal. With all "
         "visited points excluded, each move takes a new one. The straight way to the target is never lacking."
-    ),
-    (
-        "The proof from where the UAV is breaks where plans begin at the nearest lattice point: the way from there is "
-        "not the rest of the last plan, and which point is nearest can change with every step."
     ),
 )
 
@@ -155,14 +152,14 @@ def _periods(flights: Sequence[Flight]) -> str:
 
 
 def _stuck_from_lattice_points(samples: Samples) -> str:
-    """Assert that all flights with plans from where the UAV is arrive; say how many others do not, by N and K."""
+    """Assert that all flights with plans from where the UAV is arrive; say how many others do not, over N and K."""
     exact = samples.where(start="exact")
     require(all(one["arrived"] for one in exact), "a UAV that plans from where it is did not arrive on the panel")
     rates = [
         100.0 * (1.0 - np.mean([one["arrived"] for one in samples.where(start="snapped", **case)]))
         for case in samples.cases("n", "k")
     ]
-    return f"from lattice points {min(rates):.2g} to {max(rates):.2g} % of flights are stuck, by N and K"
+    return f"{min(rates):.2g} to {max(rates):.2g} % stuck from lattice points"
 
 
 @claim(
@@ -181,19 +178,14 @@ def _check_c17(evidence: Evidence) -> Finding:
     stuck = _stuck_from_lattice_points(samples)
     locked = stored_livelocks()
     plans = sum(len(one.replans) for flight in locked for one in flight.uavs.values())
-    why = (
-        f"proofs asserted on {count} random missions; all {len(samples.where(start='exact'))} flights of the panel "
-        f"from where the UAV is arrive; {_periods(locked)}"
-    )
+    from_its_place = len(samples.where(start="exact"))
+    why = f"proofs asserted on {count} missions; {from_its_place} flights from its place arrive; {_periods(locked)}"
     return Finding(
         (Row("arrives", Answer.DEPENDS, Basis.COUNTEREXAMPLE, ARRIVES_WHERE, stuck, why=why),),
         notes=(
             *PROOFS,
-            (
-                f"That each plan converges does not make the flight converge: all {plans} plans of the two stored "
-                "livelocks do. Outside of the proofs are threats that move or go away, no-fly areas, and Step 5's "
-                "exclusion where the UAV flies in steps."
-            ),
+            f"That each plan converges does not make the flight converge: all {plans} of the stored livelocks do.",
+            "Outside of the proofs: threats that move or go away, no-fly areas, Step 5's exclusion in steps.",
         ),
         counterexamples=(SNAPPED, LIVELOCK),
     )
@@ -212,10 +204,8 @@ def require_same_without_previous(rng: np.random.Generator) -> int:
         kept = [node for node in range(n * n) if node != previous]
         rest = GeometricGraph.from_matrix(weights[np.ix_(kept, kept)], labels=kept)
         least = cost_matrix(rest, target).value(here)
-        require(
-            math.isclose(least, whole.value(here), rel_tol=ROUNDING),
-            f"G({here}) is {whole.value(here)}, and {least} without the point before",
-        )
+        agree = math.isclose(least, whole.value(here), rel_tol=ROUNDING)
+        require(agree, f"G({here}) is {whole.value(here)}, and {least} without the point before")
     return max(0, len(path) - 2)
 
 
@@ -245,44 +235,31 @@ def _check_c18(evidence: Evidence) -> Finding:
     tick, previous = turns_back(free, bound)
     require(not same_trace(free, bound), f"the two flights of {EXCLUSION} are the same")
     differs = evidence.samples["exclusion"].column("differs")
-    why = (
-        f"asserted at {points} points of optimal paths; in {EXCLUSION} the best way of tick {tick} leads back over "
-        f"{previous}: length {free.length:.4g} and {bound.length:.4g}"
-    )
+    lengths = f"length {free.length:.4g} and {bound.length:.4g}"
+    why = f"asserted at {points} points; in {EXCLUSION} tick {tick} leads back over {previous}: {lengths}"
     where = "holds if all threats are known; fails with limited sight"
-    size = f"{np.nanmean(differs):.1%} of {len(differs)} flights differ".replace("%", " %")
+    size = f"{100.0 * np.nanmean(differs):.2g} % of flights differ"
     return Finding(
         (Row("the same", Answer.DEPENDS, Basis.COUNTEREXAMPLE, where, size, why=why),),
         notes=(
-            (
-                "Proof with all known: a path from p1 over the point before, p0, costs A(p1, p0) + G(p0), and "
-                "G(p0) > G(p1) as p1 follows p0 on an optimal path and weights are positive."
-            ),
+            "Proof with all known: a path from p1 over the point before, p0, costs A(p1, p0) + G(p0) > G(p1).",
             "After a detection G(p0) may be the lesser one: then the best way may turn back, and Step 5 forbids it.",
         ),
         counterexamples=(EXCLUSION,),
     )
 
 
-def _rarely(text: str, factors: tuple[str, ...], **where: object) -> Statement:
-    """State that most flights arrive."""
-    return Statement(
-        f"rarely stuck, {text}",
-        "arrived",
-        {},
-        MOSTLY,
-        less=False,
-        test=Share(MOSTLY),
-        factors=factors,
-        where=where,
-        size="{} % of flights arrive",
-    )
-
-
-_FROM_LATTICE_POINTS = _rarely(
-    "plans on every tick from lattice points", ("threats", "spread", "goal", "n", "radius", "k"), start="snapped"
+_rarely = partial(
+    Statement, measure="arrived", first={}, second=MOSTLY, less=False, test=Share(MOSTLY), size="{} % of flights arrive"
 )
-_PAIRS = _rarely("two UAVs with virtual obstacles", ("threats", "spread", "course", "obstacle", "n"))
+_FROM_LATTICE_POINTS = _rarely(
+    "rarely stuck, every tick from lattice points",
+    factors=("threats", "spread", "goal", "n", "radius", "k"),
+    where={"start": "snapped"},
+)
+_PAIRS = _rarely(
+    "rarely stuck, two UAVs with virtual obstacles", factors=("threats", "spread", "course", "obstacle", "n")
+)
 
 
 @claim(
@@ -301,18 +278,12 @@ def _check_c19(evidence: Evidence) -> Finding:
         require(moving, "a UAV of a stored livelock stands still: it does not fly to and fro")
     single = judged(evidence.samples["starts-of-plans"], _FROM_LATTICE_POINTS)
     pairs = judged(evidence.samples["pairs-apart"], _PAIRS)
-    never = Row("never stuck", Answer.DEPENDS, Basis.COUNTEREXAMPLE, ARRIVES_WHERE, why=_periods(locked))
+    never = Row("never stuck", Answer.DEPENDS, Basis.COUNTEREXAMPLE, AS_C17, why=_periods(locked))
     return Finding(
         (never, single.row, pairs.row),
         notes=(
-            (
-                "Why a livelock is for ever: a mission without losses on the radio is a function of its state "
-                "(positions, headings, what is known, plans), so a state that comes back once always comes back."
-            ),
-            (
-                f"Rarely is on less than {1 - MOSTLY:.0%} of maps, a bar of ours. Pairs are stuck, too, if they still "
-                f"fly after {MAX_TICKS} ticks."
-            ),
+            "A livelock is for ever: a mission is a function of its state, so that what comes back once always does.",
+            f"Rarely: under {1 - MOSTLY:.0%} of maps, our bar. Pairs in flight after {MAX_TICKS} ticks are stuck.",
         ),
         tables=(panel_table(f"Flights that arrive, against {MOSTLY:.0%}", [single, pairs]),),
         counterexamples=(SNAPPED, LIVELOCK),

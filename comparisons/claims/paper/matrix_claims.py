@@ -41,9 +41,9 @@ def _check_c8(evidence: Evidence) -> Finding:
     why = f"Eq. 9 takes a minimum with the old value: {sum(_assert_eq_9(rng) for _ in range(count))} uses of it."
     return Finding(
         (
-            _holds("G never rises", "for any p_r and any weights, below 0 as well", why),
-            _holds("G is at least the least cost", "for any p_r, if no weight is below 0", "G is the cost of a way."),
-            _holds("the first round gives A(., p_t)", "if p_t serves first, as from Delta_0", "Only G(p_t) is finite."),
+            _holds("G never rises", "for any p_r and any weights", why),
+            _holds("G is at least the least cost", "if no weight is below 0", "G is the cost of a way."),
+            _holds("the first round gives A(., p_t)", "if p_t serves first", "Only G(p_t) is finite."),
         ),
         notes=(
             "By induction: G(p_t) = 0 is the cost of staying, and A(p_i, p_r) + G(p_r) that of going to p_r first.",
@@ -97,7 +97,7 @@ def _check_c11(evidence: Evidence) -> Finding:
             _assert_proof(matrix, least)
     _assert_gaps()
     rounds, wrong = _random_pivots(evidence)
-    where = "holds with p_r from Delta_k (n rounds) or random (probability 1); fails with any p_r, as Step 2 begins"
+    where = "holds with p_r from Delta_k, or random (probability 1); fails with any p_r, as Step 2 begins"
     why = (
         f"Each round out of Delta_k settles a node ({count} random graphs, equal to scipy's Dijkstra); without one "
         f"needed node others stay wrong ({MAP}). After N^2 random p_r {wrong:.0%} of the nodes are wrong."
@@ -110,10 +110,8 @@ def _check_c11(evidence: Evidence) -> Finding:
         ),
         notes=(
             f"A proof without gaps, of which each step is asserted in every round of {2 * count} runs: {PROOF}",
-            "Weights of 0 will do as well (C13). The last of the n rounds changes no value.",
-            "Printed: G falls. So: it does not rise. Printed: G of p_r is the least of all. So: of the unsettled ones.",
-            "Printed: a value that the next round leaves is settled (Eq. 13). So: later p_r have no lesser G.",
-            "That every point can reach p_t is not said.",
+            "Printed: G falls; G of p_r is the least of all; a value that the next round leaves is settled (Eq. 13).",
+            "So: G does not rise; it is the least of the unsettled ones; later p_r have no lesser G.",
             "Random p_r: those of a best path of h edges serve in its order after h N^2 draws on average.",
         ),
         counterexamples=(GAPS, MAP),
@@ -183,7 +181,7 @@ def _random_pivots(evidence: Evidence) -> tuple[str, float]:
         found.append((drawn.rounds / n, (early.values > least * (1.0 + TIED)).mean()))
     rounds, wrong = np.reshape(found, (-1, len(maps), 2)).transpose(2, 0, 1)
     medians = np.median(rounds, axis=1)
-    return f"random p_r: {medians.min():.3g} to {medians.max():.3g} N^2 rounds (medians)", float(wrong.mean())
+    return f"random: {medians.min():.3g} to {medians.max():.3g} N^2 rounds", float(wrong.mean())
 
 
 @claim(12, "Section 4.2.1, Theorem 1 (3)", "The start comes into some Delta_k, where the search may stop.", _ON_GRAPHS)
@@ -230,16 +228,16 @@ def _check_c13(evidence: Evidence) -> Finding:
     source, edges = stored.graph.index_of(stored.source), zero_diagonal(stored.graph)
     require(runs_in_circle(edges, converged.values, source, converged.target), "the walk runs in no circle")
     require(len(converged.path_from(stored.source)) > 1, "the successors do not lead to the target")
-    where = "two points of Eq. 5, with Eq. 1 as printed"
+    where = "two points, with Eq. 1 as printed"
     why = f"A weight of {weight:.3g} joins them (printed-peaks.toml): each use of Eq. 9 lowers G, settled or not."
     below = Row("weights must not be below 0", Answer.HOLDS, Basis.COUNTEREXAMPLE, where, why=why)
-    where = "fails for G to converge; holds for paths read off G alone, on a general graph (Eq. 5 makes no 0)"
+    where = "fails for G to converge; holds for paths read off G on general graphs (not Eq. 5)"
     why = (
         f"n rounds give G* on {count} random graphs with zeros; on zero-weights.json the way along the least A + G "
         "runs in a circle between two nodes of equal G."
     )
     zero = Row("weights must not be 0", Answer.DEPENDS, Basis.COUNTEREXAMPLE, where, why=why)
-    note = "The toolkit refuses weights below 0 in users' graphs; 0 does no harm, as it records where values come from."
+    note = "In the toolkit 0 does no harm, as it records where values come from."
     return Finding((below, zero), (note,), counterexamples=("printed-peaks.toml", "zero-weights.json"))
 
 
@@ -258,20 +256,13 @@ def _check_c24(evidence: Evidence) -> Finding:
     field, goal = missions["CGLA"].world.field, ours.uav.goal
     once = (math.dist(START, goal) + ours.uav.k * float(field.line_integral(START, goal))) / ours.cost
     require(once > 1.0, "the plan made before anything is seen costs no more")
-    where = "fails if it may plan again, as CGLA does; holds for a single plan, made before anything is seen"
-    why = (
-        f"Dijkstra's algorithm flies as CGLA (dijkstra-flies.toml); a single plan costs {once:.2g} times as much there."
-    )
-    size = f"flights like CGLA's: {_flown_alike(evidence)}"
+    where = "fails if it plans again, as CGLA does; holds for one plan, made before anything is seen"
+    why = f"Dijkstra's algorithm flies as CGLA (dijkstra-flies.toml); one plan costs {once:.2g} times as much there."
+    size = f"{_flown_alike(evidence)} flights like CGLA's"
     directly = Row("it cannot be used directly", Answer.DEPENDS, Basis.COUNTEREXAMPLE, where, size, why=why)
-    where = "fails as trying all paths; holds as weighing all pairs of points, which CGLA does as well"
+    where = "fails as trying all paths; holds as weighing all pairs, as CGLA does"
     why = "{} comparisons, not {:.0e} paths, and {} pairs of points ({}).".format(*_effort(evidence), MAP)
-    note = (
-        "The paper does not say which dynamic programming it means. Read here: Bellman's equation over the points of "
-        "the lattice, on the map known by then. G is its fixed point (asserted on random graphs), and value iteration, "
-        "Dijkstra's algorithm (1959) and CGLA reach it. Over all that may yet be seen it would indeed be exhaustive; "
-        "CGLA does not solve that problem either."
-    )
+    note = "Read as Bellman's equation over the points, on the map known by then: G is its fixed point, as CGLA's is."
     return Finding(
         (directly, Row("it is exhaustive", Answer.DEPENDS, Basis.COUNTEREXAMPLE, where, why=why)),
         (note,),

@@ -1,13 +1,14 @@
 """Sudden threats (C37, C38): how K changes the way past one, and how much is met of one that comes up near by."""
 
 import math
+from functools import partial
 
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.panel.flights import STEP
 from cgla_graph.comparisons.claims.panel.sudden import LOW_K, POPUP, POPUP_START, SPREADS_AHEAD
-from cgla_graph.comparisons.claims.paper.arrival_claims import ARRIVES_WHERE, ROUNDING, stored_livelocks
+from cgla_graph.comparisons.claims.paper.arrival_claims import AS_C17, ROUNDING, stored_livelocks
 from cgla_graph.comparisons.claims.paper.printed_values import WORKING_SCALE, value
 from cgla_graph.comparisons.claims.rule import judged, panel_table
 from cgla_graph.comparisons.claims.statement import Statement
@@ -18,32 +19,24 @@ _ON_TOP = "threat-on-top.toml"
 _LOW, _HIGH = (value("Table 2", f"CGLA, K = {k}") for k in (10, 100))
 
 
-def _compared(text: str, measure: str, printed: float, *, less: bool) -> Statement:
-    """Compare flights under a greater K with those under K = 10, after the sudden threat of Fig. 6."""
-    return Statement(
-        text,
-        measure,
-        {"side": "greater K"},
-        {"side": "K = 10"},
-        less=less,
-        factors=("threats", "spread", "radius", "high"),
-        size="x {} of K = 10's",
-        printed=f"x {printed:.3g}",
-    )
-
-
+_greater = partial(
+    Statement,
+    first={"side": "greater K"},
+    second={"side": "K = 10"},
+    factors=("threats", "spread", "radius", "high"),
+    size="x {} of K = 10's",
+)
 COMPARED = (
-    _compared("the greater K meets less risk", "risk", _HIGH.risk / _LOW.risk, less=True),
-    _compared("the greater K flies farther", "length", _HIGH.length / _LOW.length, less=False),
+    _greater("the greater K meets less risk", "risk", printed=f"x {_HIGH.risk / _LOW.risk:.3g}"),
+    _greater("the greater K flies farther", "length", less=False, printed=f"x {_HIGH.length / _LOW.length:.3g}"),
 )
 EVADED = Statement(
-    "meets less of a threat straight ahead than if it flew on",
+    "less of a threat ahead than flying on",
     "met",
     {"evades": True},
     {"evades": False},
     factors=("threats", "spread", "radius", "k", "ahead"),
     where={"event": "ahead"},
-    size="x {} of its risk",
 )
 
 
@@ -62,14 +55,9 @@ def _check_c37(evidence: Evidence) -> Finding:
     return Finding(
         tuple(one.row for one in found),
         notes=(
-            (
-                "Where the UAV is when the threat appears, and how broad it is, the paper does not say. If all is "
-                "known from then on, less risk and a greater length are a theorem (C28)."
-            ),
-            (
-                f"At {WORKING_SCALE:g} units a side and {1 / STEP:g} a unit of risk, both ways of Table 2 cost the "
-                f"same at K = {_break_even():.2g}; at K = 10, the way of K = 100 is the better one."
-            ),
+            "Where the UAV is when the threat appears, and how broad it is, the paper does not say.",
+            "If all is known from then on, less risk and a greater length are a theorem (C28).",
+            f"At {WORKING_SCALE:g} units a side both ways of Table 2 cost the same at K = {_break_even():.2g}.",
         ),
         tables=(panel_table("After a sudden threat: a greater K over K = 10 (ratios)", found),),
     )
@@ -110,29 +98,18 @@ def _check_c38(evidence: Evidence) -> Finding:
     flown = samples.records
     require(all(one["arrived"] for one in flown), "a UAV among threats that stay where they come up did not arrive")
     found = judged(samples, EVADED)
+    low = f"of a threat on top of the UAV every way meets {least:.3g} or more; CGLA, K = {k:g}: {risk:.3g}"
+    size = f"risk sum at least {50.0 * least:.3g}"
+    arrives = f"by C17's proofs, which count a sudden threat that stays as one more; all {len(flown)} flights arrive"
     return Finding(
         (
-            Row(
-                "the risk stays low, whatever appears",
-                Answer.FAILS,
-                Basis.COUNTEREXAMPLE,
-                size=f"at least {50.0 * least:.3g} as a risk sum",
-                why=f"of a threat on top of the UAV every way meets {least:.3g} or more; CGLA, K = {k:g}: {risk:.3g}",
-            ),
+            Row("the risk stays low, whatever appears", Answer.FAILS, Basis.COUNTEREXAMPLE, size=size, why=low),
             found.row,
-            Row(
-                "the UAV arrives",
-                Answer.DEPENDS,
-                Basis.COUNTEREXAMPLE,
-                ARRIVES_WHERE.replace("static threats", "threats that stay once they are there"),
-                why=f"by the proofs of C17, which count a sudden threat as one more; all {len(flown)} flights arrive",
-            ),
+            Row("the UAV arrives", Answer.DEPENDS, Basis.COUNTEREXAMPLE, AS_C17, why=arrives),
         ),
         notes=(
-            (
-                "Bound: a way from the centre is at least as long between distances r and r + dr as dr, so its risk is "
-                "at least the integral of exp(-r^2 / (2 spread^2)) over r: half a straight flight through the centre."
-            ),
+            "Bound: a way from the centre has at least dr between distances r and r + dr, so its risk is at least that",
+            "of half a straight flight through the centre, the integral of exp(-r^2 / (2 spread^2)) over r.",
         ),
         tables=(panel_table("Risk met of a sudden threat straight ahead, over that of flying on (ratios)", [found]),),
         counterexamples=(_ON_TOP,),
@@ -140,14 +117,7 @@ def _check_c38(evidence: Evidence) -> Finding:
 
 
 def require_on_top() -> tuple[float, float, float]:
-    """
-    Fly the stored flight that a threat comes up on top of, and assert that it meets the least risk that any way does.
-
-    Returns
-    -------
-    risk, least, k
-        The flight's risk, the least risk of any way from there to the goal, and the flight's risk weight.
-    """
+    """Fly the stored flight under a threat that comes up: its risk, the least of any way from there, and its K."""
     stored = counterexamples.mission(_ON_TOP)
     (mission,) = stored.missions(get).values()
     (flight,) = mission.fly().uavs.values()
@@ -155,10 +125,8 @@ def require_on_top() -> tuple[float, float, float]:
     at = flight.position_at(tick)
     least = half_crossing(threat.spread, math.dist((threat.x, threat.y), flight.uav.goal))
     on_top = at is not None and math.dist(at, (threat.x, threat.y)) <= ROUNDING
-    require(
-        on_top and flight.risk >= least - ROUNDING,
-        f"{_ON_TOP} no longer shows a threat on top of the UAV with at least {least:.4f} of risk",
-    )
+    shown = on_top and flight.risk >= least - ROUNDING
+    require(shown, f"{_ON_TOP} no longer shows a threat on top of the UAV with at least {least:.4f} of risk")
     return flight.risk, least, flight.uav.k
 
 

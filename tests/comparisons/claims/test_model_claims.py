@@ -21,11 +21,11 @@ CHECKS = {claim.id: claim.check for claim in vars(model_claims).values() if isin
 @pytest.mark.parametrize(
     ("claim", "answers", "holds", "fails"),
     [
-        ("C1", [Answer.DEPENDS], "if no peak exceeds 1", "with the peak of Eq. 1 as it is printed"),
-        ("C3", [Answer.DEPENDS] * 2, "if F itself is set to 1", "as a value f >> 1 in Eq. 2"),
-        ("C4", [Answer.DEPENDS], "as Eq. 1 is printed for sigma of 0.05 to 0.2", "for sigma up to 0.01"),
+        ("C1", [Answer.DEPENDS], "if no peak exceeds 1", "with the peak of Eq. 1 as printed"),
+        ("C3", [Answer.DEPENDS] * 2, "if F itself is set to 1", "as f >> 1 in Eq. 2"),
+        ("C4", [Answer.DEPENDS], "as printed for sigma of 0.05 to 0.2", "up to 0.01"),
         ("C6", [Answer.HOLDS], "", ""),
-        ("C7", [Answer.DEPENDS], "for one UAV", "as Eq. 5 is printed"),
+        ("C7", [Answer.DEPENDS], "for F of all that is known", "as Eq. 5 is printed"),
     ],
 )
 def test_an_answer_is_given_with_its_condition(claim: str, answers: list[Answer], holds: str, fails: str) -> None:
