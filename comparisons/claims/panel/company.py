@@ -23,7 +23,7 @@ CONSTANTS: tuple[tuple[Setup, Setup], ...] = (
 )
 
 
-@experiment("company", share=0.5)
+@experiment("company", share=0.35)
 def company(map_: PanelMap) -> list[Record]:
     """Fly three UAVs in all cells of a map, and vary rules and constants from its base cells, for all K."""
     team = _Team(map_)

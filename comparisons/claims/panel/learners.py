@@ -69,7 +69,7 @@ def flying_learners() -> list[tuple[float, float]]:
     return [(UNDISCOUNTED, 0.0), *((gamma, reward) for gamma in FLOWN_GAMMAS for reward in REWARDS)]
 
 
-@experiment("learners", share=0.5)
+@experiment("learners", share=0.4)
 def learners(map_: PanelMap) -> list[Record]:
     """Find what Q-Learning needs, train it with all known, fly it in all cells, and vary how it learns."""
     flights = Flights(map_)
