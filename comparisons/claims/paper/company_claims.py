@@ -36,13 +36,10 @@ def _statement(words: str, measure: str, rival: str) -> Statement:
     )
 
 
-STATEMENTS = (
-    _statement("shorter", "length", "FBCRI"),
-    _statement("less risk", "risk", "FBCRI"),
-    _statement("less cost", "cost", "FBCRI"),
-    _statement("shorter", "length", "CPVS"),
-    _statement("less cost", "cost", "CPVS"),
-)
+_WORDS = {"length": "shorter", "risk": "less risk", "cost": "less cost"}
+#: What is said; no risk of CPVS is printed.
+_SAID = {"FBCRI": ("length", "risk", "cost"), "CPVS": ("length", "cost")}
+STATEMENTS = tuple(_statement(_WORDS[measure], measure, rival) for rival, of in _SAID.items() for measure in of)
 
 
 @claim(

@@ -274,16 +274,7 @@ def _check_c23(evidence: Evidence) -> Finding:
 
 
 def _unreached_weights_stay(evidence: Evidence) -> tuple[float, float]:
-    """
-    Check on random maps that only weights within reach of a new threat change, and that an update knows which.
-
-    Returns
-    -------
-    reach
-        Of the threats, in spreads: the least.
-    further
-        By how much a weight of a segment beyond `CROSSED` spreads changes, at most, map units.
-    """
+    """Assert that only weights within reach of a new threat change; return the least reach, and what changes beyond."""
     rng, reaches, further = evidence.rng("C23"), [], 0.0
     for _ in range(evidence.instances(40, 6)):
         lattice = paper_lattice(int(rng.integers(6, 15)))

@@ -212,12 +212,7 @@ def _ratios(reading: Reading, sigma: float) -> FloatArray:
 
 def weights_from_origin(reading: Reading, sigma: float) -> tuple[FloatArray, FloatArray]:
     """
-    Weigh the segments from (0, 0) to the 400 lattice points with both K of Fig. 3, one threat at (0.5, 0.5).
-
-    Returns
-    -------
-    low, high
-        Shape ``(400,)`` each, map units.
+    Weigh the segments from (0, 0) to the 400 lattice points with both K of Fig. 3, shape ``(400,)`` each, map units.
 
     Examples
     --------

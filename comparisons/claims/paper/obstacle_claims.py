@@ -76,14 +76,7 @@ def _check_c39(evidence: Evidence) -> Finding:
 
 
 def pairs_that_collide() -> str:
-    """
-    Fly the stored counterexamples again, and say how near their UAVs come to each other.
-
-    Raises
-    ------
-    AssertionError
-        If two of them collide without virtual obstacles, or do not with them.
-    """
+    """Assert that two UAVs collide only with virtual obstacles in stored flights, and say how near they come."""
     words = []
     for name in COUNTEREXAMPLES:
         missions = counterexamples.mission(name).missions(get)

@@ -6,35 +6,17 @@ of their original papers: other maps, other measures (`PaperValue.own_risk`).
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
-
-from cgla_graph._types import Point
-from cgla_graph.comparisons.claims.panel.settings import GOALS, START, STARTS
 
 #: The unit that fits most lengths: 160 a side, 3.2 a step of 0.02.
 WORKING_SCALE = 160.0
-#: Where the way of Table 2 begins, map units: at the sudden threat, which is all that the paper says.
-SUDDEN: Point = (0.6, 0.5)
 
 
-@dataclass(frozen=True)
-class PaperValue:
+class PaperValue(NamedTuple):
     """
-    A row of one of the paper's tables.
+    A row of one of the paper's tables: its place, the planner, risk and length as printed, NaN where nothing is.
 
-    Attributes
-    ----------
-    place
-        The table.
-    method
-        The planner, with its K where it is printed.
-    risk, length
-        As printed; NaN where nothing is.
-    start
-        Where the flight began, map units.
-    own_risk
-        Whether the authors measured the risk; else it is quoted from another paper.
+    ``own_risk`` says whether the authors measured the risk; else it is quoted from another paper.
 
     Examples
     --------
@@ -46,23 +28,10 @@ class PaperValue:
     method: str
     risk: float = math.nan
     length: float = math.nan
-    start: Point = START
     own_risk: bool = True
 
-    @property
-    def greatest_scale(self) -> float:
-        """
-        The most units that a side of the map can have: no path is shorter than the straight line.
 
-        Examples
-        --------
-        >>> round(value("Table 1", "Q-Learning").greatest_scale, 1)
-        181.0
-        """
-        return self.length / math.dist(self.start, GOALS["diagonal"])
-
-
-#: Risks (Table 4) and lengths (Table 5) of three UAVs, in the order of `STARTS`.
+#: Risks (Table 4) and lengths (Table 5) of three UAVs.
 _RISKS = {"FBCRI": (3.5326, 4.5282, 4.5576), "CGLA": (0.2096, 0.8282, 0.4095)}
 _LENGTHS = {"FBCRI": (195.0, 244.0, 211.0), "CPVS": (188.0, 234.0, 199.0), "CGLA": (186.0, 157.0, 125.0)}
 TABLES = (
@@ -74,21 +43,13 @@ TABLES = (
     PaperValue("Table 1", "CGLA, K = 50", 0.6356, 298.6),
     PaperValue("Table 1", "CGLA, K = 200", 0.1387, 273.2),
     # what is left of the way after a sudden threat
-    PaperValue("Table 2", "CGLA, K = 10", 1.9896, 105.0, SUDDEN),
-    PaperValue("Table 2", "CGLA, K = 100", 1.5393, 110.0, SUDDEN),
+    PaperValue("Table 2", "CGLA, K = 10", 1.9896, 105.0),
+    PaperValue("Table 2", "CGLA, K = 100", 1.5393, 110.0),
     # Section 5.2: the UAV that profits from what the other one sees
     PaperValue("Table 3", "CGLA, without sharing", 0.9825, 281.6),
     PaperValue("Table 3", "CGLA, with sharing", 0.5383, 240.0),
-    *(
-        PaperValue("Table 4", f"{method}, UAV {i + 1}", risk=risks[i], start=STARTS[i])
-        for method, risks in _RISKS.items()
-        for i in range(3)
-    ),
-    *(
-        PaperValue("Table 5", f"{method}, UAV {i + 1}", length=lengths[i], start=STARTS[i])
-        for method, lengths in _LENGTHS.items()
-        for i in range(3)
-    ),
+    *(PaperValue("Table 4", f"{of}, UAV {i + 1}", risks[i]) for of, risks in _RISKS.items() for i in range(3)),
+    *(PaperValue("Table 5", f"{of}, UAV {i + 1}", length=far[i]) for of, far in _LENGTHS.items() for i in range(3)),
 )
 
 

@@ -20,14 +20,7 @@ _LESS = partial(Statement, size="{} % less")
 
 
 def factors_of_harm() -> dict[str, float]:
-    """
-    Fly the stored counterexample again, and return by which factors sharing makes length, risk and cost greater.
-
-    Raises
-    ------
-    AssertionError
-        If it does not.
-    """
+    """Fly the stored counterexample, and return by which factors sharing makes length, risk and cost greater."""
     missions = counterexamples.mission(COUNTEREXAMPLE).missions(get)
     without, shared = (team_measures(missions[f"{which} sharing"].fly()) for which in ("without", "with"))
     require(without["arrived"] and shared["arrived"], f"{COUNTEREXAMPLE}: not all arrive")
@@ -70,14 +63,7 @@ def _check_c42(evidence: Evidence) -> Finding:
 
 
 def require_same_at_once(seed: int, count: int) -> None:
-    """
-    Assert that UAVs fly the same on one matrix, reached at once, as on a matrix each, with all told at once.
-
-    Raises
-    ------
-    AssertionError
-        If some UAV flies another way, on one of so many maps from a seed on.
-    """
+    """Assert on maps that UAVs fly the same on one matrix, reached at once, as on a matrix each, all told at once."""
     for number in range(seed, seed + count):
         map_ = PanelMap(number)
         each = fly_two(map_, map_.field, sharing="global", k=50.0, radius=0.2)

@@ -64,14 +64,7 @@ def _check_c37(evidence: Evidence) -> Finding:
 
 
 def sides(samples: Samples) -> Samples:
-    """
-    Say of flights past the threat of Fig. 6 which side of their pair they are on.
-
-    Examples
-    --------
-    >>> sides(Samples([{"map": 1, "event": "Fig. 6", "k": 10.0}, {"map": 1, "event": "ahead"}])).records
-    [{'map': 1, 'event': 'Fig. 6', 'k': 10.0, 'side': 'K = 10'}]
-    """
+    """Say of flights past the threat of Fig. 6 which side of their pair they are on."""
     flown = samples.where(event="Fig. 6")
     return Samples([{**one, "side": "K = 10" if one["k"] == LOW_K else "greater K"} for one in flown], samples.failed)
 

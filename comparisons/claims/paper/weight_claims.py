@@ -77,14 +77,7 @@ def _check_c28(evidence: Evidence) -> Finding:
 
 
 def optima_over_k(problem: Problem) -> FloatArray:
-    """
-    Solve a problem exactly under each of `WEIGHTS`: risk, length and cost of the optima, shape ``(K, 3)``.
-
-    Examples
-    --------
-    >>> optima_over_k(PanelMap(0).problem(1.0)).shape
-    (8, 3)
-    """
+    """Solve a problem exactly under each of `WEIGHTS`: risk, length and cost of the optima, shape ``(K, 3)``."""
     reweighed = Reweighed(problem, "cgla", resolution=paper_lattice())
     found = [reweighed.at(k) for k in WEIGHTS]
     return np.array([(one.risk, one.length, one.cost) for one in found])

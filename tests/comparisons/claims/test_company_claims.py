@@ -13,7 +13,6 @@ from cgla_graph.comparisons.claims.panel import company as panel
 from cgla_graph.comparisons.claims.panel.flights import setup_name
 from cgla_graph.comparisons.claims.panel.settings import BASE_KINDS, STARTS, PanelMap, seeds_of
 from cgla_graph.comparisons.claims.paper import company_claims
-from cgla_graph.comparisons.claims.paper.printed_values import TABLES, value
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
@@ -106,10 +105,3 @@ def test_printed_ratios_are_the_paper_s() -> None:
     assert printed["shorter than CPVS-style"] == "0.989, 0.671, 0.628"
     assert printed["less risk than FBCRI-style"] == "0.0593, 0.183, 0.0898"
     assert printed["less cost than CPVS-style"] == ""
-
-
-def test_printed_values_have_a_place_each() -> None:
-    assert len({(row.place, row.method) for row in TABLES}) == len(TABLES) == 25
-    assert value("Table 5", "CGLA, UAV 1").greatest_scale == min(
-        row.greatest_scale for row in TABLES if not math.isnan(row.length)
-    )

@@ -106,13 +106,6 @@ def test_rows_name_where_a_statement_fails_and_how_large_it_is() -> None:
     assert row("C20", "most weights").size.endswith("% of all")
 
 
-def test_few_maps_leave_open_what_the_panel_decides() -> None:
-    for claim in ("C20", "C21", "C22", "C23", "C55"):
-        panel = [one for one in check(claim).rows if one.basis.label == "panel"]
-        assert panel
-        assert all(one.answer is Answer.OPEN for one in panel)
-
-
 @usual
 @given(seeds)
 def test_counted_label_setting_is_that_of_the_toolkit(seed: int) -> None:

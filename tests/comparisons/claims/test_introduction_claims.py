@@ -97,8 +97,3 @@ def test_remarks_hold_beyond_the_margin_and_fail_within() -> None:
     for text, answer in within.items():
         assert answer is (Answer.FAILS if "fail" in text else Answer.HOLDS), text
     assert {row.answer for row in made_up(1.3, maps=4).rows} == {Answer.OPEN}
-
-
-def test_sizes_are_ratios_without_the_margin() -> None:
-    (row,) = (row for row in made_up(1.3).rows if row.statement.startswith("A2D"))
-    assert float(row.size.split()[1]) == pytest.approx(1.3, abs=0.02)

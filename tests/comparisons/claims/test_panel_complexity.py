@@ -17,8 +17,7 @@ from cgla_graph.comparisons.claims.panel.settings import FACTORS, KINDS, START, 
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph
-from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.risk import RiskField
 from cgla_graph.solvers import solve
 
 MAP = PanelMap(seeds_of(KINDS[3], 9, 1)[0])
@@ -98,19 +97,6 @@ def test_changed_weights_are_those_that_differ() -> None:
     apart = shapely.distance(shapely.linestrings(points[ends]), shapely.Point(seen.x, seen.y))
     assert math.isclose(found["crossed"], np.mean(apart <= 4.0 * seen.spread))
     assert found["changed"] > found["changed_much"]
-
-
-@few
-@given(seeds)
-def test_segments_within_are_those_that_shapely_finds(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    lattice = Lattice(4, bounds=BOUNDS)
-    threat, radius = Threat(*rng.random(2).tolist(), spread=0.1), float(rng.uniform(0.05, 0.5))
-    points = np.asarray(lattice.points)
-    lines = shapely.linestrings([points[list(pair)] for pair in itertools.combinations(range(len(points)), 2)])
-    apart = shapely.distance(lines, shapely.Point(threat.x, threat.y))
-    found = complexity.segments_within(lattice, threat, radius)
-    assert (found == (apart <= radius))[np.abs(apart - radius) > 1e-12].all()
 
 
 @pytest.mark.parametrize("width", complexity.PASSAGES)
