@@ -31,17 +31,12 @@ TOPICS: Mapping[str, str] = {
     "introduction_claims": "Remarks of the introduction",
 }
 #: Modules with experiments only.
-TABLES = (
-    "cgla_graph.comparisons.claims.panel.single_uav",
-    "cgla_graph.comparisons.claims.panel.learners",
-    "cgla_graph.comparisons.claims.panel.resolution",
-    "cgla_graph.comparisons.claims.panel.arrivals",
-    "cgla_graph.comparisons.claims.panel.sudden",
-    "cgla_graph.comparisons.claims.panel.complexity",
-    "cgla_graph.comparisons.claims.panel.teams",
-    "cgla_graph.comparisons.claims.panel.one_matrix",
-    "cgla_graph.comparisons.claims.panel.company",
-    "cgla_graph.comparisons.claims.panel.introduction",
+TABLES = tuple(
+    f"cgla_graph.comparisons.claims.panel.{name}"
+    for name in (
+        *("single_uav", "learners", "resolution", "arrivals", "sudden"),
+        *("complexity", "teams", "one_matrix", "company", "introduction"),
+    )
 )
 #: Claims without weight, which are not checked, and why.
 LEFT_OUT: Mapping[int, str] = {
@@ -66,14 +61,7 @@ def _found() -> Iterator[tuple[str, object]]:
 
 @cache
 def topics() -> Mapping[str, Sequence[Claim]]:
-    """
-    Return the claims of each topic, in the order of the page.
-
-    Examples
-    --------
-    >>> list(topics())[0]
-    'Eight directions'
-    """
+    """Return the claims of each topic, in the order of the page."""
     found: dict[str, dict[int, Claim]] = {}
     for title, one in _found():
         if isinstance(one, Claim):
@@ -97,26 +85,12 @@ def claims() -> Mapping[str, Claim]:
 
 @cache
 def experiments() -> Mapping[str, Experiment]:
-    """
-    Return all experiments by name.
-
-    Examples
-    --------
-    >>> "single-uav" in experiments()
-    True
-    """
+    """Return all experiments by name."""
     return {one.name: one for _, one in _found() if isinstance(one, Experiment)}
 
 
-def remark(number: int) -> str:
-    """
-    Say of a number that is no claim of its own where it went; empty of one that is.
-
-    Examples
-    --------
-    >>> remark(27), remark(32)
-    ('C27 is left out: it says only that the method is new', '')
-    """
+def _remark(number: int) -> str:
+    """Say of a number that is no claim of its own where it went; empty of one that is."""
     for claim in claims().values():
         if number in claim.merged:
             return f"C{number} is part of {claim.id}"
@@ -132,18 +106,15 @@ def remarks(ids: Sequence[str]) -> list[str]:
     >>> remarks(["C29", "C32", "C1-C30"])
     ['C29 is part of C28']
     """
-    return list(filter(None, [remark(_number(text, text)) for text in ids if "-" not in text]))
+    return list(filter(None, [_remark(_number(text, text)) for text in ids if "-" not in text]))
 
 
 def chosen(ids: Sequence[str]) -> list[Claim]:
     """
     Return the claims of some ids, in the order of their numbers; without ids all.
 
-    Parameters
-    ----------
-    ids
-        As ``C28`` or ``28``, in any case; ``C17-C19`` is a range. A number that is part of another claim stands for
-        that one; in a range, numbers that are left out are passed over.
+    An id is ``C28`` or ``28``, in any case, and ``C17-C19`` is a range. A number that is part of another claim stands
+    for that one; in a range, numbers that are left out are passed over.
 
     Raises
     ------
@@ -164,7 +135,7 @@ def chosen(ids: Sequence[str]) -> list[Claim]:
         low = _number(first, text)
         numbers = range(low, (_number(last, text) if dash else low) + 1)
         if not dash and low in LEFT_OUT:
-            raise ClaimError(remark(low))
+            raise ClaimError(_remark(low))
         kept |= {wanted[number].id for number in numbers if number in wanted}
     return [claim for claim in claims().values() if claim.id in kept]
 

@@ -24,12 +24,10 @@ class Experiment:
         Measures on a map, in all its cells: a list of records, each with the settings that name its case (such as
         ``radius``, ``k``, ``planner``) and the measurements. At top level of its module; the same map gives the same
         records.
-    kinds
-        On which kinds of maps.
+    kinds, share
+        On which kinds of maps, and on what share of them: below 1 where a map takes long.
     quick
         On how many maps of each kind with ``--quick``.
-    share
-        On what share of the maps: below 1 where a map takes long.
 
     Examples
     --------

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
+from cgla_graph._text import counted as n_of
 from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.checking import Result
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Table, finding_document
@@ -32,28 +33,23 @@ ABOUT = (
 def results_document(results: Sequence[Result], scale: Scale) -> dict[str, Any]:
     """Return everything that is known as one JSON document."""
     titles = {claim.id: title for title, of in catalogue.topics().items() for claim in of}
-    return {
-        "maps": scale.maps,
-        "seed": scale.seed,
-        "quick": scale.quick,
-        "claims": [
-            {
-                "id": result.claim.id,
-                "merged": [f"C{number}" for number in result.claim.merged],
-                "topic": titles[result.claim.id],
-                "place": result.claim.place,
-                "sentence": result.claim.sentence,
-                "reads": result.claim.reads,
-                "figures": list(result.claim.figures),
-                **finding_document(result.finding),
-                "maps": dict(result.maps),
-                "lost": dict(result.lost),
-                "seconds": result.seconds,
-                "rerun": rerun(result.claim.id, scale),
-            }
-            for result in results
-        ],
-    }
+    said = [(result, result.claim) for result in results]
+    claims = [
+        {
+            "id": claim.id,
+            "merged": [f"C{number}" for number in claim.merged],
+            "topic": titles[claim.id],
+            **{name: getattr(claim, name) for name in ("place", "sentence", "reads")},
+            "figures": list(claim.figures),
+            **finding_document(result.finding),
+            "maps": dict(result.maps),
+            "lost": dict(result.lost),
+            "seconds": result.seconds,
+            "rerun": rerun(claim.id, scale),
+        }
+        for result, claim in said
+    ]
+    return {"maps": scale.maps, "seed": scale.seed, "quick": scale.quick, "claims": claims}
 
 
 def rerun(claim: str, scale: Scale) -> str:
@@ -71,19 +67,11 @@ def rerun(claim: str, scale: Scale) -> str:
 
 
 def counted(document: Document) -> str:
-    """
-    Count claims, statements and answers.
-
-    Examples
-    --------
-    >>> counted({"claims": [{"rows": [{"answer": "holds"}, {"answer": "open"}]}, {"rows": [{"answer": "open"}]}]})
-    '2 sentences of the paper in 3 statements: holds 1, open 2'
-    """
+    """Count claims, statements and answers."""
     found = Counter(row["answer"] for claim in document["claims"] for row in claim["rows"])
     words = ", ".join(f"{answer.label} {found[answer.label]}" for answer in Answer if found[answer.label])
-    number, several = len(document["claims"]), found.total()
-    ends = ["" if one == 1 else "s" for one in (number, several)]
-    return f"{number} sentence{ends[0]} of the paper in {several} statement{ends[1]}: {words}"
+    sentences = n_of(len(document["claims"]), "sentence")
+    return f"{sentences} of the paper in {n_of(found.total(), 'statement')}: {words}"
 
 
 def grid(table: Table) -> str:

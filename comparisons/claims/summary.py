@@ -7,7 +7,6 @@ ships nothing if a quick study says more than the full one, or something else.
 
 import json
 import sys
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -29,17 +28,8 @@ END = "<!-- end of answers -->"
 
 
 def shipped_verdicts() -> dict[str, Any]:
-    """
-    Return the answers that are shipped: scale, and for each claim the `ENTRIES` and its rows.
-
-    Examples
-    --------
-    >>> sorted(shipped_verdicts()["claims"][0])
-    ['id', 'merged', 'place', 'rows', 'sentence', 'topic']
-    """
-    text = (resources.files("cgla_graph.comparisons.claims") / FILE).read_text(encoding="utf-8")
-    found: dict[str, Any] = json.loads(text)
-    return found
+    """Return the answers that are shipped: scale, and for each claim the `ENTRIES` and its rows."""
+    return _read(Path(__file__).with_name(FILE))
 
 
 def shortened(document: Document) -> dict[str, Any]:
@@ -59,11 +49,6 @@ def shortened(document: Document) -> dict[str, Any]:
     if missing or (missing := unanswered(document)):
         msg = f"there is no answer to {'; '.join(map(', '.join, missing))}"
         raise ClaimError(msg)
-    return kept(document)
-
-
-def kept(document: Document) -> dict[str, Any]:
-    """Leave what is shipped, of any study."""
     claims = [
         {**{name: claim[name] for name in ENTRIES}, "rows": [{n: row[n] for n in ROW_ENTRIES} for row in claim["rows"]]}
         for claim in document["claims"]
@@ -72,16 +57,7 @@ def kept(document: Document) -> dict[str, Any]:
 
 
 def contradictions(full: Document, quick: Document) -> list[str]:
-    """
-    List the statements of which a quick study says something else than the full one, other than that they are open.
-
-    Examples
-    --------
-    >>> said = [{"statement": "risk", "answer": "holds"}, {"statement": "length", "answer": "open"}]
-    >>> less = [{"statement": "risk", "answer": "open"}, {"statement": "length", "answer": "holds"}]
-    >>> contradictions(*({"seed": 1, "claims": [{"id": "C32", "rows": rows}]} for rows in (said, less)))
-    ['C32, length: holds with --quick --seed 1, open in full']
-    """
+    """List the statements of which a quick study says something else than the full one, unless that they are open."""
     own, others = ({what: row["answer"] for what, row in rows_of(one).items()} for one in (full, quick))
     return [
         f"{', '.join(what)}: {others.get(what)} with --quick --seed {quick['seed']}, {own.get(what)} in full"

@@ -56,20 +56,7 @@ def page() -> Iterator[Figure]:
 
 
 def add_map(figure: Figure, field: RiskField, title: str, *, bar: bool = False) -> Axes:
-    """
-    Add a map of the unit square with its risk, from white (0) to violet (1).
-
-    Parameters
-    ----------
-    figure
-        Where to.
-    field
-        What is true.
-    title
-        Stands above the map.
-    bar
-        Whether the bar that explains the colours is added, too.
-    """
+    """Add a map of the unit square with its risk, from white (0) to violet (1), and the bar of colours if asked for."""
     axes = figure.add_subplot()
     drawn = draw_risk(figure, axes, Problem(START, GOAL, field, bounds=BOUNDS), wide=False)
     axes.set(xlim=BOUNDS[::2], ylim=BOUNDS[1::2], aspect="equal", xticks=_TICKS, yticks=_TICKS, xlabel="x", ylabel="y")
@@ -83,23 +70,16 @@ def add_map(figure: Figure, field: RiskField, title: str, *, bar: bool = False) 
 
 def draw_route(axes: Axes, path: FloatArray, number: int, count: int, *, dashed: bool = False) -> Artist:
     """
-    Draw a path, the first of several widest, so that each shows beside those on top of it.
+    Draw a path, the first of several widest, so that each shows beside those on top of it; return its legend's key.
 
     Parameters
     ----------
-    axes
-        Where to.
-    path
-        Waypoints, shape ``(m, 2)``, map units.
+    axes, path
+        Where to; waypoints, shape ``(m, 2)``, map units.
     number, count
         Which of how many; its number is its colour.
     dashed
         Whether it is drawn with gaps: a path that is planned and not flown.
-
-    Returns
-    -------
-    key
-        For the legend.
     """
     width = 1.5 + 1.1 * (count - 1 - number)
     look: Look = {"color": colour_of(number), "linestyle": (0, (2.5, 1.2)) if dashed else dashes_of(number)}
@@ -110,14 +90,8 @@ def draw_route(axes: Axes, path: FloatArray, number: int, count: int, *, dashed:
 
 def draw_end(axes: Axes, place: Point, *, goal: bool = False) -> Artist:
     """Draw a start (circle) or a goal (star); return its key for the legend."""
-    look: Look = {
-        "linestyle": "none",
-        "marker": "*" if goal else "o",
-        "markersize": 11.0 if goal else 6.5,
-        "markerfacecolor": "white",
-        "markeredgecolor": "0.15",
-        "markeredgewidth": 1.2,
-    }
+    look: Look = {"marker": "*", "markersize": 11.0} if goal else {"marker": "o", "markersize": 6.5}
+    look |= {"linestyle": "none", "markerfacecolor": "white", "markeredgecolor": "0.15", "markeredgewidth": 1.2}
     axes.plot(*place, clip_on=False, zorder=5.0, **look)
     return line_key(**look)
 
@@ -141,17 +115,13 @@ def finish(
 
     Parameters
     ----------
-    figure
-        The figure.
-    heading
-        As the paper calls it, and what it shows.
+    figure, heading
+        The figure; as the paper calls it, and what it shows.
     rows
         Axes side by side, with the width and height of each without labels, inches; the axes of the bars of maps that
         were added are taken along.
-    keys
-        The legend; may be empty.
-    columns
-        Of the legend.
+    keys, columns
+        The legend, which may be empty, and its columns.
     """
     taken = {id(axes) for row in rows for axes, _ in row}
     bars = [(axes, (_BAR, rows[0][-1][1][1])) for axes in figure.axes if id(axes) not in taken]
@@ -163,14 +133,7 @@ def finish(
 
 
 def picture(figure: Figure, caption: str) -> Content:
-    """
-    Return a figure with its caption: the same figure gives the same bytes.
-
-    Examples
-    --------
-    >>> picture(Figure(), "nothing").png[1:4]
-    b'PNG'
-    """
+    """Return a figure with its caption: the same figure gives the same bytes."""
     # what writes pictures knows how to leave dates out, and writes to files
     with tempfile.TemporaryDirectory() as folder:
         png, svg = (save(figure, Path(folder, f"figure.{kind}")).read_bytes() for kind in ("png", "svg"))
@@ -178,16 +141,7 @@ def picture(figure: Figure, caption: str) -> Content:
 
 
 def flights_page(heading: tuple[str, str], runs: Sequence[MissionRun]) -> Figure:
-    """
-    Draw flights as ``cgla fly`` does, but with the legend below, so that several are not too wide for a page.
-
-    Parameters
-    ----------
-    heading
-        As the paper calls it, and what it shows.
-    runs
-        As `flight_figure` takes them.
-    """
+    """Draw flights as ``cgla fly`` does, but with the legend below, so that several are not too wide for a page."""
     figure = flight_figure(list(map(labelled_flight, runs)))
     with style():
         # the bar has no label below
@@ -195,11 +149,8 @@ def flights_page(heading: tuple[str, str], runs: Sequence[MissionRun]) -> Figure
         for panel in panels:
             panel.set(xticks=_TICKS, yticks=_TICKS)
         (old,) = figure.legends
-        keys = [
-            (handle, text.get_text())
-            for handle, text in zip(old.legend_handles, old.get_texts(), strict=True)
-            if handle is not None
-        ]
+        pairs = zip(old.legend_handles, old.get_texts(), strict=True)
+        keys = [(handle, text.get_text()) for handle, text in pairs if handle is not None]
         for artist in (*figure.texts, old):
             artist.remove()
         side, columns = {1: (1.3 * WIDE, 2), 2: (WIDE, 4)}.get(len(panels), (NARROW, 5))

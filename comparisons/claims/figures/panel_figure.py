@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping, Sequence
 
-import numpy as np
 from matplotlib.axes import Axes
 
 from cgla_graph.comparisons.claims.artefact import Content, artefact
@@ -67,14 +66,9 @@ def _draw_levels(axes: Axes, samples: Samples, statements: Sequence[Statement]) 
 
 
 def level_ratio(one: Judged, part: tuple[tuple[str, object], ...]) -> tuple[float, float, float]:
-    """
-    Return the ratio at a level of the panel, with its 95 % interval.
-
-    A map counts once, with the mean logarithm over its cells.
-    """
+    """Return the ratio at a level of the panel, with its 95 % interval; a map counts once, with its mean logarithm."""
     scores = scores_at(one.cells, part, one.statement.test)
     if not len(scores):
         return math.nan, math.nan, math.nan
     found = hodges_lehmann(scores.tolist())
-    ratio, low, high = np.exp([found.median, found.low, found.high]).tolist()
-    return ratio, low, high
+    return math.exp(found.median), math.exp(found.low), math.exp(found.high)

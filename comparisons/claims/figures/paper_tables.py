@@ -25,14 +25,7 @@ _COLUMNS = ("method", "quantity", "paper", "ours, all known", "ours, flown", "wh
 
 
 def difference(row: PaperValue, quantity: str) -> str:
-    """
-    Say what differs between a printed number, ``risk sum`` or ``length``, and ours.
-
-    Examples
-    --------
-    >>> difference(TABLES[0], "risk sum")
-    'quoted from its own paper: another measure on another map, so ours is left out'
-    """
+    """Say what differs between a printed number, ``risk sum`` or ``length``, and ours."""
     if not row.own_risk:
         same = "another measure on another map" if quantity == "risk sum" else "re-scaled by a factor not printed"
         return f"quoted from its own paper: {same}, so ours is left out"
@@ -59,9 +52,8 @@ def remade(place: str, ours: Mapping[str, Routes]) -> Table:
     for row in (one for one in TABLES if one.place == place):
         for quantity, printed in (("risk sum", row.risk), ("length", row.length)):
             if printed == printed:  # noqa: PLR0124 - NaN is not printed
-                routes = ours[row.method] if row.own_risk else None
-                known, flown = (None, None) if routes is None else (routes.offline, routes.online)
-                sizes = [None if one is None else _measured(one, quantity) for one in (known, flown)]
+                own = (ours[row.method].offline, ours[row.method].online) if row.own_risk else (None, None)
+                sizes = [None if one is None else _measured(one, quantity) for one in own]
                 rows.append((row.method, quantity, f"{printed:.9g}", *sizes, difference(row, quantity)))
     return Table(f"{place}, remade", _COLUMNS, rows)
 

@@ -65,13 +65,12 @@ READINGS: dict[Reading, str] = {
 }
 #: The regions that K = 10 is said to pass (Section 5.1), map units.
 REGIONS = ((0.5, 0.5), (0.8, 0.8))
-_CROSS: Look = {
-    "linestyle": "none",
-    "marker": "P",
-    "markersize": 8.0,
-    "markerfacecolor": NEAR_COLOUR,
-    "markeredgecolor": "white",
-}
+_CROSS: Look = {"linestyle": "none", "marker": "P", "markersize": 8.0}
+_CROSS |= {"markerfacecolor": NEAR_COLOUR, "markeredgecolor": "white"}
+_AT_HALF: Look = {"color": "0.2", "linewidth": 0.9, "linestyle": (0, (4, 3))}
+_ALONE: Look = {"color": "0.55", "linewidth": 0.9, "linestyle": (0, (2, 1.5))}
+_TOGETHER: Look = {"color": colour_of(0), "linewidth": 1.8}
+_SUM: Look = {"color": colour_of(1), "linewidth": 1.2, "linestyle": (0, (5, 2))}
 
 
 @artefact("Fig. 1", "the risk of one threat and of several")
@@ -82,31 +81,21 @@ def _fig_1() -> Content:
             add_map(figure, RiskField(SEVERAL), "several threats", bar=True),
         ]
         for axes in maps:
-            axes.axhline(0.5, color="0.2", linewidth=0.9, linestyle=(0, (4, 3)), zorder=2.6)
+            axes.axhline(0.5, zorder=2.6, **_AT_HALF)
         cut = figure.add_subplot()
         x = np.linspace(0.0, 1.0, 401)
         line = np.column_stack([x, np.full_like(x, 0.5)])
         alone = np.array([RiskField([threat]).density(line) for threat in SEVERAL])
         both = RiskField(SEVERAL).density(line)
-        for one in alone:
-            cut.plot(x, one, color="0.55", linewidth=0.9, linestyle=(0, (2, 1.5)))
-        cut.plot(x, alone.sum(axis=0), color=colour_of(1), linewidth=1.2, linestyle=(0, (5, 2)))
-        cut.plot(x, both, color=colour_of(0), linewidth=1.8)
+        cut.plot(x, alone.T, **_ALONE)
+        cut.plot(x, alone.sum(axis=0), **_SUM)
+        cut.plot(x, both, **_TOGETHER)
         _frame(cut, "x", "along y = 0.5", xlim=(0.0, 1.0), ylim=(0.0, 1.3))
-        keys: list[Key] = [
-            (line_key(color="0.2", linewidth=0.9, linestyle=(0, (4, 3))), "y = 0.5"),
-            (line_key(color="0.55", linewidth=0.9, linestyle=(0, (2, 1.5))), "each threat, Eq. 1"),
-            (line_key(color=colour_of(0), linewidth=1.8), "together, Eq. 2"),
-            (line_key(color=colour_of(1), linewidth=1.2, linestyle=(0, (5, 2))), "their sum"),
-        ]
-        sizes = [(axes, (NARROW, NARROW)) for axes in maps]
-        finish(
-            figure,
-            ("Fig. 1", "The risk of one threat, and of several together"),
-            [sizes, [(cut, (2 * NARROW + 0.75, 1.5))]],
-            keys,
-            columns=4,
-        )
+        names = ("y = 0.5", "each threat, Eq. 1", "together, Eq. 2", "their sum")
+        looks = (_AT_HALF, _ALONE, _TOGETHER, _SUM)
+        keys: list[Key] = [(line_key(**look), name) for look, name in zip(looks, names, strict=True)]
+        rows = [[(axes, (NARROW, NARROW)) for axes in maps], [(cut, (2 * NARROW + 0.75, 1.5))]]
+        finish(figure, ("Fig. 1", "The risk of one threat, and of several together"), rows, keys, columns=4)
     return picture(
         figure,
         "One threat (spread 0.1) and four; places and spreads are ours, as the paper prints none. Several threats "
@@ -130,8 +119,8 @@ def _fig_2() -> Content:
             (draw_route(axes, ends, 1, 2), f"straight: {straight:.4f} cells"),
         ]
         axes.plot(*eight[1:-1].T, linestyle="none", marker="o", markersize=5.0, color=colour_of(0), zorder=4.0)
-        draw_end(axes, (0.0, 0.0))
-        draw_end(axes, (5.0, 2.0))
+        for x, y in ends.tolist():
+            draw_end(axes, (x, y))
         for name, (x, y) in zip("acdefb", eight.tolist(), strict=True):
             write_beside(axes, name, (x, y), (0.0, 10.0 if name in "adf" else -10.0), fontstyle="italic", fontsize=9.5)
         axes.set(xticks=range(6), yticks=range(3))
@@ -159,16 +148,14 @@ def _fig_3() -> Content:
             for reading, words in READINGS.items():
                 axes = figure.add_subplot()
                 weights = tables[reading][number].reshape(lattice.shape)
-                image = axes.imshow(
-                    weights, cmap=risk_colours(), norm=norm, origin="lower", extent=(half, 1.0 + half) * 2
-                )
+                seen: Look = {"cmap": risk_colours(), "norm": norm, "origin": "lower", "extent": (half, 1.0 + half) * 2}
+                image = axes.imshow(weights, **seen)
                 axes.plot(0.5, 0.5, **_CROSS)
                 _frame(axes, "x", "y", xlim=(0.0, 1.0 + half), ylim=(0.0, 1.0 + half), aspect="equal", grid=False)
                 axes.set_title(f"K = {k:g}: {words}", fontsize=8.5, loc="left")
                 rows[-1].append((axes, (NARROW - 0.2, NARROW - 0.2)))
-        bar = figure.colorbar(
-            image, cax=figure.add_axes((0.0, 0.0, 0.1, 0.1)), format=FuncFormatter(lambda weight, _: f"{weight:g}")
-        )
+        beside = figure.add_axes((0.0, 0.0, 0.1, 0.1))
+        bar = figure.colorbar(image, cax=beside, format=FuncFormatter(lambda weight, _: f"{weight:g}"))
         bar.set_label("weight A from (0, 0), logarithmic")
         heading = ("Fig. 3", f"Weights of the segments from (0, 0), one threat at (0.5, 0.5), sigma = {SHOWN_SIGMA}")
         finish(figure, heading, rows, [(line_key(**_CROSS), "the threat")])
@@ -255,23 +242,21 @@ def _known_and_flown(
             add_map(figure, field, "planned, the whole map known"),
             add_map(figure, field, f"flown, with sight as far as {RADIUS:g}", bar=True),
         ]
-        keys: list[Key] = []
+        routes: list[Key] = []
         for number, one in enumerate(found):
             if one.offline is not None:
                 draw_route(panels[0], one.offline.path, number, len(found))
-            keys.append((draw_route(panels[1], one.online.path, number, len(found)), one.words))
-        ends: list[Key] = []
+            routes.append((draw_route(panels[1], one.online.path, number, len(found)), one.words))
+        marks: list[Key] = []
         for axes in panels:
-            ends = [(draw_end(axes, start), "start"), (draw_end(axes, GOAL, goal=True), "goal")]
+            marks = [(draw_end(axes, start), "start"), (draw_end(axes, GOAL, goal=True), "goal")]
             if sudden is not None:
                 draw_ring(axes, (sudden.x, sudden.y), OUTLINE_SPREADS * sudden.spread, zorder=2.2, **TIMED_LOOK)
+                marks.append((patch_key(**TIMED_LOOK), "the sudden threat"))
             if regions:
                 axes.plot(*np.transpose(REGIONS), zorder=2.8, **_CROSS)
-        keys += ends
-        if sudden is not None:
-            keys.append((patch_key(**TIMED_LOOK), "the sudden threat"))
-        if regions:
-            keys.append((line_key(**_CROSS), "regions that K = 10 passes in the paper"))
+                marks.append((line_key(**_CROSS), "regions that K = 10 passes in the paper"))
+        keys = routes + marks
         return finish(figure, heading, [[(axes, (WIDE, WIDE)) for axes in panels]], keys, columns=2)
 
 

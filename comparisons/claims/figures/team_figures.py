@@ -140,11 +140,8 @@ def _fig_10() -> Content:
 
 @artefact("Fig. 12", "two UAVs among five and seven threats")
 def _fig_12() -> Content:
-    runs = [
-        dataclasses.replace(run, variant=f"{count} threats")
-        for count in ("five", "seven")
-        for run in runs_of(f"fig12-{count}")
-    ]
+    found = ((count, run) for count in ("five", "seven") for run in runs_of(f"fig12-{count}"))
+    runs = [dataclasses.replace(run, variant=f"{count} threats") for count, run in found]
     return _drawn(
         "Fig. 12",
         "Two UAVs among five and among seven threats",
@@ -162,10 +159,9 @@ def _drawn(label: str, title: str, runs: Sequence[MissionRun], caption: str) -> 
 
 def _meetings(runs: Sequence[MissionRun]) -> str:
     """Say how near the UAVs of each variant came to each other."""
-    pairs = [(run.variant, run.flight.closest) for run in runs]
-    told = [f"{pair.distance:.3f} at tick {pair.time:.0f}{_in(variant)}" for variant, pair in pairs if pair is not None]
+    told = []
+    for run in runs:
+        if pair := run.flight.closest:
+            variant = f" ({run.variant})" if run.variant else ""
+            told.append(f"{pair.distance:.3f} at tick {pair.time:.0f}{variant}")
     return f"Least separation: {', '.join(told)}"
-
-
-def _in(variant: str) -> str:
-    return f" ({variant})" if variant else ""

@@ -31,11 +31,6 @@ class Route:
         Waypoints, shape ``(m, 2)``, map units.
     risk_sum
         The paper's measure of risk: the sum of ``F`` over positions 0.02 apart (E5).
-
-    Examples
-    --------
-    >>> Route(np.array([[0.0, 0.0], [0.3, 0.4]]), 0.0).length
-    0.5
     """
 
     path: FloatArray
@@ -54,18 +49,7 @@ class Route:
 
 @dataclass(frozen=True, eq=False)
 class Routes:
-    """
-    What there is of one method in one situation.
-
-    Attributes
-    ----------
-    label
-        What it is called.
-    offline
-        Planned with the whole map known; None where that is not asked for.
-    online
-        Flown with limited sight.
-    """
+    """A method's route planned with the whole map known, None where not asked for, and flown with limited sight."""
 
     label: str
     offline: Route | None
@@ -90,11 +74,6 @@ def planned(field: RiskField, *, k: float, start: Point = START, n: int = N, sol
     ------
     AssertionError
         If there is none.
-
-    Examples
-    --------
-    >>> round(planned(RiskField(), k=10.0).length, 4)
-    1.1314
     """
     problem = Problem(start, GOAL, field, k=k, bounds=(0.0, 0.0, 1.0, 1.0))
     solution = solve(problem, solver, resolution=paper_lattice(n))
@@ -103,14 +82,7 @@ def planned(field: RiskField, *, k: float, start: Point = START, n: int = N, sol
 
 
 def arrived(flight: UavFlight) -> Route:
-    """
-    Return the route of a flight.
-
-    Raises
-    ------
-    AssertionError
-        If it did not arrive: what was flown of it is no route to the goal.
-    """
+    """Return the route of a flight; an `AssertionError` if it did not arrive, as then it is no route to the goal."""
     require(flight.status is MissionStatus.ARRIVED, f"{flight.name} {flight.status.value}")
     return Route(flight.path, flight.risk_sum)
 
@@ -126,15 +98,7 @@ def both(label: str, field: RiskField, *, k: float, n: int = N) -> Routes:
 
 
 def for_weights(weights: Sequence[float]) -> list[Routes]:
-    """
-    Return CGLA's routes on the reconstructed map of Fig. 5, one for each K.
-
-    Examples
-    --------
-    >>> (one,) = for_weights([200.0])
-    >>> one.label, one.online.risk_sum < 0.3
-    ('K = 200', True)
-    """
+    """Return CGLA's routes on the reconstructed map of Fig. 5, one for each K."""
     return [both(f"K = {k:g}", paper_field(), k=k) for k in weights]
 
 
@@ -163,14 +127,7 @@ class Escape:
 
 
 def escape() -> Escape:
-    """
-    Plan and fly the escape from the sudden threat of Fig. 6.
-
-    Examples
-    --------
-    >>> [one.label for one in escape().routes]
-    ['K = 10', 'K = 100']
-    """
+    """Plan and fly the escape from the sudden threat of Fig. 6."""
     runs = runs_of("fig6")
     world, (uav,) = runs[0].mission.world, runs[0].mission.uavs
     (sudden,) = (one for one in world.timed if isinstance(one, TimedThreat))
