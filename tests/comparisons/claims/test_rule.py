@@ -1,6 +1,7 @@
 """The rule of statements about flights, on samples of which the truth is known."""
 
 import math
+import re
 from collections.abc import Callable
 from itertools import product
 from typing import Any
@@ -42,44 +43,37 @@ def found(effect: Effect, **settings: Any) -> Judged:  # noqa: ANN401 - as of `d
     return judged(Samples(drawn(effect, **settings)), LESS)
 
 
-def test_an_effect_everywhere_holds_and_its_opposite_fails() -> None:
-    assert found(lambda *_: -1.0).answer is Answer.HOLDS
-    assert found(lambda *_: 1.0).answer is Answer.FAILS
+FEW = "too few maps to say"
+CASES: list[tuple[Effect, dict[str, Any], Answer, str]] = [
+    (lambda *_: -1.0, {}, Answer.HOLDS, "^$"),
+    (lambda *_: 1.0, {}, Answer.FAILS, "^$"),
+    (lambda *_: 0.0, {}, Answer.OPEN, "^$"),
+    # it turns round
+    (lambda *of: 1.5 if of == (30, 0.1) else -1.0, {}, Answer.DEPENDS, "^holds.*fails at 30 threats, OR 0.1"),
+    # at some levels
+    (lambda _, radius: 0.0 if radius == 0.4 else -1.5, {}, Answer.DEPENDS, "^holds, but open at OR 0.4$"),
+    (lambda _, radius: 0.0 if radius == 0.4 else 1.5, {}, Answer.DEPENDS, "^fails, but open at OR 0.4$"),
+    (
+        lambda *of: 2.0 * (of == (10, 0.1)),
+        {},
+        Answer.DEPENDS,
+        "^holds nowhere; fails at 10 threats; at OR 0.1; open at",
+    ),
+    # what a quick study says has to be true of the full one
+    (lambda *_: -3.0, {"maps": 5, "noise": 0.1}, Answer.OPEN, FEW),
+    (lambda *_: 3.0, {"maps": 5, "noise": 0.1}, Answer.OPEN, FEW),
+    # flights that do not arrive are no good case
+    (lambda *_: -2.0, {"lost": 0.8}, Answer.DEPENDS, "too few flights arrive"),
+]
 
 
-def test_no_effect_is_open() -> None:
-    assert found(lambda *_: 0.0).answer is Answer.OPEN
-
-
-def test_an_effect_that_turns_round_depends_and_says_where() -> None:
-    one = found(lambda threats, radius: 1.5 if (threats, radius) == (30, 0.1) else -1.0)
-    assert one.answer is Answer.DEPENDS
-    assert "fails at 30 threats, OR 0.1" in one.where
-    assert one.where.startswith("holds")
-
-
-def test_an_effect_at_some_levels_depends_and_names_the_others() -> None:
-    one = found(lambda _, radius: 0.0 if radius == 0.4 else -1.5)
-    assert one.answer is Answer.DEPENDS
-    assert one.where == "holds, but open at OR 0.4"
-    one = found(lambda _, radius: 0.0 if radius == 0.4 else 1.5)
-    assert (one.answer, one.where) == (Answer.DEPENDS, "fails, but open at OR 0.4")
-    one = found(lambda threats, radius: 2.0 if (threats, radius) == (10, 0.1) else 0.0)
-    assert one.where.startswith("holds nowhere; fails at 10 threats; at OR 0.1; open at ")
-
-
-def test_few_maps_say_neither_that_it_holds_nor_that_it_fails() -> None:
-    """A quick study is one of few maps: what it says has to be true of the full one."""
-    for effect in (-3.0, 3.0):
-        one = found(lambda *_, effect=effect: effect, maps=5, noise=0.1)
-        assert one.answer is Answer.OPEN
-        assert one.where == "too few maps to say"
-
-
-def test_flights_that_do_not_arrive_are_no_good_case() -> None:
-    one = found(lambda *_: -2.0, lost=0.8)
-    assert one.answer is Answer.DEPENDS
-    assert "too few flights arrive" in one.where
+@pytest.mark.parametrize(("effect", "settings", "answer", "where"), CASES)
+def test_the_rule_finds_what_is_true_of_a_sample_and_says_where(
+    effect: Effect, settings: dict[str, Any], answer: Answer, where: str
+) -> None:
+    one = found(effect, **settings)
+    assert one.answer is answer
+    assert re.search(where, one.where)
 
 
 def test_a_single_small_p_value_among_many_parts_shows_nothing() -> None:
@@ -106,24 +100,13 @@ def test_a_map_counts_once_where_cells_are_pooled() -> None:
     assert len({round(sign.p, 12) for sign in one.tests.values()}) == 1
 
 
-def test_varied_settings_have_to_show_it_too() -> None:
+def test_varied_settings_have_to_show_it_too_but_not_those_of_another_planner() -> None:
     records = drawn(lambda *_: -1.0)
-    varied = [
-        {**one, "varied": "integral raster"} for one in drawn(lambda *_: 0.0, seed=2) if one["radius"] == RADII[0]
-    ]
-    one = judged(Samples(records + varied), LESS)
-    assert one.answer is Answer.DEPENDS
-    assert one.where == "holds, but open at integral raster"
-
-
-def test_settings_of_another_planner_are_not_part_of_a_statement() -> None:
-    records = drawn(lambda *_: -1.0)
-    records += [{**one, "varied": "a2d-style, threshold 0.01"} for one in records if one["k"] == 50.0]
-    assert judged(Samples(records), LESS).answer is Answer.HOLDS
-
-
-def test_two_records_of_one_case_are_refused() -> None:
-    records = drawn(lambda *_: -1.0)
+    null = [{**one, "varied": "integral raster"} for one in drawn(lambda *_: 0.0, seed=2) if one["radius"] == RADII[0]]
+    one = judged(Samples(records + null), LESS)
+    assert (one.answer, one.where) == (Answer.DEPENDS, "holds, but open at integral raster")
+    others = [{**one, "varied": "a2d-style, threshold 0.01"} for one in records if one["k"] == 50.0]
+    assert judged(Samples(records + others), LESS).answer is Answer.HOLDS
     with pytest.raises(ValueError, match="several records of map"):
         judged(Samples([*records, records[0]]), LESS)
 
