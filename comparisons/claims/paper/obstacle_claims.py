@@ -43,11 +43,7 @@ def _often(measure: str, bar: float) -> partial[Statement]:
 
 
 _collide = partial(
-    Statement,
-    measure="collided",
-    test=Rate(),
-    factors=OBSTACLE_FACTORS,
-    size="{first} % against {second} % of flights",
+    Statement, measure="collided", test=Rate(), factors=OBSTACLE_FACTORS, size="{first} % against {second} % of flights"
 )
 
 

@@ -12,7 +12,7 @@ from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.panel import company as panel
 from cgla_graph.comparisons.claims.panel.flights import setup_name
 from cgla_graph.comparisons.claims.panel.settings import BASE_KINDS, STARTS, PanelMap, seeds_of
-from cgla_graph.comparisons.claims.paper import company_claims
+from cgla_graph.comparisons.claims.paper import sharing_claims
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
@@ -101,7 +101,7 @@ def test_statements_are_about_cgla(cgla: float, answer: Answer) -> None:
 
 
 def test_printed_ratios_are_the_paper_s() -> None:
-    printed = {one.text: one.printed for one in company_claims.STATEMENTS}
+    printed = {one.text: one.printed for one in sharing_claims.STATEMENTS}
     assert printed["shorter than CPVS-style"] == "0.989, 0.671, 0.628"
     assert printed["less risk than FBCRI-style"] == "0.0593, 0.183, 0.0898"
     assert printed["less cost than CPVS-style"] == ""

@@ -17,7 +17,7 @@ from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.panel import complexity
 from cgla_graph.comparisons.claims.panel.settings import FACTORS, KINDS, seeds_of
 from cgla_graph.comparisons.claims.paper import complexity_claims as claims
-from cgla_graph.comparisons.claims.paper import feasibility_claims, time_claims
+from cgla_graph.comparisons.claims.paper import direction_claims
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph
@@ -141,8 +141,8 @@ WITHIN = claims.segments_within
         ("C21", counterexamples, "scenario", lambda _: NEAR, "on the stored map"),
         ("C23", claims, "reweigh", lambda graph, _: graph, "an update is not the matrix from scratch"),
         ("C23", claims, "segments_within", lambda *args: WITHIN(*args[:2], 0.5 * args[2]), "out of the threat's reach"),
-        ("C55", feasibility_claims, "neighbour_count", lambda n: 4 * n * n, "pairs of neighbours"),
-        ("C55", feasibility_claims, "pair_count", lambda _: 10**6, "are not fewer"),
+        ("C55", direction_claims, "neighbour_count", lambda n: 4 * n * n, "pairs of neighbours"),
+        ("C55", direction_claims, "pair_count", lambda _: 10**6, "are not fewer"),
     ],
 )
 def test_what_is_broken_does_not_pass(
@@ -158,7 +158,7 @@ def test_uses_of_eq_9_on_edges_twice_are_noticed(monkeypatch: pytest.MonkeyPatch
         counted = claims.counted_label_setting(weights, target, source)
         return counted._replace(relaxations=100 * counted.relaxations + 100)
 
-    monkeypatch.setattr(feasibility_claims, "counted_label_setting", twice)
+    monkeypatch.setattr(direction_claims, "counted_label_setting", twice)
     with pytest.raises(AssertionError, match=r"Eq\. 9 is used"):
         check("C55")
 
@@ -166,10 +166,10 @@ def test_uses_of_eq_9_on_edges_twice_are_noticed(monkeypatch: pytest.MonkeyPatch
 @pytest.mark.parametrize(("seconds", "way"), [(0.2, "the other way round"), (3.0, "in the same direction")])
 def test_c36_says_which_takes_less(monkeypatch: pytest.MonkeyPatch, seconds: float, way: str) -> None:
     answer = Solution(Status.FOUND, evaluations=1482)
-    monkeypatch.setattr(time_claims, "_timed", lambda name: (1.0 if name == "cgla" else seconds, answer))
+    monkeypatch.setattr(claims, "_timed", lambda name: (1.0 if name == "cgla" else seconds, answer))
     (found,) = check("C36").rows
     assert found.answer is Answer.NOT_REPRODUCED
-    assert found.size == f"Q-Learning over CGLA: about {seconds:.1g}"
+    assert found.size == f"Q-Learning / CGLA: {seconds:.1g}"
     assert found.why.startswith(way)
 
 
