@@ -20,12 +20,6 @@ _KINDS = ("threats", "spread", "goal", "k")
 _GRAPHS = {"Voronoi graphs": "voronoi", "visibility graphs": "visibility-graph"}
 #: Whether a flight keeps its first plan, or plans again when it sees something new.
 _PLANS = {"first plan kept": "never", "planning again": "change"}
-#: How rows name levels of the constants.
-_WORDS = {
-    "with chain": "an elastic chain",
-    "without chain": "no chain",
-    **{f"{spreads:g} spreads": f"polygons of {spreads:g} spreads" for spreads in (2.0, 2.5, 3.0)},
-}
 #: Costs, or ratios of costs with 1, are more than the margin beyond, or, where a planner does, less.
 _costs = partial(Statement, measure="cost", less=False, test=Shift(margin=MARGIN), factors=(*_KINDS, "radius"))
 _over_least = partial(_costs, measure="ratio", second=1.0, factors=(*_KINDS, "constant"), size="x {} of the least")
@@ -86,9 +80,7 @@ A2D = _costs("A2D-style fails on complex maps", first=_A2D, second=_CGLA, size="
     experiments=("introduction", "single-uav"),
 )
 def _check_c50(evidence: Evidence) -> Finding:
-    records = [
-        {**one, "constant": _WORDS.get(one.get("constant", ""))} for one in evidence.samples["introduction"].records
-    ]
+    records = evidence.samples["introduction"].records
     simple, complex_ = (
         Samples([one for one in records if (one["threats"] == SIMPLE) is is_simple]) for is_simple in (True, False)
     )

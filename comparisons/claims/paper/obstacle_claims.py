@@ -19,11 +19,7 @@ from cgla_graph.solvers import get
 #: Factors of flights with virtual obstacles.
 OBSTACLE_FACTORS = (*FACTORS, "obstacle_spread", "safe_distance")
 #: Two UAVs collide with obstacles of spread 0.02, 0.03 and 0.05, on a map each.
-COUNTEREXAMPLES = (
-    "c41-obstacles-collide.toml",
-    "c41-wider-obstacles-collide.toml",
-    "c41-widest-obstacles-collide.toml",
-)
+COUNTEREXAMPLES = tuple(f"c41-{width}obstacles-collide.toml" for width in ("", "wider-", "widest-"))
 #: What counts as most conflicts, and as nearly all missions.
 MOST, NEARLY_ALL = 0.5, 0.95
 _READS = (

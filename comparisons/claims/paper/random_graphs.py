@@ -9,7 +9,6 @@ from scipy.sparse import csgraph
 from cgla_graph._types import FloatArray
 from cgla_graph.cost_to_go.theorem_1 import zero_diagonal
 from cgla_graph.model.graph import GeometricGraph
-from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.random_map import random_scenario
 
 #: Relative excess that is fairly near to a tie; random weights do not come nearer by chance.
@@ -23,12 +22,8 @@ def random_graph(rng: np.random.Generator, most: int = 25) -> GeometricGraph:
         weights = rng.random((n, n)) + 1e-6
         weights[rng.random((n, n)) < rng.random() * 0.6] = np.inf
         return GeometricGraph.from_matrix(weights)
-    return GeometricGraph.complete(rng.random((n, 2)), random_field(rng), k=float(rng.uniform(0.0, 100.0)))
-
-
-def random_field(rng: np.random.Generator) -> RiskField:
-    """Draw a field of ten threats, as the harness has them."""
-    return random_scenario(int(rng.integers(2**31))).problem.field
+    points, field = rng.random((n, 2)), random_scenario(int(rng.integers(2**31))).problem.field
+    return GeometricGraph.complete(points, field, k=float(rng.uniform(0.0, 100.0)))
 
 
 def least_costs(graph: GeometricGraph, target: int) -> FloatArray:
@@ -42,15 +37,7 @@ def least_costs(graph: GeometricGraph, target: int) -> FloatArray:
 
 
 def runs_in_circle(weights: FloatArray, values: FloatArray, node: int, target: int) -> bool:
-    """
-    Walk along the least A + G over nodes that have a value; tell whether one comes twice.
-
-    Examples
-    --------
-    >>> chain = np.array([[0.0, 1.0, 9.0], [1.0, 0.0, 1.0], [9.0, 1.0, 0.0]])
-    >>> runs_in_circle(chain, np.array([2.0, 1.0, 0.0]), 0, target=2)
-    False
-    """
+    """Walk along the least A + G over nodes that have a value; tell whether one comes twice."""
     seen: set[int] = set()
     while node != target and node not in seen and math.isfinite(values[node]):
         seen.add(node)

@@ -9,8 +9,6 @@ from dataclasses import replace
 from functools import partial
 from typing import TypeAlias
 
-import numpy as np
-
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
@@ -149,18 +147,10 @@ def _check_c34(evidence: Evidence) -> Finding:
             ),
             f"Eight directions can have {risks:.3g} times CGLA's risk, at {costs:.3g} times its cost ({RISKY}).",
             "The paper quotes the risks of BCV, A2D and Q-Learning from other papers: other maps, other measures.",
-            f"Here Q-Learning arrives in {arrivals(evidence.samples['learners'])} of its flights.",
         ),
         tables=(panel_table("A2D-style and Q-Learning against CGLA and others (ratios)", found),),
         counterexamples=(LONGER, RISKY),
     )
-
-
-def arrivals(samples: Samples) -> str:
-    """Say how often Q-Learning arrives, in percent, over discounts and rewards."""
-    named = _learners({"learners": samples}, discounted=True)
-    rates = [100.0 * np.mean([one["arrived"] for one in flown[""].values()]) for _, flown in named]
-    return f"{min(rates):.0f} to {max(rates):.0f} %"
 
 
 def longer_on_a_map() -> Row:

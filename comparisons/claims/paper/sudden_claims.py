@@ -6,10 +6,9 @@ from functools import partial
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
-from cgla_graph.comparisons.claims.panel.flights import STEP
 from cgla_graph.comparisons.claims.panel.sudden import LOW_K, POPUP, POPUP_START, SPREADS_AHEAD
 from cgla_graph.comparisons.claims.paper.arrival_claims import AS_C17, ROUNDING, stored_livelocks
-from cgla_graph.comparisons.claims.paper.printed_values import WORKING_SCALE, value
+from cgla_graph.comparisons.claims.paper.printed_values import value
 from cgla_graph.comparisons.claims.rule import judged, panel_table
 from cgla_graph.comparisons.claims.statement import Statement
 from cgla_graph.mission.world import TimedThreat
@@ -57,7 +56,6 @@ def _check_c37(evidence: Evidence) -> Finding:
         notes=(
             "Where the UAV is when the threat appears, and how broad it is, the paper does not say.",
             "If all is known from then on, less risk and a greater length are a theorem (C28).",
-            f"At {WORKING_SCALE:g} units a side both ways of Table 2 cost the same at K = {_break_even():.2g}.",
         ),
         tables=(panel_table("After a sudden threat: a greater K over K = 10 (ratios)", found),),
     )
@@ -67,11 +65,6 @@ def sides(samples: Samples) -> Samples:
     """Say of flights past the threat of Fig. 6 which side of their pair they are on."""
     flown = samples.where(event="Fig. 6")
     return Samples([{**one, "side": "K = 10" if one["k"] == LOW_K else "greater K"} for one in flown], samples.failed)
-
-
-def _break_even() -> float:
-    """Return the K at which the two ways of Table 2 cost the same, in the working reading of its units."""
-    return (_HIGH.length - _LOW.length) / WORKING_SCALE / ((_LOW.risk - _HIGH.risk) * STEP)
 
 
 @claim(
