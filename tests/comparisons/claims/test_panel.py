@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from cgla_graph.comparisons.claims.evidence import Evidence, Samples
+from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.panel.flights import RIM, fly, length_at_rim
 from cgla_graph.comparisons.claims.panel.settings import (
@@ -51,6 +51,10 @@ def test_maps_are_of_their_kind_and_no_two_studies_share_one() -> None:
 def test_every_cell_is_flown_once_by_every_planner(records: list[Record]) -> None:
     flown = [(one["planner"], one["radius"], one["k"]) for one in records if one["mode"] == "flown" and not one[VARIED]]
     assert len(flown) == len(set(flown)) == len(FLOWN) * len(cells("radius", "k"))
+    # a planner without K flies once, and costs by K
+    bcv = Samples(records).where(planner="bcv-style", radius=FACTORS["radius"][0], mode="flown", **{VARIED: ""})
+    assert len({(one["length"], one["risk"]) for one in bcv}) == 1
+    assert all(one["cost"] == pytest.approx(one["length"] + one["k"] * one["risk"]) for one in bcv)
 
 
 def test_a_varied_setting_has_both_sides_of_each_pair(records: list[Record]) -> None:
@@ -94,14 +98,6 @@ def test_measurements_are_those_of_an_independent_integration(records: list[Reco
     assert length_at_rim(one.field, path) == record["rim"]
 
 
-def test_a_planner_without_k_flies_once_and_costs_by_k(records: list[Record]) -> None:
-    bcv = [one for one in records if one["planner"] == "bcv-style" and one["radius"] == FACTORS["radius"][0]]
-    bcv = [one for one in bcv if not one[VARIED]]
-    assert len({(one["length"], one["risk"]) for one in bcv}) == 1
-    for one in bcv:
-        assert one["cost"] == pytest.approx(one["length"] + one["k"] * one["risk"])
-
-
 def fabricated(risk: float, length: float) -> Samples:
     """Make records in which CGLA with more K has less risk, and others are so many times as risky and as long."""
     rng, found = np.random.default_rng(1), []
@@ -132,9 +128,7 @@ def fabricated(risk: float, length: float) -> Samples:
 
 
 def test_claims_about_single_uavs_read_the_panel() -> None:
-    evidence = Evidence(samples={"single-uav": fabricated(3.0, 0.97)})
-    scale = evidence.scale.__class__(maps=4, quick=True)
-    evidence = Evidence(scale, evidence.samples)
+    evidence = Evidence(Scale(maps=4, quick=True), {"single-uav": fabricated(3.0, 0.97)})
     c32 = {row.statement: row for row in bcv_claims._check_c32.check(evidence).rows}
     assert c32["less risk (length only)"].answer.label == "holds"
     assert c32["less risk (length only)"].size.startswith("x 0.33")

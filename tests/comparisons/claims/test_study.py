@@ -5,6 +5,7 @@ import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import Call, caller
@@ -12,17 +13,8 @@ from command_line import Call, caller
 from cgla_graph.comparisons.claims import catalogue, checking, command, store
 from cgla_graph.comparisons.claims.artefact import Artefact, Content, artefacts
 from cgla_graph.comparisons.claims.checking import Result, Shown, check_claims, count_steps
-from cgla_graph.comparisons.claims.claim import (
-    Answer,
-    Basis,
-    Claim,
-    Finding,
-    Row,
-    Table,
-    finding_document,
-    finding_from,
-)
-from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
+from cgla_graph.comparisons.claims.claim import Answer, Basis, Claim, Finding, Row, Table
+from cgla_graph.comparisons.claims.evidence import Evidence, Scale
 from cgla_graph.comparisons.claims.experiment import Experiment, Record
 from cgla_graph.comparisons.claims.panel.settings import KINDS, PanelMap
 from cgla_graph.comparisons.claims.store import FIGURE, FILE, FINDING, SAMPLE, Measured, Store
@@ -54,14 +46,9 @@ def _draws(evidence: Evidence) -> Finding:
     return Finding((Row("drawn", Answer.HOLDS, Basis.SAMPLE, why=str(evidence.rng("x").integers(10**9))),))
 
 
-def _fails(_: Evidence) -> Finding:
+def _fails(*_: Evidence) -> Any:  # noqa: ANN401 - it returns nothing
     msg = "it does not add up"
     raise AssertionError(msg)
-
-
-def _no_picture() -> Content:
-    msg = "no ink"
-    raise ValueError(msg)
 
 
 CLAIMS = (
@@ -71,7 +58,7 @@ CLAIMS = (
 )
 ARTEFACTS = (
     Artefact("Fig. 1", "a picture", lambda: Content("a caption", b"png", b"<svg/>")),
-    Artefact("Fig. 2", "no picture", _no_picture),
+    Artefact("Fig. 2", "no picture", _fails),
 )
 
 
@@ -101,6 +88,8 @@ def test_each_claim_is_checked_once_on_the_maps_of_its_seed() -> None:
     assert found["C1"].answers == (Answer.HOLDS, Answer.OPEN)
     # the map that told nothing is no map of the sample
     assert found["C1"].rows[1].why == "4 maps"
+    # what is not finite survives as a word in tables
+    assert found["C1"].tables[0].rows == [[1, float(2_000_000**2)], ["∞", "∞"]]
     assert found["C30"].answers == (Answer.MISSING,)
     assert "it does not add up" in found["C30"].rows[0].why
 
@@ -160,13 +149,6 @@ def test_a_study_that_is_there_is_neither_mixed_nor_lost(tmp_path: Path) -> None
         Store(tmp_path, Scale(), resume=True)
 
 
-def test_findings_survive_json() -> None:
-    finding = _check_squares(Evidence(samples={"squares": Samples([{"map": 1, "case": "a", "value": 4}])}))
-    again = finding_from(json.loads(json.dumps(finding_document(finding), allow_nan=False)))
-    assert again.tables[0].rows == [[1, 4.0], ["∞", "∞"]]
-    assert (again.rows, again.notes) == (finding.rows, finding.notes)
-
-
 @pytest.mark.usefixtures("small")
 def test_figures_are_drawn_once_and_tried_again_if_they_fail(tmp_path: Path) -> None:
     for resume in (False, True):
@@ -177,7 +159,7 @@ def test_figures_are_drawn_once_and_tried_again_if_they_fail(tmp_path: Path) -> 
         assert isinstance(first, Shown)
         assert isinstance(second, Shown)
         assert first.content == ARTEFACTS[0].make()
-        assert (second.content, second.failed) == (None, "ValueError: no ink")
+        assert (second.content, second.failed) == (None, "AssertionError: it does not add up")
 
 
 @pytest.mark.usefixtures("small")
@@ -248,13 +230,7 @@ def test_no_number_is_lost_and_all_that_claims_name_is_there() -> None:
 
 @pytest.mark.parametrize(
     ("words", "said"),
-    [
-        (("C57",), ("no claim 'C57'",)),
-        (("C27",), ("C27 is left out: it says only that the method is new",)),
-        (("--quick", "--maps", 9), ("--maps",)),
-        (("--resume",), ("--out",)),
-        (("C13", "--seed", -1), ("--seed",)),
-    ],
+    [(("C57",), "no claim 'C57'"), (("--quick", "--maps", 9), "--maps"), (("--resume",), "--out")],
 )
-def test_what_does_not_fit_is_refused(cgla: Call, words: tuple[object, ...], said: tuple[str, ...]) -> None:
-    cgla("claims", *words).refused(*said)
+def test_what_does_not_fit_is_refused(cgla: Call, words: tuple[object, ...], said: str) -> None:
+    cgla("claims", *words).refused(said)
