@@ -174,9 +174,7 @@ def _check_c17(evidence: Evidence) -> Finding:
     locked = stored_livelocks()
     plans = sum(len(one.replans) for flight in locked for one in flight.uavs.values())
     from_its_place = len(samples.where(start="exact"))
-    why = (
-        f"proofs asserted on {count} missions; {from_its_place} flights from its place arrive; two livelocks are stored"
-    )
+    why = f"proofs asserted on {count} missions; {from_its_place} from its place arrive; two livelocks are stored"
     return Finding(
         (Row("arrives", Answer.DEPENDS, Basis.COUNTEREXAMPLE, ARRIVES_WHERE, stuck, why=why),),
         notes=(
