@@ -4,6 +4,7 @@ import importlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import TypeAlias
 
 from cgla_graph.comparisons.claims.claim import Table
 
@@ -32,6 +33,10 @@ class Content:
     table: Table | None = None
 
 
+#: What makes it; with experiments, of the evidence.
+Make: TypeAlias = Callable[..., Content]
+
+
 @dataclass(frozen=True)
 class Artefact:
     """
@@ -49,7 +54,7 @@ class Artefact:
 
     label: str
     title: str
-    make: Callable[..., Content]
+    make: Make
     experiments: tuple[str, ...] = ()
 
     @property
@@ -58,17 +63,8 @@ class Artefact:
         return self.label.lower().replace(". ", "-").replace(" ", "-")
 
 
-def artefact(
-    label: str, title: str, *, experiments: tuple[str, ...] = ()
-) -> Callable[[Callable[..., Content]], Artefact]:
-    """
-    Make an artefact of what makes it, which stands below; what is given is as of `Artefact`.
-
-    Examples
-    --------
-    >>> artefact("Fig. 5", "routes for K = 10, 50 and 200")(lambda: Content("nothing")).name
-    'fig-5'
-    """
+def artefact(label: str, title: str, *, experiments: tuple[str, ...] = ()) -> Callable[[Make], Artefact]:
+    """Make an artefact of what makes it, which stands below; what is given is as of `Artefact`."""
     return lambda make: Artefact(label, title, make, experiments)
 
 

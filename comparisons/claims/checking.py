@@ -89,7 +89,7 @@ def check_claims(
     Yields
     ------
     step
-        Whatever is done, in no fixed order; those with a result are the claims, figures and tables, each once. A check
+        All that is done, in no fixed order; those with a result are the claims, figures and tables, each once. A check
         that fails has the answer "missing", with the reason, and a figure that fails says why; a map that tells
         nothing is counted.
 

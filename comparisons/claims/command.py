@@ -104,7 +104,7 @@ def check_all(request: Request) -> Checked:
                 for step in steps:
                     if isinstance(step.result, Result):
                         done.results.append(step.result)
-                    elif isinstance(step.result, Shown):
+                    elif step.result:
                         done.shown.append(step.result)
                     tick(step.what)
         except KeyboardInterrupt:

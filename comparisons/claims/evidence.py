@@ -98,13 +98,6 @@ class Evidence:
         return quick if self.scale.quick else max(1, round(full * self.scale.maps / MAPS))
 
     def rng(self, purpose: str) -> np.random.Generator:
-        """
-        Return random numbers for a purpose, the same ones every time.
-
-        Examples
-        --------
-        >>> bool(Evidence().rng("C8").integers(100) == Evidence().rng("C8").integers(100))
-        True
-        """
+        """Return random numbers for a purpose, the same ones every time."""
         words = hashlib.sha256(purpose.encode()).digest()[:8]
         return np.random.default_rng([self.scale.seed, int.from_bytes(words)])

@@ -50,8 +50,7 @@ def write_report(folder: Path, results: Sequence[Result], shown: Sequence[Shown]
             write_bytes(folder / "figures" / f"{name}.png", picture.png)
             write_bytes(folder / "figures" / f"{name}.svg", picture.svg)
     # those that a finding names anywhere
-    stored = [name for name in counterexamples.names() if name in numbers]
-    if stored:
+    if stored := [name for name in counterexamples.names() if name in numbers]:
         files.append(make_folder(folder / "counterexamples"))
         for name in stored:
             write_text(folder / "counterexamples" / name, counterexamples.text(name))

@@ -65,10 +65,8 @@ class Store:
 
     Parameters
     ----------
-    folder
-        Where; made if it is not there. None keeps everything in memory.
-    scale
-        Of the study.
+    folder, scale
+        Where, made if it is not there, None for in memory; the scale of the study.
     resume, overwrite
         Go on with what is there, or replace it; one of them is needed where there is something.
 
@@ -91,6 +89,7 @@ class Store:
 
     def __init__(self, folder: Path | None, scale: Scale, *, resume: bool = False, overwrite: bool = False) -> None:
         self.scale = scale
+        self._scale_key = [scale.maps, scale.seed, int(scale.quick)]
         self._results: dict[Key, Any] = {}
         self._log: Log | None = None
         if resume and overwrite:
@@ -136,7 +135,7 @@ class Store:
             return result
         line: Line = {"kind": kind, "key": names, "code": _code(key), **_document(kind, result)}
         if kind != SAMPLE:
-            line["scale"] = _scale_key(self.scale)
+            line["scale"] = self._scale_key
         if self._log is not None:
             self._log.append([line])
         self._results[key] = _read(line)
@@ -144,11 +143,10 @@ class Store:
 
     def _take(self, lines: Iterator[Line]) -> list[Line]:
         """Take up what this code measured."""
-        scale = _scale_key(self.scale)
         with understood(self._path):
             for line in lines:
                 key = (line["kind"], *line["key"])
-                if line["code"] == _code(key) and line.get("scale", scale) == scale:
+                if line["code"] == _code(key) and line.get("scale", self._scale_key) == self._scale_key:
                     self._results[key] = _read(line)
         return []
 
@@ -176,10 +174,6 @@ def _read(line: Line) -> Measured | Found | Drawn:
 def _code(key: Key) -> str:
     """Return the fingerprint of what a line follows from."""
     return fingerprint(SAMPLE, str(key[1])) if key[0] == SAMPLE else fingerprint(key[0])
-
-
-def _scale_key(scale: Scale) -> list[int]:
-    return [scale.maps, scale.seed, int(scale.quick)]
 
 
 @cache

@@ -82,7 +82,14 @@ def planned(field: RiskField, *, k: float, start: Point = START, n: int = N, sol
 
 
 def arrived(flight: UavFlight) -> Route:
-    """Return the route of a flight; an `AssertionError` if it did not arrive, as then it is no route to the goal."""
+    """
+    Return the route of a flight.
+
+    Raises
+    ------
+    AssertionError
+        If it did not arrive: what was flown of it is no route to the goal.
+    """
     require(flight.status is MissionStatus.ARRIVED, f"{flight.name} {flight.status.value}")
     return Route(flight.path, flight.risk_sum)
 
