@@ -69,7 +69,7 @@ def _check_c1(evidence: Evidence) -> Finding:
     (weight,) = stored.model.weights([(0.42, 0.5)], [(0.58, 0.5)]).tolist()
     require(both < 0.0 < alone and weight < 0.0, "the stored map does not show F and a weight below 0")
     row = _depends(
-        "F in [0, 1], rising with threats; weights positive",
+        "F in [0, 1] and rising, weights positive",
         where="holds if no peak exceeds 1; fails with the peak of Eq. 1 as printed",
         size=f"as printed: {rows[1][3]:.0%} of fields outside, {rows[1][4]:.0%} of weights below 0".replace("%", " %"),
         why=f"one misprint: the factor 1 / (sqrt(2 pi) sigma) is above 1 for sigma below 0.399; a second threat of "

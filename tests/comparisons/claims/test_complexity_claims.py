@@ -236,16 +236,6 @@ def test_a_flight_is_counted_as_if_each_move_were_planned_anew() -> None:
     assert math.isclose(counts["every move"], every, rel_tol=1e-3)
 
 
-def test_each_level_of_radius_and_k_is_flown_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(complexity, "FLIGHT_SIZES", (5, 6))
-    asked = []
-    for seed in seeds_of(KINDS[1], 9, 3):
-        records = [one for one in complexity.flight_operations.sample(PanelMap(seed)) if not one["varied"]]
-        asked += [(one["radius"], one["k"]) for one in records if one["planning"] == "on change"]
-        assert sorted(one["k"] for one in records) == sorted(2 * FACTORS["k"])
-    assert sorted(asked) == sorted(itertools.product(FACTORS["radius"], FACTORS["k"]))
-
-
 def test_changed_weights_are_those_that_differ() -> None:
     *known, seen = MAP.field.threats
     found = of(complexity.new_threat.sample(MAP), k=50.0, varied="N 10")
