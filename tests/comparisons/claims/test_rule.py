@@ -166,11 +166,8 @@ def test_sizes_are_written_as_the_statement_says() -> None:
         for radius in RADII
         for k in (10.0, 50.0)
     ]
-    for size, words in (
-        ("{} % less", "50 (25 to 50) % less"),
-        ("{} % more", "-50 (-50 to -25)"),
-        ("x {}", "x 0.5 (0.5 to 0.75)"),
-    ):
+    sizes = {"{} % less": "50 (25 to 50) % less", "{} % more": "-50 (-50 to -25)", "x {}": "x 0.5 (0.5 to 0.75)"}
+    for size, words in sizes.items():
         one = Statement("less", "risk", {"k": 50.0}, {"k": 10.0}, factors=("radius",), size=size)
         assert judged(Samples(records), one).size.startswith(words)
     assert part_name((("threats", 30), ("k", 10.0), ("varied", ""))) == "30 threats, K = 10"

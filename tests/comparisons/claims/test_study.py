@@ -98,8 +98,8 @@ def test_each_claim_is_checked_once_on_the_maps_of_its_seed() -> None:
 def test_a_study_goes_on_where_it_was_killed(tmp_path: Path) -> None:
     with Store(tmp_path, QUICK) as kept:
         whole = _findings(kept)
-    lines = (tmp_path / FILE).read_bytes().splitlines(keepends=True)
     # killed in the middle of a line
+    lines = (tmp_path / FILE).read_bytes().splitlines(keepends=True)
     (tmp_path / FILE).write_bytes(b"".join(lines[:4]) + lines[4][:20])
     n_samples = sum(json.loads(line)["kind"] == SAMPLE for line in lines[:4])
     calls.clear()
