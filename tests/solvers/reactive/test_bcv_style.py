@@ -62,10 +62,10 @@ def test_behaviours_weigh_as_the_specification_says() -> None:
     """Half-way into a threat's reach of 0.1, avoiding counts for a quarter; at its centre, it knows no direction."""
     field = cg.RiskField([cg.Threat(0.5, 0.5, spread=0.02)])
     around, memory = seen_by(cg.Problem((0.45, 0.5), (0.9, 0.5), field))
-    east, west = _votes(around, memory, np.array([0.0, math.pi]))
+    east, west = _votes(around, memory, np.array([0.0, math.pi]), 3.0)
     assert (east, west) == pytest.approx((1.0 + 0.2 - 0.25, -1.0 - 0.2 + 0.25))
     around, memory = seen_by(cg.Problem((0.5, 0.5), (0.9, 0.5), field))
-    assert _votes(around, memory, np.array([0.0]))[0] == pytest.approx(1.2)
+    assert _votes(around, memory, np.array([0.0]), 3.0)[0] == pytest.approx(1.2)
 
 
 @usual
