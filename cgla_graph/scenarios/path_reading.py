@@ -87,6 +87,11 @@ def _of_plan(file: Path, problem: Problem) -> FloatArray:
         here, there = kinds if problem.projection is None else reversed(kinds)
         msg = f"{file}: the plan is in {there}, and the map in {here}; give one of the same coordinates"
         raise ScenarioError(msg)
+    wide = [str(number) for number, one in enumerate(plan.waypoints, start=1) if one.reach > 0.0]
+    why = plan.unknown[0] if plan.unknown else f"it circles or passes waypoint {wide[0]} at a distance" if wide else ""
+    if why:
+        msg = f"{file}: the plan is not flown straight from waypoint to waypoint ({why}); cgla check reads such plans"
+        raise ScenarioError(msg)
     points = plan.points if problem.projection is None else problem.projection.forward(plan.points)
     # a landing repeats the end of the last leg
     kept = np.concatenate([[True], (points[1:] != points[:-1]).any(axis=1)])

@@ -147,6 +147,7 @@ class Flyable(Solution):
             "wind": list(wind),
             "power": power,
             "flight_seconds": None if timing is None else json_number(timing.seconds),
+            "still_air_radius": None if timing is None else json_number(timing.still_air_radius),
             "ground_speed": None if timing is None else [timing.slowest, timing.fastest],
             "energy_wh": None if timing is None else json_number(timing.energy),
         }

@@ -27,12 +27,16 @@ class Timing(ShortRepr):
         Least and greatest ground speed on the way, map units a second.
     energy
         Watt-hours; NaN without a power.
+    still_air_radius
+        Radius of the turns, map units, that the aircraft must be able to fly in still air to stay on the curve in the
+        wind: infinite without arcs. At a fixed bank, a turn with the wind behind is wider over ground.
     """
 
     seconds: float
     slowest: float
     fastest: float
     energy: float = math.nan
+    still_air_radius: float = math.inf
 
 
 def timed(curve: Curve, airspeed: float, *, wind: Point = (0.0, 0.0), power: float | None = None) -> Timing:
@@ -95,7 +99,53 @@ def timed(curve: Curve, airspeed: float, *, wind: Point = (0.0, 0.0), power: flo
     seconds = (speed * np.where(arc, elliptic, straight) - drift) / (speed**2 - blows**2)
     total = float(seconds.sum())
     slowest, fastest = _speeds(begin, end, speed, blows)
-    return Timing(total, slowest, fastest, watts * total / 3600.0)
+    tightest = min(
+        (
+            radius / _widening(_speeds(one, other, speed, blows)[1], speed, blows)
+            for radius, one, other in zip(rows[arc, RADIUS], begin[arc, None], end[arc, None], strict=True)
+        ),
+        default=math.inf,
+    )
+    return Timing(total, slowest, fastest, watts * total / 3600.0, float(tightest))
+
+
+def radius_over_ground(turn_radius: float, airspeed: float, wind: Point) -> float:
+    """
+    Return the greatest radius over ground of turns at the bank that gives `turn_radius` in still air.
+
+    With the wind behind, the ground speed is the greatest, and the radius grows with its square: paths with this turn
+    radius can be flown in the wind in all directions.
+
+    Parameters
+    ----------
+    turn_radius
+        Radius in still air, map units, above 0.
+    airspeed, wind
+        As of `timed`.
+
+    Raises
+    ------
+    ProblemError
+        As `timed` raises it.
+
+    Examples
+    --------
+    >>> round(radius_over_ground(60, 18, (8, 0)), 1)
+    125.2
+    """
+    timed(Curve(), airspeed, wind=wind)
+    return positive_number("turn_radius", turn_radius) * (1.0 + math.hypot(*wind) / airspeed) ** 2
+
+
+def _widening(ground_speed: float, speed: float, blows: float) -> float:
+    """
+    Return the ratio of the radius of a turn over ground to that in still air, at the same bank.
+
+    The bank accelerates the aircraft across its heading ``h``. With the ground velocity ``g u = v h + w``, the
+    curvature is ``a (v + w . h) / g^3`` and that in still air ``a / v^2``; ``w . h = (g^2 - v^2 - |w|^2) / 2 v``.
+    """
+    ahead = (ground_speed**2 - speed**2 - blows**2) / (2.0 * speed)
+    return ground_speed**3 / (speed**2 * (speed + ahead))
 
 
 def _speeds(begin: FloatArray, end: FloatArray, speed: float, blows: float) -> tuple[float, float]:

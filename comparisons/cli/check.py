@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,6 +12,7 @@ from cgla_graph.comparisons.cli.options import (
     ClearanceOption,
     KOption,
     OutputOptions,
+    PlanOptions,
     RasterOptions,
     ZoneOptions,
     option,
@@ -31,6 +32,7 @@ def check(
     output: OutputOptions,
     zone_options: ZoneOptions,
     raster: RasterOptions,
+    plan_options: PlanOptions,
     against: Annotated[
         list[str] | None,
         typer.Argument(metavar="[MAP]", help="a scenario or a raster of risk, as for plan, and files of zones"),
@@ -63,14 +65,22 @@ def check(
 
     asked = None if no_certificate or tolerance == 0.0 else tolerance
     kinds = output.pictures("png")
-    settings = zone_options.settings()
+    settings, given = zone_options.settings(), plan_options.settings()
     spec, zone_files = _maps_and_zones(plan_file, against or [], risk, zones or [])
     _require_meaning(spec, zone_files, bounds, raster, settings)
-    on = None if spec is None else _opened(plan_file, spec, bounds, raster)
+    on = None if spec is None else _opened(plan_file, spec, bounds, raster, given)
     folder = output.folder()
     with console.running_solvers():
         checked = check_plan(
-            plan_file, on, zones=zone_files, **settings, k=k, clearance=clearance, tolerance=asked, through=through
+            plan_file,
+            on,
+            zones=zone_files,
+            **settings,
+            **given,
+            k=k,
+            clearance=clearance,
+            tolerance=asked,
+            through=through,
         )
     if zone_options.zones_list is not None:
         zone_options.report([checked.on], as_json=True)
@@ -89,6 +99,7 @@ def _maps_and_zones(
     plan_file: Path, against: Sequence[str], risk: Path | None, zones: Sequence[Path]
 ) -> tuple[str | None, list[Path]]:
     """Return the map, if there is one, and the files of zones, which include all files of areas."""
+    from cgla_graph.airspace.flight_plans.formats import read_plan
     from cgla_graph.comparisons.study.options import is_raster
     from cgla_graph.errors import CglaError
     from cgla_graph.scenarios.loading import AREAS, RASTERS, holds_areas
@@ -102,7 +113,7 @@ def _maps_and_zones(
     if risk is not None and not is_raster(str(risk)):
         msg = f"--risk {risk} is not a raster; rasters end in {', '.join(RASTERS)}"
         raise CglaError(msg)
-    if not maps and not found:
+    if not maps and not found and not read_plan(plan_file).fence:
         msg = f"{plan_file}: there is nothing to check it against; give --zones FILE, --risk FILE, or a scenario"
         raise CglaError(msg)
     return (maps[0] if maps else None), found
@@ -123,7 +134,9 @@ def _require_meaning(
             raise CglaError(msg)
 
 
-def _opened(plan_file: Path, spec: str, bounds: str | None, raster: RasterOptions) -> "Scenario":
+def _opened(
+    plan_file: Path, spec: str, bounds: str | None, raster: RasterOptions, given: Mapping[str, Any]
+) -> "Scenario":
     """Open a scenario, or a raster of risk between the ends of the plan."""
     from cgla_graph.airspace.flight_plans.formats import read_plan
     from cgla_graph.comparisons.study.options import MapOptions, is_raster, open_one
@@ -132,7 +145,7 @@ def _opened(plan_file: Path, spec: str, bounds: str | None, raster: RasterOption
     if not is_raster(spec):
         return open_one("check", spec, MapOptions(bounds=bounds, raster=vars(raster)))
     # without a weight, risk is shown but does not count as cost
-    flown = read_plan(plan_file).flown
+    flown = read_plan(plan_file, **given).flown
     start, goal = (",".join(map(repr, flown[at].tolist())) for at in (0, -1))
     try:
         return open_one("check", spec, MapOptions(start, goal, bounds, k=0.0, raster=vars(raster)))

@@ -81,12 +81,15 @@ def _print_legs(checked: PlanCheck) -> None:
 def _row(checked: PlanCheck, index: int) -> dict[str, str]:
     leg = checked.leg(index)
     areas = dict.fromkeys(
-        one.area for one in checked.crossings.found if one.leg == index and not (one.is_circle or one.is_upright)
+        one.area
+        for one in checked.crossings.found
+        if one.leg == index and not (one.is_circle or one.is_upright or one.is_beside)
     )
     notes = [listed([checked.on.areas[area].name for area in areas], 3)] if areas else []
     notes += ["(crosses)"] if leg.crosses and not areas else []
     notes += ["leaves the map"] if leg.leaves_map else []
-    notes += ["too near"] if leg.too_near and not leg.crosses else []
+    notes += ["may reach into an area"] if leg.reaches else []
+    notes += ["too near"] if leg.too_near and not (leg.crosses or leg.reaches) else []
     return {
         "leg": str(leg.number),
         "from": leg.start,
@@ -116,6 +119,9 @@ def _crossing_lines(checked: PlanCheck) -> Iterator[str]:
         if one.is_upright:
             here = stop if stop == "home" else f"waypoint {stop}"
             yield f"it climbs or descends inside {name}, at {here}, {first}{high}"
+            continue
+        if one.is_beside:
+            yield f"leg {one.leg + 1} may reach into {name} from {first}, as it passes or circles a waypoint{high}"
             continue
         along = " to ".join(_far(checked, far) for far in one.along)
         yield f"leg {one.leg + 1} is {inside} inside {name}, from {first} to {last}, {along}{unit} along the plan{high}"

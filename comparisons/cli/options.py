@@ -201,6 +201,55 @@ class ZoneOptions:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
+class PlanOptions:
+    """Facts about a flight that the file of its plan leaves open."""
+
+    return_altitude: Annotated[
+        Number,
+        option(
+            "--return-altitude M",
+            "height to which it climbs before a return to home, metres above home (default: 60, PX4's RTL_RETURN_ALT)",
+        ),
+    ] = None
+    loiter_radius: Annotated[
+        Number,
+        option(
+            "--loiter-radius M", "radius of circles without one in the plan, metres; 0 if it hovers (default: unknown)"
+        ),
+    ] = None
+    home: Annotated[
+        Text,
+        option("--home LON,LAT", "where it takes off, or LON,LAT,METRES above the sea (default: as the plan says)"),
+    ] = None
+
+    def settings(self) -> dict[str, Any]:
+        """
+        Return the settings for `cgla_graph.check`; None for those that are not given.
+
+        Raises
+        ------
+        CglaError
+            If one of them is malformed.
+
+        Examples
+        --------
+        >>> PlanOptions(home="24.9,60.2").settings()["home"]
+        (24.9, 60.2)
+        """
+        from cgla_graph._text import shown
+        from cgla_graph.errors import CglaError
+
+        home = None
+        if self.home is not None:
+            try:
+                home = tuple(float(part) for part in self.home.split(","))
+            except ValueError as error:
+                msg = f"--home is {shown(self.home)}; give LON,LAT in degrees, or LON,LAT,METRES above the sea"
+                raise CglaError(msg) from error
+        return {"return_altitude": self.return_altitude, "loiter_radius": self.loiter_radius, "home": home}
+
+
+@dataclass(frozen=True, repr=False, eq=False)
 class RasterOptions:
     """Options of reading a raster of risk."""
 

@@ -18,11 +18,10 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import FloatArray, IntArray, Point
 from cgla_graph.airspace.flight_plans.area_outline import ClosedArea, Outline, Piece
 from cgla_graph.airspace.flight_plans.simultaneous_areas import HeightOverlap, SimultaneousAreas
+from cgla_graph.airspace.flight_plans.wide_legs import CORNERS, wide_legs
 
 #: Legs whose crossings are listed, at most. Beyond, a leg that crosses counts, even if only by a rounding.
 MOST_LISTED = 10_000
-#: Corners per right angle of a circle around a waypoint.
-_CORNERS = 64
 
 
 @dataclass(frozen=True)
@@ -46,6 +45,9 @@ class Crossing:
         Whether the piece is on a circle that is flown around a waypoint.
     is_upright
         Whether the aircraft climbs or descends vertically there; such a piece has no length.
+    is_beside
+        Whether the area is beside the straight leg, within the distance at which the aircraft may pass its waypoints.
+        Entry and exit are the place on the straight leg that is nearest to the area; such a piece has no length.
     """
 
     leg: int
@@ -56,6 +58,7 @@ class Crossing:
     inside: float
     is_circle: bool = False
     is_upright: bool = False
+    is_beside: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,15 +72,19 @@ class Crossings:
         The pieces inside areas, in order along the route, of the first `MOST_LISTED` legs that cross an area.
     legs
         Numbers of all legs that cross an area, shape ``(n,)``, in order.
+    beside
+        Numbers of the legs that may reach into an area beside them, shape ``(n,)``, in order.
     rounded
         Numbers of the legs that cross an area by no more than a rounding, shape ``(n,)``; they do not count.
     clearances
         Least distance of each leg to an area, shape ``(n_legs,)``, map units: 0 where it crosses or touches one,
-        infinite without areas.
+        infinite without areas. That of a leg that passes a waypoint at a distance is that of all that may be flown
+        through.
     """
 
     found: tuple[Crossing, ...]
     legs: IntArray
+    beside: IntArray
     rounded: IntArray
     clearances: FloatArray
 
@@ -88,6 +95,7 @@ def crossings_of(
     *,
     rounding: float = 0.0,
     radii: Sequence[float] = (),
+    reaches: Sequence[float] = (),
     heights: HeightOverlap | None = None,
 ) -> Crossings:
     """
@@ -103,6 +111,8 @@ def crossings_of(
         Crossings that a shift by this would undo do not count, map units.
     radii
         Radii of the circles that are flown around the waypoints, map units, 0 for none; empty if there is no circle.
+    reaches
+        Distances within which the waypoints are passed, map units, at least the radii; empty if all are flown over.
     heights
         The parts of the legs at the height of each area, where alone the area counts; None if areas count everywhere.
 
@@ -121,7 +131,7 @@ def crossings_of(
     outline = Outline(shapely.GeometryCollection([one.shape for one in areas]))
     lookup = _AreaLookup(areas)
     if outline.area.is_empty:
-        return Crossings((), _NONE, _NONE, np.full(len(starts), np.inf))
+        return Crossings((), _NONE, _NONE, _NONE, np.full(len(starts), np.inf))
     crosses = np.asarray(outline.area.crosses(starts, ends))
     clearances = np.zeros(len(starts))
     clearances[~crosses] = outline.distances(starts[~crosses], ends[~crosses])
@@ -148,8 +158,20 @@ def crossings_of(
     simultaneous.widen_clearances(starts, ends, np.setdiff1d(np.arange(len(starts)), legs), crosses, clearances)
     found += _uprights(route, before, simultaneous, found, rounding)
     found += lookup.circles(route, radii, before, rounding, heights)
+    beside = []
+    for wide in wide_legs(route, areas, reaches, radii, rounding=rounding, heights=heights):
+        clearances[wide.leg] = min(wide.clearance, clearances[wide.leg]) if heights is None else wide.clearance
+        seen = {one.area for one in found if one.leg == wide.leg and not (one.is_circle or one.is_upright)}
+        new = [area for area in wide.areas if area not in seen]
+        found += [
+            _beside(wide.leg, area, areas[area].shape, starts[wide.leg], ends[wide.leg], float(before[wide.leg]))
+            for area in new
+        ]
+        beside += [wide.leg] if new else []
     found.sort(key=lambda one: (one.along, one.area))
-    return Crossings(tuple(found), legs, np.array(rounded, dtype=np.int64), clearances)
+    return Crossings(
+        tuple(found), legs, np.array(beside, dtype=np.int64), np.array(rounded, dtype=np.int64), clearances
+    )
 
 
 _NONE = np.zeros(0, dtype=np.int64)
@@ -159,6 +181,14 @@ def _crossing(leg: int, area: int, piece: Piece, start: FloatArray, before: floa
     (first, last), (x, y) = piece, start.tolist()
     along = tuple(before + math.hypot(place[0] - x, place[1] - y) for place in piece)
     return Crossing(leg, area, first, last, (along[0], along[1]), math.dist(first, last))
+
+
+def _beside(leg: int, area: int, shape: BaseGeometry, start: FloatArray, end: FloatArray, before: float) -> Crossing:
+    line = LineString([start, end])
+    share = line.project(shapely.Point(shapely.shortest_line(line, shape).coords[0]))
+    at = line.interpolate(share)
+    place, far = (float(at.x), float(at.y)), before + share
+    return Crossing(leg, area, place, place, (far, far), 0.0, is_beside=True)
 
 
 def _joined(inside: list[tuple[int, Piece]]) -> list[tuple[int, Piece]]:
@@ -231,7 +261,7 @@ class _AreaLookup:
             if radius <= 0.0:
                 continue
             place = shapely.Point(route[index])
-            circle = place.buffer(radius, _CORNERS).exterior
+            circle = place.buffer(radius, CORNERS).exterior
             for number in self.near(place.buffer(1.01 * radius)):
                 shape = self.areas[number].shape
                 if shapely.distance(place, shape) >= radius - rounding:

@@ -2,11 +2,20 @@
 
 import csv
 import io
-from collections.abc import Iterator, Sequence
-from typing import Final
+from collections.abc import Iterator, Mapping
 
 from cgla_graph._text import shown
-from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Waypoint, decimal, fault, few_read
+from cgla_graph.airspace.flight_plans.csv_columns import Columns, with_curves
+from cgla_graph.airspace.flight_plans.plan import (
+    Coordinates,
+    FlightPlan,
+    Home,
+    Waypoint,
+    decimal,
+    fault,
+    few_read,
+    first_remarks,
+)
 from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     NAMES,
     assemble_plan,
@@ -16,8 +25,6 @@ from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     waypoint_of,
 )
 
-#: Other names of columns.
-_SAME: Final = {"lon": "longitude", "lng": "longitude", "lat": "latitude", "alt": "altitude"}
 _DEGREES, _PLANE = ("longitude", "latitude"), ("x", "y")
 
 
@@ -29,7 +36,8 @@ def read_text(text: str, where: str) -> FlightPlan:
     ----------
     text
         Its first line names the columns: ``longitude`` and ``latitude``, degrees (or ``lon`` and ``lat``), else ``x``
-        and ``y``, map units; the columns `NAMES` are optional.
+        and ``y``, map units; the columns `NAMES` are optional, also with units (``altitude(ft)``), and those of Litchi
+        are known (`cgla_graph.airspace.flight_plans.csv_columns`).
     where
         Name of the file in messages.
 
@@ -44,17 +52,29 @@ def read_text(text: str, where: str) -> FlightPlan:
     [[24.0, 60.0]]
     """
     rows = _rows(text, where)
-    heads = [_SAME.get(head, head) for head in (cell.strip().lower() for cell in next(rows, (0, []))[1])]
+    columns = Columns(next(rows, (0, []))[1], where)
+    heads = columns.heads
     pair = next((pair for pair in (_DEGREES, _PLANE) if set(pair) <= set(heads)), None)
     if pair is None:
         said = f"its first line is {shown(','.join(heads))}" if heads else "it is empty"
         fault(where, said, "the first line names the columns, longitude,latitude or x,y among them")
-    columns = {head: index for index, head in reversed([*enumerate(heads)])}
-    known = {*_DEGREES, *_PLANE, *NAMES}
-    others = [head for head in heads if head and head not in known]
+    known = (*_DEGREES, *_PLANE, *NAMES)
+    others = columns.others(known)
     remarks = [f"columns that are not part of a plan, left out: {', '.join(others)[:200]}"] if others else []
-    found = (_waypoint(cells, columns, pair, f"{where}: line {number}") for number, cells in rows)
-    return assemble_plan(found, "", remarks, where, coordinates="lonlat" if pair == _DEGREES else "plane")
+    found: list[tuple[Waypoint | Home, float]] = []
+    unknown: list[str] = []
+    for number, cells in rows:
+        place = f"{where}: line {number}"
+        row = columns.of_row(cells, place)
+        found.append((_waypoint(row, pair, place), columns.curve_of(row, place)))
+        unknown += filter(None, [columns.unknown_shape(row, known, f"line {number}")])
+    curved = sum(size > 0.0 for _, size in found)
+    if curved:
+        remarks.append(f"{curved} waypoints with rounded turns: each is passed within the size of its turn")
+    coordinates: Coordinates = "lonlat" if pair == _DEGREES else "plane"
+    if curved and coordinates == "plane":
+        fault(where, "its turns are in metres, and its places in x and y", "give longitude and latitude")
+    return assemble_plan(with_curves(found), "", remarks, where, coordinates, tuple(first_remarks(unknown)))
 
 
 def _rows(text: str, where: str) -> Iterator[tuple[int, list[str]]]:
@@ -69,9 +89,8 @@ def _rows(text: str, where: str) -> Iterator[tuple[int, list[str]]]:
         fault(f"{where}: line {reader.line_num}", f"it is no CSV ({error})", "write numbers with commas between them")
 
 
-def _waypoint(cells: Sequence[str], columns: dict[str, int], pair: tuple[str, str], where: str) -> Waypoint | Home:
-    said = {name: cells[index] for name, index in columns.items() if index < len(cells)}
-    return waypoint_of(place_of([said.get(name) for name in pair], where, in_plane=pair == _PLANE), said, where)
+def _waypoint(row: Mapping[str, str], pair: tuple[str, str], where: str) -> Waypoint | Home:
+    return waypoint_of(place_of([row.get(name) for name in pair], where, in_plane=pair == _PLANE), row, where)
 
 
 def write(plan: FlightPlan) -> str:

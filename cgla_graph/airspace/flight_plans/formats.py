@@ -10,6 +10,7 @@ from cgla_graph._files import write_files
 from cgla_graph._text import place, shown
 from cgla_graph._validate import file_path, instance
 from cgla_graph.airspace.flight_plans import csv_file, geojson, gpx, kml, qgroundcontrol, waypoints
+from cgla_graph.airspace.flight_plans.given import Given
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint, fault, few_read
 from cgla_graph.airspace.flight_plans.tagged_waypoints import assemble_plan, place_of
 from cgla_graph.errors import OutputError, PlanError
@@ -29,7 +30,13 @@ _PATHS: Final = ("path_lonlat", "path")
 _READ: Final = "plans are QGroundControl's .plan, QGC WPL .waypoints, KML, KMZ, GPX, GeoJSON, or CSV with named columns"
 
 
-def read_plan(path: FilePath) -> FlightPlan:
+def read_plan(
+    path: FilePath,
+    *,
+    return_altitude: float | None = None,
+    loiter_radius: float | None = None,
+    home: tuple[float, ...] | None = None,
+) -> FlightPlan:
     r"""
     Read a flight plan; the format is recognised by the content, not by the name.
 
@@ -38,11 +45,16 @@ def read_plan(path: FilePath) -> FlightPlan:
     path
         A QGroundControl plan (``.plan``), waypoints (``.waypoints``, QGC WPL 110), KML or KMZ, GPX, GeoJSON, CSV, or a
         JSON file with a path as `Solution.save` writes it.
+    return_altitude, loiter_radius, home
+        What the file of an autopilot leaves open (`cgla_graph.airspace.flight_plans.given.Given`): the height of the
+        return to home, metres above home (None: 60 m, the default of PX4); the radius of circles without one, metres
+        (0: it hovers); longitude and latitude of home, degrees.
 
     Returns
     -------
     plan
-        The plan, with a remark for everything in the file that is not flown.
+        The plan, with a remark for everything in the file that is not flown. `FlightPlan.unknown` says where the file
+        leaves open where the aircraft flies.
 
     Raises
     ------
@@ -59,10 +71,11 @@ def read_plan(path: FilePath) -> FlightPlan:
     ...     read_plan(file).lonlat.tolist()
     [[24.9, 60.2], [25.0, 60.2]]
     """
-    return plan_of_bytes(read_bytes(path), os.fspath(path))
+    given = Given(return_altitude, loiter_radius, home)
+    return plan_of_bytes(read_bytes(path), os.fspath(path), given)
 
 
-def plan_of_bytes(data: bytes, where: str) -> FlightPlan:
+def plan_of_bytes(data: bytes, where: str, given: Given | None = None) -> FlightPlan:
     r"""
     Return the plan of the bytes of a file, which errors call `where`; the errors are those of `read_plan`.
 
@@ -80,10 +93,10 @@ def plan_of_bytes(data: bytes, where: str) -> FlightPlan:
         document = json_of(data, where)
         if not isinstance(document, dict):
             fault(where, "it is no JSON object", _READ)
-        return _of_json(document, where)
+        return _of_json(document, where, given)
     text = text_of(data, where)
     if text.startswith(waypoints.SIGNATURE):
-        return waypoints.read_text(text, where)
+        return waypoints.read_text(text, where, given)
     return csv_file.read_text(text, where)
 
 
@@ -97,9 +110,9 @@ def _of_xml(root: Element, where: str) -> FlightPlan:
     raise PlanError(msg)
 
 
-def _of_json(document: Mapping[str, Any], where: str) -> FlightPlan:
+def _of_json(document: Mapping[str, Any], where: str, given: Given | None) -> FlightPlan:
     if "fileType" in document or "mission" in document:
-        return qgroundcontrol.read_document(document, where)
+        return qgroundcontrol.read_document(document, where, given)
     if isinstance(document.get("type"), str):
         return geojson.read_document(document, where)
     for key in _PATHS:
@@ -148,6 +161,9 @@ def text_of_plan(plan: FlightPlan, where: str) -> str:
     kind = Path(where).suffix.lower()
     if kind != ".csv" and plan.coordinates != "lonlat":
         fault(where, "the plan has no longitudes and latitudes", "only .csv can hold one in a plane")
+    if plan.unknown:
+        wrong = f"the plan does not say everywhere where it flies ({plan.unknown[0]})"
+        fault(where, wrong, "another file would not say so: only plans that are known are written")
     if kind in _AUTOPILOT:
         return _AUTOPILOT[kind](plan, where)
     if kind in _VIEWER:
@@ -179,7 +195,8 @@ def write_plan(plan: FlightPlan, path: FilePath) -> Path:
     Raises
     ------
     PlanError
-        If the format cannot hold the plan: only ``.csv`` holds a plan in a plane, and autopilots need altitudes.
+        If it is not known everywhere where the plan flies (`FlightPlan.unknown`), or the format cannot hold it: only
+        ``.csv`` holds a plan in a plane, and autopilots need altitudes.
     OutputError
         If no format has this ending, or the file cannot be written.
 

@@ -47,6 +47,7 @@ def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
     >>> read_document(json.loads(write(plan)), "mine.geojson") == plan
     True
     """
+    _require_degrees(document.get("crs"), where)
     lines: list[tuple[str, list[Waypoint]]] = []
     points: list[Waypoint | Home] = []
     remarks: list[str] = []
@@ -73,6 +74,15 @@ def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
     return plan.renamed(name) if name and isinstance(name, str) else plan
 
 
+def _require_degrees(crs: object, where: str) -> None:
+    """Refuse a file of the old standard in other coordinates than longitude and latitude of WGS84."""
+    named = crs.get("properties") if isinstance(crs, Mapping) else crs
+    name = str(named.get("name", "")) if isinstance(named, Mapping) else ""
+    if crs is not None and not name.upper().endswith(("CRS84", ":4326")):
+        wrong = f"its crs is {shown(name or crs)}"
+        fault(where, wrong, "places are longitude and latitude of WGS84 (OGC:CRS84): transform them, and leave crs out")
+
+
 def choose_plan(
     lines: Sequence[tuple[str, list[Waypoint]]],
     points: Sequence[Waypoint | Home],
@@ -80,6 +90,7 @@ def choose_plan(
     has_roles: bool,
     remarks: Sequence[str],
     where: str,
+    unknown: Sequence[str] = (),
 ) -> FlightPlan:
     """
     Return the plan of the lines and points of a file for viewers.
@@ -92,7 +103,7 @@ def choose_plan(
         The points, in the order of the file.
     has_roles
         Whether a point has a role: then the points are the plan, and the line only shows it.
-    remarks, where
+    remarks, where, unknown
         As of `assemble_plan`.
 
     Raises
@@ -109,8 +120,8 @@ def choose_plan(
         fault(where, "its line and its points are different routes", "change both, or leave one of them out")
     if line and not has_roles:
         more = [f"{len(points)} points beside the line: not flown, left out"] if points else []
-        return assemble_plan(line, name, [*remarks, *more], where)
-    return assemble_plan(points, "" if has_roles else name, remarks, where)
+        return assemble_plan(line, name, [*remarks, *more], where, unknown=unknown)
+    return assemble_plan(points, "" if has_roles else name, remarks, where, unknown=unknown)
 
 
 def _features(document: Mapping[str, Any], where: str) -> Iterator[tuple[Any, Mapping[str, Any]]]:

@@ -27,6 +27,7 @@ from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     NAMES,
     REFERENCE,
     ROLE,
+    number_of,
     place_of,
     text_tags,
     waypoint_of,
@@ -42,6 +43,12 @@ _GROUPS, _AREAS = {"MultiGeometry"}, {"Polygon", "LinearRing", "Model"}
 _TRACKS = {"Track", "MultiTrack"}
 _OTHERS = {"NetworkLink", "GroundOverlay", "ScreenOverlay", "PhotoOverlay", "Tour"}
 _LEAST, _MOST = 2, 3
+#: Part of the namespace of DJI's missions, and why these do not say where the aircraft flies.
+_WPML: Final = "/wpmz/"
+_DJI: Final = (
+    "a mission of DJI (WPML), whose heights, turns and return are not read; save its waypoints with altitudes as CSV, "
+    "with the distance at which each is passed (pass_radius)"
+)
 #: Waypoints that are written, at most: larger files would exceed the limit of the reader.
 _MOST_WRITTEN: Final = 50_000
 
@@ -74,6 +81,7 @@ def read_tree(root: Element, where: str) -> FlightPlan:
     remarks: list[str] = []
     has_roles = False
     number = 0
+    unknown = [_DJI] if any(_WPML in str(element.tag) for element in root.iter()) else []
     for element in root.iter():
         kind = tag_of(element)
         if kind in _OTHERS:
@@ -98,7 +106,7 @@ def read_tree(root: Element, where: str) -> FlightPlan:
             else:
                 remarks.append(f"placemark {number}: a {shape} is not flown: left out")
     few_read(len(points), where)
-    plan = choose_plan(lines, points, has_roles=has_roles, remarks=remarks, where=where)
+    plan = choose_plan(lines, points, has_roles=has_roles, remarks=remarks, where=where, unknown=unknown)
     title = next((child_text(one, "name") for one in root.iter() if tag_of(one) == "Document"), "")
     return plan.renamed(title or plan.name)
 
@@ -128,6 +136,9 @@ def _waypoints(geometry: Element, tags: dict[str, str], where: str) -> list[Wayp
     mode = child_text(geometry, "altitudeMode") or _ON_GROUND
     if mode not in {_ON_GROUND, "clampToSeaFloor", *_REFERENCES}:
         fault(where, f"its altitudeMode is {shown(mode)}", f"{_ON_GROUND}, relativeToGround and absolute are read")
+    offset = child_text(geometry, "altitudeOffset")
+    if offset and number_of(offset, f"{where}: altitudeOffset"):
+        fault(where, f"its altitudeOffset is {shown(offset)}", "add it to the altitudes, and leave it out")
     found = [child for child in geometry if tag_of(child) == "coordinates"]
     places = (found[0].text or "").split() if len(found) == 1 else []
     if not places:

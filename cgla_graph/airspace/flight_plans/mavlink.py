@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from cgla_graph.airspace.flight_plans.fence import Fence
+from cgla_graph.airspace.flight_plans.given import GIVE_HOME, Given
 from cgla_graph.airspace.flight_plans.plan import (
     FlightPlan,
     Home,
@@ -20,7 +22,7 @@ from cgla_graph.airspace.flight_plans.plan import (
 #: Commands (MAV_CMD) that fly to a place.
 WAYPOINT, LOITER_UNLIMITED, LOITER_TURNS, LOITER_TIME, RETURN, LAND, TAKE_OFF = 16, 17, 18, 19, 20, 21, 22
 LOITER_TO_ALTITUDE, SPLINE, VTOL_TAKE_OFF, VTOL_LAND, PAYLOAD_PLACE = 31, 82, 84, 85, 94
-CHANGE_SPEED = 178
+CHANGE_SPEED, LAND_START = 178, 189
 _FLOWN: Final[dict[int, Role]] = {
     WAYPOINT: "waypoint",
     LOITER_UNLIMITED: "waypoint",
@@ -28,7 +30,7 @@ _FLOWN: Final[dict[int, Role]] = {
     LOITER_TIME: "waypoint",
     LOITER_TO_ALTITUDE: "waypoint",
     SPLINE: "waypoint",
-    PAYLOAD_PLACE: "waypoint",
+    PAYLOAD_PLACE: "touch-down",
     TAKE_OFF: "take-off",
     VTOL_TAKE_OFF: "take-off",
     LAND: "landing",
@@ -36,6 +38,10 @@ _FLOWN: Final[dict[int, Role]] = {
 }
 #: Which parameter of a command, counted from 0, is the radius of the circle that it flies.
 _RADIUS: Final = {LOITER_UNLIMITED: 2, LOITER_TURNS: 2, LOITER_TIME: 2, LOITER_TO_ALTITUDE: 1}
+#: Parameters of a waypoint, counted from 0, within which the aircraft passes it: to accept it, and to pass it by.
+_PASSES: Final = (1, 2)
+#: Headings of the transition of a VTOL's take-off (VTOL_TRANSITION_HEADING) that do not lead to the next waypoint.
+_OTHER_HEADINGS: Final = {2.0, 3.0, 4.0}
 #: Commands that only move a camera, a relay or the aircraft's nose, or only wait.
 _STILL: Final = {
     80: "NAV_ROI",
@@ -47,7 +53,7 @@ _STILL: Final = {
     182: "DO_REPEAT_RELAY",
     183: "DO_SET_SERVO",
     184: "DO_REPEAT_SERVO",
-    189: "DO_LAND_START",
+    LAND_START: "DO_LAND_START",
     195: "DO_SET_ROI_LOCATION",
     196: "DO_SET_ROI_WPNEXT_OFFSET",
     197: "DO_SET_ROI_NONE",
@@ -134,7 +140,17 @@ class Item:
     reference: Reference | None = None
 
 
-def plan_of(items: Sequence[Item], home: Home | None, name: str, remarks: Sequence[str] = ()) -> FlightPlan:
+def plan_of(
+    items: Sequence[Item],
+    home: Home | None,
+    name: str,
+    remarks: Sequence[str] = (),
+    *,
+    given: Given | None = None,
+    fence: Sequence[Fence] = (),
+    has_rally_points: bool = False,
+    is_fixed_wing: bool = False,
+) -> FlightPlan:
     """
     Return the plan of a mission.
 
@@ -143,11 +159,19 @@ def plan_of(items: Sequence[Item], home: Home | None, name: str, remarks: Sequen
     items
         The items, in order of flight.
     home
-        Where the mission starts, if known.
+        Where the mission starts, if the file says so.
     name
         Name of the plan.
     remarks
         Remarks that precede those of the items.
+    given
+        What the user says of the flight.
+    fence
+        The fence of the plan.
+    has_rally_points
+        Whether the aircraft may return to another place than home.
+    is_fixed_wing
+        Whether it is known not to hover: it runs up before it climbs, and circles above home.
 
     Raises
     ------
@@ -157,32 +181,50 @@ def plan_of(items: Sequence[Item], home: Home | None, name: str, remarks: Sequen
     Examples
     --------
     >>> item = Item("item 1", 3, WAYPOINT, (0.0, 0.0, 0.0, math.nan, 60.17, 24.94, 80.0))
-    >>> plan_of([item], None, "mine").waypoints[0]
-    Waypoint(x=24.94, y=60.17, altitude=80.0, reference='home', speed=None, role='waypoint', loiter_radius=0.0)
+    >>> plan = plan_of([item], None, "mine")
+    >>> plan.waypoints[0].altitude, plan.unknown[0][:15]
+    (80.0, 'home is not set')
     """
-    reader = _Reader(home, list(remarks))
+    given = given or Given()
+    home = given.home_of(home)
+    reader = _Reader(home, list(remarks), given, has_rally_points=has_rally_points, is_fixed_wing=is_fixed_wing)
     for item in items:
         reader.take(item)
     if not reader.waypoints:
         fault("the mission", "it has no item that flies to a place", "give at least one waypoint")
-    remarks = tuple(first_remarks(reader.remarks))
-    return FlightPlan(tuple(reader.waypoints), home, name, remarks=remarks, curves=tuple(reader.curves))
+    unknown = reader.unknown
+    if home is None:
+        unknown.insert(0, f"home is not set: the file does not say where the aircraft comes from; {GIVE_HOME}")
+    return FlightPlan(
+        tuple(reader.waypoints),
+        home,
+        name,
+        remarks=tuple(first_remarks(reader.remarks)),
+        unknown=tuple(unknown),
+        fence=tuple(fence),
+    )
 
 
 class _Reader:
     """State of reading a mission: the waypoints so far, the speed, and the item that ended the flight."""
 
-    def __init__(self, home: Home | None, remarks: list[str]) -> None:
-        self.home, self.remarks = home, remarks
+    def __init__(
+        self, home: Home | None, remarks: list[str], given: Given, *, has_rally_points: bool, is_fixed_wing: bool
+    ) -> None:
+        self.home, self.remarks, self.given, self.is_fixed_wing = home, remarks, given, is_fixed_wing
         self.waypoints: list[Waypoint] = []
-        self.curves: list[str] = []
+        self.unknown: list[str] = []
         self.speed: float | None = None
         #: the part of the mission that ended the flight, or empty
         self.ended_by = ""
+        #: places to which the aircraft may return instead of home
+        self.elsewhere = ["the rally points"] if has_rally_points else []
 
     def take(self, item: Item) -> None:
         if not 0 <= item.frame <= _LAST_FRAME:
             fault(item.where, f"its frame is {item.frame}", f"MAV_FRAME has 0 to {_LAST_FRAME}")
+        if item.command == LAND_START:
+            self.elsewhere.append("the start of the landing (DO_LAND_START)")
         if item.command in _STILL:
             named = f"{_STILL[item.command]} (command {item.command})"
             self.remarks.append(f"{item.where}: {named} does not fly to a place: left out")
@@ -217,47 +259,89 @@ class _Reader:
             fault(item.where, f"the speed is {speed:g}", "give one above 0 m/s, -1 (as before) or -2 (as usual)")
 
     def _return(self, item: Item) -> None:
-        if self.home is None:
-            fault(item.where, "it returns home, but the file has no home", "give a home, or a landing")
-        self.remarks.append(f"{item.where}: the return to home is taken as straight, and as the landing")
-        self.waypoints.append(Waypoint(self.home.x, self.home.y, 0.0, "home", self.speed, "landing"))
         self.ended_by = "the return to home"
+        if self.elsewhere:
+            where = " or ".join(self.elsewhere)
+            self.unknown.append(f"{item.where}: it returns home, or to {where}, as the aircraft is set: take one out")
+        if self.home is None:
+            self.unknown.append(f"{item.where}: it returns home, and the file does not say where that is; {GIVE_HOME}")
+            return
+        _, source = self.given.climbs_to
+        self.remarks.append(f"{item.where}: it climbs to {source}; the return is taken as straight, and as the landing")
+        self.waypoints += self._climb()
+        if self.is_fixed_wing and (radius := self._own_radius(item)):
+            last = self.waypoints[-1] if self.waypoints else Waypoint(self.home.x, self.home.y)
+            above = Waypoint(self.home.x, self.home.y, last.altitude, last.reference, self.speed, loiter_radius=radius)
+            self.waypoints.append(above)
+        self.waypoints.append(Waypoint(self.home.x, self.home.y, 0.0, "home", self.speed, "landing"))
+
+    def _climb(self) -> list[Waypoint]:
+        """Return the waypoint above the last one to which the aircraft climbs before it returns, if it has to."""
+        if not self.waypoints:
+            return []
+        last = self.waypoints[-1]
+        height: float | None = self.given.climbs_to[0]
+        known = self.home is not None and self.home.altitude
+        if last.reference == "sea" and known and height is not None:
+            height += known
+        elif last.reference != "home":
+            # neither is known to be above the other
+            height = None
+        if last.altitude is None:
+            height = None
+        elif height is not None and height <= last.altitude:
+            return []
+        return [Waypoint(last.x, last.y, height, last.reference, self.speed)]
 
     def _fly(self, item: Item) -> None:
         if item.frame not in FRAMES:
             allowed = "a place on the Earth is in one of " + ", ".join(map(str, sorted(FRAMES)))
             fault(item.where, f"command {item.command} is in frame {item.frame}", allowed)
-        longitude, latitude = self._place(item)
         role = _FLOWN[item.command]
         if role == "take-off" and self.waypoints:
             fault(item.where, "it takes off in flight", "a plan takes off once, first: split the file in two")
+        place = self._place(item)
+        if place is None:
+            self.unknown.append(f"{item.where}: it is at home, and the file does not say where that is; {GIVE_HOME}")
+            return
         altitude = item.numbers[6]
-        radius = self._radius(item)
+        if item.command == TAKE_OFF and self.is_fixed_wing and not self._has_place(item):
+            wrong = "a take-off without a place, and the aircraft does not climb vertically"
+            self.unknown.append(f"{item.where}: {wrong}; give its latitude and longitude")
         if item.command == SPLINE:
-            self.curves.append(f"{item.where}: a spline waypoint, to and from which the aircraft flies curves")
+            self.unknown.append(
+                f"{item.where}: a spline waypoint, to and from which it flies curves; fly straight there"
+            )
+        if item.command == VTOL_TAKE_OFF and item.numbers[1] in _OTHER_HEADINGS:
+            wrong = "its transition does not head for the next waypoint, and the file does not say how far it goes"
+            self.unknown.append(f"{item.where}: {wrong}; give 1 as its parameter 2")
         known = None if math.isnan(altitude) else altitude
         reference = item.reference or FRAMES[item.frame]
+        radii = self._radius(item), self._pass_radius(item)
         with located(item.where):
-            self.waypoints.append(Waypoint(longitude, latitude, known, reference, self.speed, role, radius))
+            self.waypoints.append(Waypoint(*place, known, reference, self.speed, role, *radii))
         if role == "landing":
             self.ended_by = "the landing"
         elif item.command == LOITER_UNLIMITED:
             self.ended_by = "circling without an end"
 
-    def _place(self, item: Item) -> tuple[float, float]:
-        """Return where an item flies to; take-offs and landings may have no place of their own."""
+    def _place(self, item: Item) -> tuple[float, float] | None:
+        """Return where an item flies to; take-offs and landings may have no place of their own. None if not known."""
         latitude, longitude = item.numbers[4], item.numbers[5]
-        is_open = math.isnan(latitude) and math.isnan(longitude)
-        if not is_open and (latitude, longitude) != (0.0, 0.0):
+        if self._has_place(item):
             return check_place(item.where, longitude, latitude)
-        if _FLOWN[item.command] == "waypoint":
+        is_open = math.isnan(latitude) and math.isnan(longitude)
+        if _FLOWN[item.command] in {"waypoint", "touch-down"}:
             at = "no place" if is_open else "the place 0, 0, which some autopilots read as none"
             fault(item.where, f"it has {at}", "give its latitude and longitude")
         if self.waypoints:
             return self.waypoints[-1].x, self.waypoints[-1].y
-        if self.home is None:
-            fault(item.where, "it is at home, but the file has no home", "give its latitude and longitude")
-        return self.home.x, self.home.y
+        return None if self.home is None else (self.home.x, self.home.y)
+
+    @staticmethod
+    def _has_place(item: Item) -> bool:
+        place = item.numbers[4], item.numbers[5]
+        return not (math.isnan(place[0]) and math.isnan(place[1])) and place != (0.0, 0.0)
 
     def _radius(self, item: Item) -> float:
         """Return the radius of the circle that an item flies, 0 for none."""
@@ -265,9 +349,26 @@ class _Reader:
             return 0.0
         # (below 0, the circle is flown counter-clockwise)
         radius = abs(item.numbers[_RADIUS[item.command]])
-        if radius == 0.0 or math.isnan(radius):
-            self.remarks.append(f"{item.where}: circles of the aircraft's own radius, which the file does not say")
+        return radius if radius > 0.0 else self._own_radius(item)
+
+    def _own_radius(self, item: Item) -> float:
+        """Return the given radius of a circle that the file leaves to the aircraft; 0 if it hovers."""
+        own = "circles of the aircraft's own radius, which the file does not say"
+        if self.given.loiter_radius is None:
+            remedy = "give it there, or --loiter-radius M (0 for an aircraft that hovers)"
+            self.unknown.append(f"{item.where}: it may fly {own}; {remedy}")
             return 0.0
+        self.remarks.append(f"{item.where}: it may fly {own}: {self.given.loiter_radius:g} m, as given")
+        return self.given.loiter_radius
+
+    def _pass_radius(self, item: Item) -> float:
+        """Return the distance at which a waypoint may be passed, 0 if it is flown over."""
+        if item.command != WAYPOINT:
+            return 0.0
+        known = [abs(item.numbers[index]) for index in _PASSES if not math.isnan(item.numbers[index])]
+        radius = max(known, default=0.0)
+        if radius > 0.0:
+            self.remarks.append(f"{item.where}: its parameters 2 and 3 let it pass the waypoint at up to {radius:g} m")
         return radius
 
 
@@ -296,8 +397,6 @@ def items_of(plan: FlightPlan, where: str) -> list[Item]:
     """
     if plan.coordinates != "lonlat":
         fault(where, "the plan is in a plane", "only one with longitudes and latitudes can be flown")
-    if plan.curves:
-        fault(where, f"the plan has curves ({plan.curves[0]})", "only straight legs can be written")
     items: list[Item] = []
     speed: float | None = None
     for index, one in enumerate(plan.waypoints):
@@ -317,8 +416,12 @@ def items_of(plan: FlightPlan, where: str) -> list[Item]:
 
 def _item(one: Waypoint, where: str) -> Item:
     """Return the item that flies to a waypoint."""
-    command = {"take-off": TAKE_OFF, "landing": LAND, "waypoint": WAYPOINT}[one.role]
+    command = {"take-off": TAKE_OFF, "landing": LAND, "waypoint": WAYPOINT, "touch-down": PAYLOAD_PLACE}[one.role]
     numbers = [0.0, 0.0, 0.0, math.nan]
+    if one.pass_radius > 0.0:
+        if one.role != "waypoint" or one.loiter_radius > 0.0:
+            fault(where, "it has a circle or a role, and is passed at a distance", "only other waypoints can be")
+        numbers[_PASSES[0]] = one.pass_radius
     if one.loiter_radius > 0.0:
         if one.role != "waypoint":
             fault(where, f"a {one.role} has a circle", "only a waypoint can have one")

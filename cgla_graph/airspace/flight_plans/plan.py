@@ -14,12 +14,13 @@ from numpy.typing import ArrayLike
 from cgla_graph._text import ShortRepr, place, shown
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import NO_NUMBERS, instance, is_one_of, items, point_array
+from cgla_graph.airspace.flight_plans.fence import Fence
 from cgla_graph.errors import PlanError, ProblemError
 
 #: Reference of an altitude: the place of take-off, the ground below, mean sea level, or the ellipsoid of WGS84.
 Reference: TypeAlias = Literal["home", "ground", "sea", "ellipsoid"]
-#: Action of an aircraft at a waypoint.
-Role: TypeAlias = Literal["take-off", "waypoint", "landing"]
+#: Action of an aircraft at a waypoint; with "touch-down" it goes down to the ground, and flies on.
+Role: TypeAlias = Literal["take-off", "waypoint", "touch-down", "landing"]
 Coordinates: TypeAlias = Literal["lonlat", "plane"]
 
 REFERENCES: Final[tuple[Reference, ...]] = get_args(Reference)
@@ -65,9 +66,11 @@ class Waypoint:
     speed
         Speed of the leg to the waypoint, m/s; None if the plan leaves it to the aircraft.
     role
-        ``"take-off"``, ``"waypoint"`` or ``"landing"``.
+        ``"take-off"``, ``"waypoint"``, ``"touch-down"`` (down to the ground, and on) or ``"landing"``.
     loiter_radius
         Radius of the circle that is flown around the waypoint, metres; 0 for none.
+    pass_radius
+        The aircraft passes the waypoint at this distance or less, metres; 0 if it flies over it.
 
     Raises
     ------
@@ -87,24 +90,37 @@ class Waypoint:
     speed: float | None = None
     role: Role = "waypoint"
     loiter_radius: float = 0.0
+    pass_radius: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the numbers, and store them as plain floats."""
         _check_position(self)
         if self.speed is not None:
-            speed = _number("speed", self.speed, 0.0, MOST_SPEED, " m/s")
+            speed = finite("speed", self.speed, 0.0, MOST_SPEED, " m/s")
             if speed == 0.0:
                 fault("speed", "it is 0", "give one above 0 m/s, or none")
             object.__setattr__(self, "speed", speed)
-        radius = _number("loiter_radius", self.loiter_radius, 0.0, MOST_RADIUS, " m")
-        object.__setattr__(self, "loiter_radius", radius)
+        for name in ("loiter_radius", "pass_radius"):
+            object.__setattr__(self, name, finite(name, getattr(self, name), 0.0, MOST_RADIUS, " m"))
         for name, value, allowed in (("reference", self.reference, REFERENCES), ("role", self.role, ROLES)):
             if not is_one_of(value, allowed):
                 fault(name, f"it is {shown(value)}", f"choose one of {', '.join(allowed)}")
 
+    @property
+    def reach(self) -> float:
+        """The distance from the waypoint within which the aircraft flies there, metres."""
+        return max(self.loiter_radius, self.pass_radius)
 
-def _number(name: str, value: object, least: float, most: float, unit: str = "") -> float:
-    """Return a finite number within a range."""
+
+def finite(name: str, value: object, least: float, most: float, unit: str = "") -> float:
+    """
+    Return a finite number within a range, or raise `PlanError`.
+
+    Examples
+    --------
+    >>> finite("speed", 12, 0.0, 100.0, " m/s")
+    12.0
+    """
     number = math.nan
     if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, NO_NUMBERS):
         try:
@@ -120,9 +136,9 @@ def _number(name: str, value: object, least: float, most: float, unit: str = "")
 def _check_position(one: "Waypoint | Home") -> None:
     """Check the place and the altitude, and store them as plain floats."""
     for name in ("x", "y"):
-        object.__setattr__(one, name, _number(name, getattr(one, name), -math.inf, math.inf))
+        object.__setattr__(one, name, finite(name, getattr(one, name), -math.inf, math.inf))
     if one.altitude is not None:
-        object.__setattr__(one, "altitude", _number("altitude", one.altitude, *ALTITUDES, " m"))
+        object.__setattr__(one, "altitude", finite("altitude", one.altitude, *ALTITUDES, " m"))
 
 
 def _check_types(plan: "FlightPlan") -> None:
@@ -182,8 +198,11 @@ class FlightPlan(ShortRepr):
         ``"lonlat"``: longitude and latitude (WGS84), degrees; ``"plane"``: x and y, map units.
     remarks
         What the reader of a file left out or interpreted: nothing of a file is left out without a remark.
-    curves
-        Where the aircraft does not fly straight from waypoint to waypoint, one sentence each; empty if it always does.
+    unknown
+        Where the aircraft flies by the file is not known: a sentence for each leg, circle, climb or number that leaves
+        it open, with what to give. Such a plan is not clean, and is not written to another file.
+    fence
+        The areas that the aircraft must stay inside of, and those that it must stay out of.
 
     Raises
     ------
@@ -202,7 +221,8 @@ class FlightPlan(ShortRepr):
     name: str = ""
     coordinates: Coordinates = "lonlat"
     remarks: tuple[str, ...] = field(default=(), compare=False)
-    curves: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
+    fence: tuple[Fence, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the plan as a whole."""
@@ -275,7 +295,7 @@ class FlightPlan(ShortRepr):
         # the last leg is flown at the altitude of the flight, and the descent is vertical
         waypoints += [Waypoint(x, y, altitude, reference, speed) for x, y in others]
         ground = None if altitude is None else 0.0
-        waypoints += [Waypoint(x, y, ground, "home", speed, "landing") for x, y in others[-1:]]
+        waypoints += [Waypoint(x, y, ground, "home", speed, "landing") for x, y in places.tolist()[-1:]]
         return cls(tuple(waypoints), Home(east, north), name)
 
     def renamed(self, name: str) -> "FlightPlan":

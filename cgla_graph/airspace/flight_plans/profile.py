@@ -4,9 +4,12 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
-from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Waypoint
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Role, Waypoint
 
+#: Roles of waypoints at which the aircraft is on the ground.
+_ON_GROUND: Final[set[Role]] = {"touch-down", "landing"}
 #: Why the heights of a leg are not known.
 NOT_SAID = "the plan has no altitude there"
 MIXED = "its altitudes are above different things"
@@ -87,9 +90,10 @@ def profile_of(plan: FlightPlan, stops: Sequence[int]) -> Profile:
     """
     Return the heights of a plan.
 
-    Some aircraft climb vertically, others along the leg. A leg that takes off, lands or starts at home may therefore be
-    anywhere between the ground and the altitude of its waypoint. On a leg to a waypoint with a circle, and on the
-    circle, the aircraft may have the altitude of either end.
+    Some aircraft climb vertically, others along the leg. A leg that takes off, lands, touches the ground or starts at
+    home may therefore be anywhere between the ground and the altitude of its waypoint. On a leg to or from a waypoint
+    that is passed at a distance, on one to a circle, and near such waypoints, the aircraft may have the altitude of
+    either end.
 
     Parameters
     ----------
@@ -107,7 +111,8 @@ def profile_of(plan: FlightPlan, stops: Sequence[int]) -> Profile:
     places: list[Heights | None] = []
     for number, group in enumerate(groups):
         came = groups[number - 1][-1] if number and groups[number - 1] else None
-        places.append(_upright(group, came, from_ground=number == 0 and begins))
+        goes = groups[number + 1][0] if number + 1 < len(groups) else None
+        places.append(_upright(group, came, goes, from_ground=number == 0 and begins))
     if len(groups) == 1:
         alone = places[0] or _span([groups[0][0]])
         legs, places = [alone], [None]
@@ -118,9 +123,9 @@ def _leg(start: Waypoint | None, end: Waypoint) -> Heights:
     """Return the heights of a leg from a waypoint, or from home on the ground, to another waypoint."""
     if start is None:
         return _span([end], from_ground=True)
-    if end.role == "landing" or start.role == "landing":
+    if end.role in _ON_GROUND or start.role in _ON_GROUND:
         return _span([start, end], from_ground=True)
-    if end.loiter_radius > 0.0:
+    if end.loiter_radius > 0.0 or start.pass_radius > 0.0 or end.pass_radius > 0.0:
         return _span([start, end])
     if start.altitude is None or end.altitude is None:
         return Heights(None, why=NOT_SAID)
@@ -129,20 +134,24 @@ def _leg(start: Waypoint | None, end: Waypoint) -> Heights:
     return Heights(start.reference, (start.altitude, end.altitude), (start.altitude, end.altitude))
 
 
-def _upright(group: Sequence[Waypoint], came: Waypoint | None, *, from_ground: bool) -> Heights | None:
-    """Return the heights above one place, given its waypoints; None if there is only one height."""
+def _upright(
+    group: Sequence[Waypoint], came: Waypoint | None, goes: Waypoint | None, *, from_ground: bool
+) -> Heights | None:
+    """Return the heights above or around one place, given its waypoints; None if there is only one height."""
     grounded = from_ground or any(one.role != "waypoint" for one in group)
-    circles = any(one.loiter_radius > 0.0 for one in group)
-    if not group or (len(group) == 1 and not grounded and not circles):
+    if not group or (len(group) == 1 and not grounded and group[0].reach == 0.0):
         return None
-    return _span([came, *group] if circles and came is not None else group, from_ground=grounded)
+    lands = any(one.role in _ON_GROUND for one in group)
+    before = [came] if came is not None and (lands or any(one.reach > 0.0 for one in group)) else []
+    after = [goes] if goes is not None and any(one.pass_radius > 0.0 for one in group) else []
+    return _span([*before, *group, *after], from_ground=grounded)
 
 
 def _span(waypoints: Sequence[Waypoint], *, from_ground: bool = False) -> Heights:
     """Return the range of heights between those of waypoints, or from the ground up."""
     # a landing is on the ground for any reference of its altitude
-    known = [one for one in waypoints if one.role != "landing"] or list(waypoints)
-    landings = [one for one in waypoints if one.role == "landing" and one not in known]
+    known = [one for one in waypoints if one.role not in _ON_GROUND] or list(waypoints)
+    landings = [one for one in waypoints if one.role in _ON_GROUND and one not in known]
     if any(one.altitude is None for one in known):
         return Heights(None, why=NOT_SAID)
     references = {one.reference for one in known}

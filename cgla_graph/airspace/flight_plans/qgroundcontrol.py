@@ -1,7 +1,8 @@
 """
 Plan files of QGroundControl (``.plan``), in JSON, as its developer guide documents them.
 
-Simple items are read, also those inside surveys and corridor scans; other items that fly are an error.
+Simple items are read, also those inside surveys and corridor scans, landing patterns and the fence; other items that
+fly are an error.
 """
 
 import json
@@ -10,8 +11,11 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from cgla_graph._text import shown
+from cgla_graph.airspace.flight_plans.given import Given
+from cgla_graph.airspace.flight_plans.landing_patterns import PATTERNS, pattern_items
 from cgla_graph.airspace.flight_plans.mavlink import FRAMES, Item, items_of, plan_of
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Reference, check_place, fault, located
+from cgla_graph.airspace.flight_plans.qgc_fence import fence_document, read_fence
 
 #: Altitude modes of QGroundControl (AltMode) by the reference of the altitude.
 _ALTITUDE_MODES: Final[dict[Reference, int]] = {"home": 1, "sea": 2, "ground": 4}
@@ -21,6 +25,8 @@ _MIXED = 0
 _ABOVE_TERRAIN = 3
 #: MAV_AUTOPILOT_GENERIC and MAV_TYPE_QUADROTOR: any autopilot, and a vehicle that takes off and lands vertically.
 _FIRMWARE, _VEHICLE = 0, 2
+#: MAV_TYPE_FIXED_WING
+_FIXED_WING = 1
 #: Speeds that the file needs if the plan has none (m/s): QGroundControl's defaults.
 _CRUISE, _HOVER = 15.0, 5.0
 _PARAMETERS = 7
@@ -28,7 +34,7 @@ _PARAMETERS = 7
 _TRANSECTS = "TransectStyleComplexItem"
 
 
-def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
+def read_document(document: Mapping[str, Any], where: str, given: Given | None = None) -> FlightPlan:
     """
     Return the plan of a document.
 
@@ -38,6 +44,8 @@ def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
         The JSON of a file.
     where
         Name of the file in messages.
+    given
+        What the user says of the flight.
 
     Raises
     ------
@@ -51,10 +59,10 @@ def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
     True
     """
     with located(where):
-        return _read(document)
+        return _read(document, given)
 
 
-def _read(document: Mapping[str, Any]) -> FlightPlan:
+def _read(document: Mapping[str, Any], given: Given | None) -> FlightPlan:
     """Return the plan of a document; errors name the part of it."""
     where = "the plan"
     if document.get("fileType") != "Plan":
@@ -64,7 +72,12 @@ def _read(document: Mapping[str, Any]) -> FlightPlan:
     if not isinstance(mission, dict):
         fault(where, f"its mission is {shown(mission)}", "a plan has an object there")
     _version(mission, 2, "mission")
-    remarks = [*_left_out(document, where)]
+    fence, rally = (_table(document, key, where) for key in ("geoFence", "rallyPoints"))
+    rules = read_fence(fence, mission.get("firmwareType"), where)
+    points = rally.get("points", [])
+    if not isinstance(points, list):
+        fault(where, f"the points of its rallyPoints are {shown(points)}", "they are a list")
+    remarks = [f"rallyPoints: {len(points)} points: not flown, left out"] if points else []
     home = _home(mission.get("plannedHomePosition"), "mission: plannedHomePosition")
     items = mission.get("items")
     if not isinstance(items, list):
@@ -73,7 +86,17 @@ def _read(document: Mapping[str, Any]) -> FlightPlan:
     found: list[Item] = []
     for number, item in enumerate(items, start=1):
         found += _items(item, f"item {number}", remarks)
-    return plan_of(found, home, name if isinstance(name, str) else "", remarks)
+    name = name if isinstance(name, str) else ""
+    return plan_of(
+        found,
+        home,
+        name,
+        remarks,
+        given=given,
+        fence=rules,
+        has_rally_points=bool(points),
+        is_fixed_wing=mission.get("vehicleType") == _FIXED_WING,
+    )
 
 
 def _version(table: Mapping[str, Any], wanted: int, where: str) -> None:
@@ -82,25 +105,20 @@ def _version(table: Mapping[str, Any], wanted: int, where: str) -> None:
         fault(where, f"its version is {shown(version)}", f"version {wanted} is read")
 
 
-def _left_out(document: Mapping[str, Any], where: str) -> Iterator[str]:
-    """Yield remarks on the fences and rally points of a file."""
-    for key, lists in (("geoFence", ("circles", "polygons")), ("rallyPoints", ("points",))):
-        table = document.get(key, {})
-        if not isinstance(table, dict):
-            fault(where, f"its {key} is {shown(table)}", "it is an object, or left out")
-        for part in lists:
-            entries = table.get(part, [])
-            if not isinstance(entries, list):
-                fault(where, f"the {part} of its {key} are {shown(entries)}", "they are a list")
-            if entries:
-                yield f"{key}: {len(entries)} {part}: not flown, left out"
+def _table(document: Mapping[str, Any], key: str, where: str) -> Mapping[str, Any]:
+    table = document.get(key, {})
+    if not isinstance(table, dict):
+        fault(where, f"its {key} is {shown(table)}", "it is an object, or left out")
+    return table
 
 
-def _home(value: object, where: str) -> Home:
+def _home(value: object, where: str) -> Home | None:
+    """Return the home of a mission; None at 0, 0, which stands for a home that was not set."""
     if not isinstance(value, list) or len(value) not in {2, 3}:
         fault(where, f"it is {shown(value)}", "give [latitude, longitude, altitude]")
     latitude, longitude, *altitude = (_number(part, where, can_be_open=False) for part in value)
-    return Home(*check_place(where, longitude, latitude), *altitude)
+    place = check_place(where, longitude, latitude)
+    return None if place == (0.0, 0.0) else Home(*place, *altitude)
 
 
 def _items(item: object, where: str, remarks: list[str]) -> Iterator[Item]:
@@ -114,6 +132,9 @@ def _items(item: object, where: str, remarks: list[str]) -> Iterator[Item]:
     if kind != "ComplexItem":
         fault(where, f"its type is {shown(kind)}", "it is SimpleItem or ComplexItem")
     what, inner = item.get("complexItemType"), item.get(_TRANSECTS)
+    if isinstance(what, str) and what in PATTERNS:
+        yield from pattern_items(item, where)
+        return
     inside = inner.get("Items") if isinstance(inner, dict) else None
     if not isinstance(inside, list) or not inside:
         wrong = f"the file does not contain the simple items of its complex item of type {shown(what)}"
@@ -189,7 +210,7 @@ def write(plan: FlightPlan, where: str) -> str:
     }
     document: dict[str, Any] = {
         "fileType": "Plan",
-        "geoFence": {"circles": [], "polygons": [], "version": 2},
+        "geoFence": fence_document(plan.fence),
         "groundStation": "QGroundControl",
         "mission": mission,
         "rallyPoints": {"points": [], "version": 2},

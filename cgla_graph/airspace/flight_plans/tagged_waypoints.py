@@ -23,8 +23,9 @@ from cgla_graph.untrusted.numbers import plain_numbers
 #: The role of home.
 HOME: Final = "home"
 #: Names of the tags, in the order in which they are written.
-ROLE, ALTITUDE, REFERENCE, SPEED, RADIUS = "role", "altitude", "altitude_reference", "speed", "loiter_radius"
-NAMES: Final = (ROLE, ALTITUDE, REFERENCE, SPEED, RADIUS)
+ROLE, ALTITUDE, REFERENCE, SPEED = "role", "altitude", "altitude_reference", "speed"
+RADIUS, PASS_RADIUS = "loiter_radius", "pass_radius"
+NAMES: Final = (ROLE, ALTITUDE, REFERENCE, SPEED, RADIUS, PASS_RADIUS)
 #: Characters of a number, at most: the least double has 1077.
 _LONGEST = 1200
 
@@ -50,6 +51,8 @@ def tags_of(one: Waypoint | Home) -> dict[str, str | float]:
         found[SPEED] = one.speed
     if one.loiter_radius:
         found[RADIUS] = one.loiter_radius
+    if one.pass_radius:
+        found[PASS_RADIUS] = one.pass_radius
     return found
 
 
@@ -88,7 +91,7 @@ def waypoint_of(place: tuple[float, float], tags: Mapping[str, object], where: s
     >>> waypoint_of((24.0, 60.0), {"role": "home", "altitude": "12"}, "row 1")
     Home(x=24.0, y=60.0, altitude=12.0)
     """
-    numbers = {name: number_of(tags.get(name), f"{where}: {name}") for name in (ALTITUDE, SPEED, RADIUS)}
+    numbers = {name: number_of(tags.get(name), f"{where}: {name}") for name in (ALTITUDE, SPEED, RADIUS, PASS_RADIUS)}
     role = word_of(tags.get(ROLE), f"{where}: {ROLE}") or "waypoint"
     reference = word_of(tags.get(REFERENCE), f"{where}: {REFERENCE}")
     with located(where):
@@ -103,6 +106,7 @@ def waypoint_of(place: tuple[float, float], tags: Mapping[str, object], where: s
             numbers[SPEED],
             cast("Role", role),
             numbers[RADIUS] or 0.0,
+            numbers[PASS_RADIUS] or 0.0,
         )
 
 
@@ -165,6 +169,7 @@ def assemble_plan(
     remarks: Sequence[str],
     where: str,
     coordinates: Coordinates = "lonlat",
+    unknown: Sequence[str] = (),
 ) -> FlightPlan:
     """
     Make a plan of waypoints and at most one home among them.
@@ -184,4 +189,4 @@ def assemble_plan(
         else:
             fault(where, "it has a second home", "a plan has one")
     with located(where):
-        return FlightPlan(tuple(waypoints), home, name, coordinates, tuple(remarks))
+        return FlightPlan(tuple(waypoints), home, name, coordinates, tuple(remarks), tuple(unknown))

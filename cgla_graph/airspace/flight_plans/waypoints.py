@@ -4,6 +4,7 @@ import math
 from typing import Final
 
 from cgla_graph._text import shown
+from cgla_graph.airspace.flight_plans.given import Given
 from cgla_graph.airspace.flight_plans.mavlink import WAYPOINT, Item, items_of, plan_of
 from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, check_place, decimal, fault, located
 from cgla_graph.untrusted.numbers import plain_numbers
@@ -20,7 +21,7 @@ _MOST_DIGITS, _LONGEST = 9, 1200
 _GLOBAL_FRAME = 0
 
 
-def read_text(text: str, where: str) -> FlightPlan:
+def read_text(text: str, where: str, given: Given | None = None) -> FlightPlan:
     r"""
     Return the plan of a file's text.
 
@@ -30,6 +31,8 @@ def read_text(text: str, where: str) -> FlightPlan:
         Columns separated by tabs or spaces; lines that begin with ``#`` are left out.
     where
         Name of the file in messages.
+    given
+        What the user says of the flight.
 
     Raises
     ------
@@ -44,10 +47,10 @@ def read_text(text: str, where: str) -> FlightPlan:
     (Home(x=24.0, y=60.0, altitude=12.0), 80.0)
     """
     with located(where):
-        return _read(text.splitlines())
+        return _read(text.splitlines(), given)
 
 
-def _read(lines: list[str]) -> FlightPlan:
+def _read(lines: list[str], given: Given | None) -> FlightPlan:
     """Return the plan of a file's lines; errors name the line."""
     head = lines[0].split() if lines else []
     if head[:2] != SIGNATURE.split() or len(head) != 3 or head[2] not in {_WITH_HOME, _WITHOUT_HOME}:  # noqa: PLR2004
@@ -57,7 +60,7 @@ def _read(lines: list[str]) -> FlightPlan:
     filled = [(number, line) for number, line in numbered if line.strip() and not line.lstrip().startswith("#")]
     rows = [_item(line, f"line {number}", index) for index, (number, line) in enumerate(filled)]
     home = _home(rows.pop(0)) if head[2] == _WITH_HOME and rows else None
-    return plan_of(rows, home, "")
+    return plan_of(rows, home, "", given=given)
 
 
 def _item(line: str, where: str, before: int) -> Item:

@@ -45,6 +45,9 @@ def check(
     at: str | datetime | None = None,
     treat: Mapping[str, str] | None = None,
     ground: Ground | FilePath | None = None,
+    return_altitude: float | None = None,
+    loiter_radius: float | None = None,
+    home: tuple[float, ...] | None = None,
     k: float | None = None,
     clearance: float | None = None,
     tolerance: float | None = TOLERANCE,
@@ -72,6 +75,8 @@ def check(
     ground
         Elevations, or the file of a raster of them, metres above sea level; needed to compare heights above ground with
         heights above sea or home.
+    return_altitude, loiter_radius, home
+        What the file of a plan may leave open, as in `cgla_graph.read_plan`. Only for plans that are files.
     k, clearance
         Risk weight and clearance instead of the map's own; 0 without a map.
     tolerance
@@ -111,12 +116,13 @@ def check(
         raise ProblemError(msg)
     if on is not None and not hasattr(on, "areas"):
         instance("on", on, Problem, problem_wanted)
-    held, name = _plan_of(plan, on)
+    given = {"return_altitude": return_altitude, "loiter_radius": loiter_radius, "home": home}
+    held, name = _plan_of(plan, on, given)
     listed: Any = zones
     if not isinstance(listed, Zones | str | os.PathLike):
         listed = items("zones", () if listed is None else listed, "files of zones, or what read_zones returns")
     has_zones = not isinstance(listed, tuple) or bool(listed)
-    if on is None and not has_zones:
+    if on is None and not has_zones and not held.fence:
         msg = f"{name}: there is nothing to check it against; give zones, or a map (on)"
         raise CglaError(msg)
     for setting, value in (("altitude", altitude), ("at", at), ("treat", treat), ("ground", ground)):
@@ -132,16 +138,24 @@ def check(
     source = PlainMap("map", "", on) if isinstance(on, Problem) else on
     at_one_height = altitude is not None
     placed = put_on_map(held, name, source, applied, changes, ground=elevations, at_one_height=at_one_height)
+    if altitude is not None:
+        placed = dataclasses.replace(placed, unknown=_higher(held, Altitude.of(altitude)))
     checked = _legs_of(held, name, placed)
     return checked if tolerance is None else _with_proofs(checked, tolerance, through, max_cells)
 
 
-def _plan_of(plan: FlightPlan | FilePath | ArrayLike, on: Problem | NamedMap | None) -> tuple[FlightPlan, str]:
+def _plan_of(
+    plan: FlightPlan | FilePath | ArrayLike, on: Problem | NamedMap | None, given: Mapping[str, Any]
+) -> tuple[FlightPlan, str]:
     """Return the plan and its name; waypoints are in the coordinates of the map."""
+    if isinstance(plan, str | os.PathLike):
+        return read_plan(plan, **given), os.fspath(plan)
+    for setting, value in given.items():
+        if value is not None:
+            msg = f"{setting} is for reading the file of a plan; give the file, or pass it to read_plan"
+            raise ProblemError(msg)
     if isinstance(plan, FlightPlan):
         return plan, plan.name or "plan"
-    if isinstance(plan, str | os.PathLike):
-        return read_plan(plan), os.fspath(plan)
     places = point_array("plan", plan)
     if places.ndim != 2 or not len(places):  # noqa: PLR2004 - a list of points
         msg = f"plan has the shape {places.shape}; give a row a waypoint, shape (m, 2) with m at least 1"
@@ -150,6 +164,25 @@ def _plan_of(plan: FlightPlan | FilePath | ArrayLike, on: Problem | NamedMap | N
     on_earth = problem is None or problem.projection is not None
     waypoints = tuple(Waypoint(x, y) for x, y in places.tolist())
     return FlightPlan(waypoints, coordinates="lonlat" if on_earth else "plane"), "plan"
+
+
+def _higher(plan: FlightPlan, flight: Altitude) -> tuple[str, ...]:
+    """Return why zones at one altitude do not decide about a plan: it says that it flies higher."""
+    home = None if plan.home is None else plan.home.altitude
+    same = {"AGL": ("ground", "home"), "HOME": ("home",), "AMSL": ("sea",), "WGS84": ("ellipsoid",)}[flight.reference]
+    highest: tuple[float, Waypoint] | None = None
+    for one in plan.waypoints:
+        height = one.altitude
+        if height is not None and one.reference == "home" and flight.reference == "AMSL" and home:
+            height += home
+        elif one.reference not in same:
+            continue
+        if height is not None and height > flight.metres and (highest is None or height > highest[0]):
+            highest = height, one
+    if highest is None:
+        return ()
+    above = f"{highest[1].altitude:g} m above {highest[1].reference}"
+    return (f"it goes up to {above}, and zones were held against {flight} alone; leave --altitude out",)
 
 
 def _legs_of(plan: FlightPlan, name: str, on: PlanMap) -> PlanCheck:
@@ -162,7 +195,14 @@ def _legs_of(plan: FlightPlan, name: str, on: PlanMap) -> PlanCheck:
         on,
         lengths=np.hypot(*(ends - starts).T),
         risks=np.asarray(on.problem.field.line_integral(starts, ends)),
-        crossings=crossings_of(route, on.closed, rounding=on.rounding, radii=_radii(plan, on), heights=on.heights),
+        crossings=crossings_of(
+            route,
+            on.closed,
+            rounding=on.rounding,
+            radii=on.radii([one.loiter_radius for one in plan.waypoints]).tolist(),
+            reaches=on.radii([one.reach for one in plan.waypoints]).tolist(),
+            heights=on.heights,
+        ),
         gaps=_gaps(on, starts, ends),
     )
 
@@ -183,14 +223,6 @@ def _with_proofs(checked: PlanCheck, tolerance: float, most_legs: int, max_cells
     except ProblemError as error:
         return dataclasses.replace(checked, no_best=str(error))
     return dataclasses.replace(checked, best=best)
-
-
-def _radii(plan: FlightPlan, on: PlanMap) -> list[float]:
-    """Return the radius of the circle around each place of the route; the largest of waypoints in one place."""
-    places = np.searchsorted(on.stops, np.arange(1, len(plan.waypoints) + 1), side="right") - 1
-    radii = np.zeros(len(on.route))
-    np.maximum.at(radii, places, [one.loiter_radius for one in plan.waypoints])
-    return radii.tolist()
 
 
 def _gaps(on: PlanMap, starts: FloatArray, ends: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.airspace.flight_plans.area_outline import ClosedArea
 from cgla_graph.airspace.flight_plans.plan import FlightPlan
+from cgla_graph.airspace.plan_check.own_fence import fence_area
 from cgla_graph.airspace.plan_check.plan_heights import PlanHeights
 from cgla_graph.airspace.zones.applying import Applied, Verdict, ZoneAccount
 from cgla_graph.airspace.zones.ground import Ground
@@ -101,6 +102,8 @@ class PlanMap:
         Whether zones were not applied at one altitude: they count at all heights, unless `heights` compares them.
     heights
         Comparison of the plan's altitudes with floors and ceilings; None if they are not compared.
+    unknown
+        Why it is not known from this check whether the plan is clean, if so: one sentence each.
     """
 
     source: NamedMap
@@ -112,6 +115,7 @@ class PlanMap:
     zones: ZoneAccount | None = None
     at_all_heights: bool = False
     heights: PlanHeights | None = None
+    unknown: tuple[str, ...] = ()
 
     @cached_property
     def closed(self) -> tuple[ClosedArea, ...]:
@@ -152,6 +156,13 @@ class PlanMap:
     def stop(self, place: int) -> str:
         """Return the number of the waypoint at a place of the route, or "home"."""
         return str(self.stops[place] or "home")
+
+    def radii(self, of_waypoints: Sequence[float]) -> FloatArray:
+        """Return a radius around each place of the route, shape ``(m,)``: the largest of the waypoints in one place."""
+        places = np.searchsorted(self.stops, np.arange(1, len(of_waypoints) + 1), side="right") - 1
+        radii = np.zeros(len(self.route))
+        np.maximum.at(radii, places, of_waypoints)
+        return radii
 
 
 def put_on_map(
@@ -196,6 +207,9 @@ def put_on_map(
     projection = problem.projection
     route = _on_plane(plan, flown, name, chosen)
     areas = _own_areas(chosen)
+    around = widened(problem.bounds, 2.0 * WIDER[-1])
+    fences = [] if projection is None else [fence_area(one, projection, around) for one in plan.fence]
+    areas += [one for one in fences if one is not None]
     limits: list[Limits | None] = [None] * len(areas)
     account = heights = None
     if zones is not None:

@@ -11,14 +11,14 @@ from cgla_graph._display import Plottable
 from cgla_graph._text import counted, json_number
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.airspace.flight_plans.crossings import Crossing, Crossings
-from cgla_graph.airspace.flight_plans.plan import FlightPlan
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, first_remarks
 from cgla_graph.airspace.plan_check.bracket import Through
 from cgla_graph.airspace.plan_check.plan_map import PlanMap
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.model.earth import degrees_of
 
-#: Curves that a verdict names, at most.
-_MOST_CURVES = 3
+#: Reasons for which it is not known where a plan flies that a verdict names, at most.
+_MOST_UNKNOWN = 3
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,8 @@ class Leg:
         The greatest distance from the geodesic between its ends, metres; 0 on a map in the plane.
     crosses, leaves_map, too_near
         Whether it crosses an area, leaves the map, or comes nearer to an area than the required clearance.
+    reaches
+        Whether it may reach into an area beside it, because it passes a waypoint at a distance or circles it.
     """
 
     number: int
@@ -54,11 +56,12 @@ class Leg:
     crosses: bool
     leaves_map: bool
     too_near: bool
+    reaches: bool = False
 
     @property
     def is_clean(self) -> bool:
         """Whether nothing is wrong with it."""
-        return not (self.crosses or self.leaves_map or self.too_near)
+        return not (self.crosses or self.leaves_map or self.too_near or self.reaches)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +128,9 @@ class PlanCheck(Plottable):
     @cached_property
     def outside(self) -> BoolArray:
         """Which legs leave the map, shape ``(n,)``."""
-        away = ~self.on.problem.in_bounds(self.on.route) & self.on.has_bounds
+        reaches = self.on.radii([one.reach for one in self.plan.waypoints])[:, None]
+        rims = [self.on.route, *(self.on.route + reaches * step for step in np.vstack([np.eye(2), -np.eye(2)]))]
+        away = ~np.all([self.on.problem.in_bounds(rim) for rim in rims], axis=0) & self.on.has_bounds
         return np.asarray(away if len(away) == 1 else away[:-1] | away[1:])
 
     @cached_property
@@ -140,6 +145,13 @@ class PlanCheck(Plottable):
         found[self.crossings.legs] = True
         return found
 
+    @cached_property
+    def beside(self) -> BoolArray:
+        """Which legs may reach into an area beside them, and cross none, shape ``(n,)``."""
+        found = np.zeros(len(self.lengths), dtype=bool)
+        found[self.crossings.beside] = True
+        return found & ~self.crossing
+
     @property
     def circles(self) -> list[Crossing]:
         """The circles around waypoints that reach into an area."""
@@ -153,7 +165,7 @@ class PlanCheck(Plottable):
     @property
     def faulty(self) -> BoolArray:
         """Which legs are not clean, shape ``(n,)``."""
-        return np.asarray(self.crossing | self.outside | self.near)
+        return np.asarray(self.crossing | self.beside | self.outside | self.near)
 
     @property
     def most_to_gain(self) -> float:
@@ -176,8 +188,13 @@ class PlanCheck(Plottable):
 
     @property
     def is_clean(self) -> bool:
-        """Whether the plan has no fault, and is flown straight from waypoint to waypoint as it was checked."""
-        return self.is_straight and not self.plan.curves
+        """Whether the plan has no fault, and it is known everywhere where it flies."""
+        return self.is_straight and not self.unknown
+
+    @property
+    def unknown(self) -> list[str]:
+        """Why it is not known where the plan flies, or how high: one sentence each, with what to give."""
+        return [*self.plan.unknown, *self.on.unknown]
 
     @property
     def legs(self) -> list[Leg]:
@@ -199,6 +216,7 @@ class PlanCheck(Plottable):
             bool(self.crossing[index]),
             bool(self.outside[index]),
             bool(self.near[index]),
+            bool(self.beside[index]),
         )
 
     @property
@@ -220,17 +238,19 @@ class PlanCheck(Plottable):
             note = f"{counted(rounded, 'leg')} along the edge of an area, within a rounding" if rounded else ""
             return [f"clean{note and f' ({note})'}"]
         # (all layers of a zone count as one area)
-        areas = len({self.on.areas[one.area].name for one in self.crossings.found})
+        areas = len({self.on.areas[one.area].name for one in self.crossings.found if not one.is_beside})
         upright = "inside an area where it goes up or down"
+        near = self.near & ~self.crossing & ~self.beside
         faults = (
             (int(self.crossing.sum()), "leg", ("crosses", "cross"), f"{counted(areas, 'area')}"),
             (len(self.circles), "circle", ("reaches", "reach"), "into an area"),
             (len(self.uprights), "place", ("lies", "lie"), upright),
             (int(self.outside.sum()), "leg", ("leaves", "leave"), "the map"),
-            (int((self.near & ~self.crossing).sum()), "leg", ("comes", "come"), "nearer to an area than asked for"),
+            (int(self.beside.sum()), "leg", ("may reach", "may reach"), "into an area beside the straight line"),
+            (int(near.sum()), "leg", ("comes", "come"), "nearer to an area than asked for"),
         )
         said = [f"{counted(n, thing)} {verbs[n != 1]} {rest}" for n, thing, verbs, rest in faults if n]
-        said += [f"its path is not known: {curve}" for curve in self.plan.curves[:_MOST_CURVES]]
+        said += [f"where it flies is not known: {why}" for why in first_remarks(self.unknown, _MOST_UNKNOWN)]
         return [f"not clean: {words}" for words in said]
 
     def degrees(self, places: FloatArray) -> list[list[float]] | None:
@@ -265,7 +285,7 @@ class PlanCheck(Plottable):
             "clean": self.is_clean,
             "verdict": self.verdict,
             "remarks": list(self.plan.remarks),
-            "curves": list(self.plan.curves),
+            "unknown": self.unknown,
             "map": on.name,
             "k": self.k,
             "areas": len(on.areas),
@@ -292,6 +312,7 @@ class PlanCheck(Plottable):
         found: dict[str, Any] = {
             "leg": None if at_place else one.leg + 1,
             "upright": one.is_upright,
+            "beside": one.is_beside,
             "waypoint": self.on.stop(one.leg) if at_place else None,
             "area": self.on.areas[one.area].name,
             "inside": one.inside,

@@ -216,25 +216,20 @@ def plan_file(*items: object, **more: object) -> bytes:
 def test_surveys_and_items_that_do_not_fly_give_remarks() -> None:
     transects = {"Items": [item(16, 60.1, 24.1, 50), item(206, 25.0), item(16, 60.2, 24.1, 50)], "version": 1}
     survey = {"type": "ComplexItem", "complexItemType": "survey", "TransectStyleComplexItem": transects}
-    file = plan_file(item(22, None, None, 30), survey, item(203), item(20, frame=2))
-    document = json.loads(file)
-    document["geoFence"] = {"circles": [], "polygons": [{"polygon": []}], "version": 2}
-    plan = plan_of_bytes(json.dumps(document).encode(), "survey.plan")
-    assert plan.lonlat.tolist() == [[24.0, 60.0], [24.1, 60.1], [24.1, 60.2], [24.0, 60.0]]
-    assert [one.role for one in plan.waypoints] == ["take-off", "waypoint", "waypoint", "landing"]
+    plan = plan_of_bytes(plan_file(item(22, None, None, 30), survey, item(203), item(20, frame=2)), "survey.plan")
+    assert plan.lonlat.tolist() == [[24.0, 60.0], [24.1, 60.1], [24.1, 60.2], [24.1, 60.2], [24.0, 60.0]]
+    assert [one.role for one in plan.waypoints] == ["take-off", "waypoint", "waypoint", "waypoint", "landing"]
     said = "\n".join(plan.remarks)
-    for words in ("geoFence: 1 polygons", "survey", "CAM_TRIGG", "DIGICAM", "return to home"):
+    for words in ("survey", "CAM_TRIGG", "DIGICAM", "60 m above home, PX4's default"):
         assert words in said
-    assert len(plan.remarks) == 5
+    assert len(plan.remarks) == 4
 
 
 def test_circles_speeds_and_curves_are_read() -> None:
     items = [item(17, 0, 0, -80.0, None, 60.1, 24.1, 50.0), item(178, 1, 10, -1, 0, 0, 0, 0, frame=2)]
     plan = plan_of_bytes(plan_file(*reversed(items)), "circle.plan")
     assert (plan.waypoints[0].loiter_radius, plan.waypoints[0].speed) == (80.0, 10.0)
-    assert plan_of_bytes(plan_file(item(82, 60.1, 24.1, 50)), "spline.plan").curves
-    own = plan_of_bytes(plan_file(item(19, 5, 0, 0, None, 60.1, 24.1, 50)), "circle.plan")
-    assert (own.waypoints[0].loiter_radius, len(own.remarks)) == (0.0, 1)
+    assert plan_of_bytes(plan_file(item(82, 60.1, 24.1, 50)), "spline.plan").unknown
 
 
 def test_waypoints_of_mission_planner_are_read() -> None:

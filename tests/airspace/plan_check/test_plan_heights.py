@@ -283,7 +283,7 @@ def test_heights_are_those_between_waypoints() -> None:
     profile = profile_of(plan, (0, 1, 2, 4))
     assert [one.at(0.5) for one in profile.legs] == [(-math.inf, 50.0), (75.0, 75.0), (-math.inf, 60.0)]
     spans = [None if one is None else (one.lowest, one.highest) for one in profile.places]
-    assert spans == [None, None, (60.0, 100.0), (-math.inf, 0.0)]
+    assert spans == [None, None, (60.0, 100.0), (-math.inf, 60.0)]
     circle = FlightPlan((Waypoint(24.0, 60.0, 50.0), Waypoint(24.1, 60.0, 90.0, loiter_radius=80.0)))
     assert [(one.lowest, one.highest) for one in profile_of(circle, (1, 2)).legs] == [(50.0, 90.0)]
     mixed = FlightPlan((Waypoint(24.0, 60.0, 50.0), Waypoint(24.1, 60.0, 90.0, "sea")))
