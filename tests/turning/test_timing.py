@@ -12,7 +12,7 @@ from strategies import arcs, usual
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.turning.curve import Curve
-from cgla_graph.turning.timing import timed, times_along
+from cgla_graph.turning.timing import _widening, radius_over_ground, timed, times_along
 
 
 @usual
@@ -50,3 +50,25 @@ def test_time_is_that_of_the_ground_speed_all_along(arc: FloatArray, blows: floa
 def test_wind_as_fast_as_the_aircraft_is_refused(wind: tuple[float, float]) -> None:
     with pytest.raises(ProblemError, match=r"the wind is \d+ fast, the airspeed 5: against it"):
         timed(Curve(), 5.0, wind=wind)
+
+
+@usual
+@given(blows=st.floats(0.0, 0.95), bearing=st.floats(-math.pi, math.pi), heading=st.floats(-math.pi, math.pi))
+def test_turns_at_a_fixed_bank_are_wider_with_the_wind_behind(blows: float, bearing: float, heading: float) -> None:
+    """The curvature over ground of a circle in the air that drifts with the wind, by differences."""
+    speed, radius = 18.0, 60.0
+    wind = speed * blows * np.array([math.cos(bearing), math.sin(bearing)])
+    velocity = speed * np.array([math.cos(heading), math.sin(heading)]) + wind
+    acceleration = speed**2 / radius * np.array([-math.sin(heading), math.cos(heading)])
+    ground = float(np.hypot(*velocity))
+    over_ground = ground**3 / float(velocity[0] * acceleration[1] - velocity[1] * acceleration[0])
+    assert _widening(ground, speed, speed * blows) * radius == pytest.approx(over_ground, rel=1e-6)
+    assert over_ground <= radius_over_ground(radius, speed, tuple(wind.tolist())) * (1.0 + 1e-9)
+
+
+def test_an_arc_needs_the_turn_of_its_widest_place() -> None:
+    # a half turn from east over north to west, in a wind to the east: 60 m need 60 / (26 / 18)^2 m
+    arc = Curve(np.array([[0.0, 0.0, 0.0, 120.0, 60.0, 0.0, 60.0, math.pi]]))
+    assert timed(arc, 18.0).still_air_radius == pytest.approx(60.0)
+    assert timed(arc, 18.0, wind=(8.0, 0.0)).still_air_radius == pytest.approx(60.0 / (26.0 / 18.0) ** 2)
+    assert timed(Curve(), 18.0, wind=(8.0, 0.0)).still_air_radius == math.inf
