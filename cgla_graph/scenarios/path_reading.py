@@ -11,7 +11,9 @@ import numpy as np
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import file_path, instance
+from cgla_graph.airspace.flight_plans.csv_columns import SHAPES
 from cgla_graph.airspace.flight_plans.formats import read_plan
+from cgla_graph.airspace.flight_plans.plan import FlightPlan
 from cgla_graph.errors import ScenarioError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.problem import Problem, problem_wanted
@@ -68,6 +70,8 @@ def read_path(file: str | os.PathLike[str], problem: Problem) -> FloatArray:
         raise ScenarioError(msg) from error
     heads = [head.strip().lower() for head in lines[0][1]] if lines else []
     wanted = _columns(heads, problem.projection, name)
+    if problem.projection is not None and any(part in head for head in heads for part in SHAPES):
+        _require_straight(read_plan(file), name)
     places = [_numbers(line, [heads.index(column) for column in wanted], f"{name}: line {n}") for n, line in lines[1:]]
     if not places:
         msg = f"{name}: there are no waypoints below the line {','.join(heads)}; give start, goal and what is between"
@@ -87,15 +91,20 @@ def _of_plan(file: Path, problem: Problem) -> FloatArray:
         here, there = kinds if problem.projection is None else reversed(kinds)
         msg = f"{file}: the plan is in {there}, and the map in {here}; give one of the same coordinates"
         raise ScenarioError(msg)
-    wide = [str(number) for number, one in enumerate(plan.waypoints, start=1) if one.reach > 0.0]
-    why = plan.unknown[0] if plan.unknown else f"it circles or passes waypoint {wide[0]} at a distance" if wide else ""
-    if why:
-        msg = f"{file}: the plan is not flown straight from waypoint to waypoint ({why}); cgla check reads such plans"
-        raise ScenarioError(msg)
+    _require_straight(plan, str(file))
     points = plan.points if problem.projection is None else problem.projection.forward(plan.points)
     # a landing repeats the end of the last leg
     kept = np.concatenate([[True], (points[1:] != points[:-1]).any(axis=1)])
     return np.asarray(points[kept])
+
+
+def _require_straight(plan: FlightPlan, name: str) -> None:
+    """Check that a plan says everywhere that it is flown straight from waypoint to waypoint."""
+    wide = [str(number) for number, one in enumerate(plan.waypoints, start=1) if one.reach > 0.0]
+    why = plan.unknown[0] if plan.unknown else f"it circles or passes waypoint {wide[0]} at a distance" if wide else ""
+    if why:
+        msg = f"{name}: the plan is not flown straight from waypoint to waypoint ({why}); cgla check reads such plans"
+        raise ScenarioError(msg)
 
 
 def _columns(heads: list[str], projection: LocalProjection | None, name: str) -> tuple[str, str]:

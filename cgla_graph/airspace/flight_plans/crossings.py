@@ -18,10 +18,12 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import FloatArray, IntArray, Point
 from cgla_graph.airspace.flight_plans.area_outline import ClosedArea, Outline, Piece
 from cgla_graph.airspace.flight_plans.simultaneous_areas import HeightOverlap, SimultaneousAreas
-from cgla_graph.airspace.flight_plans.wide_legs import CORNERS, wide_legs
+from cgla_graph.airspace.flight_plans.wide_legs import wide_legs
 
 #: Legs whose crossings are listed, at most. Beyond, a leg that crosses counts, even if only by a rounding.
 MOST_LISTED = 10_000
+#: Corners per right angle of a circle around a waypoint.
+_CORNERS = 64
 
 
 @dataclass(frozen=True)
@@ -159,15 +161,13 @@ def crossings_of(
     found += _uprights(route, before, simultaneous, found, rounding)
     found += lookup.circles(route, radii, before, rounding, heights)
     beside = []
+    seen = {(one.leg, one.area) for one in found if not (one.is_circle or one.is_upright)}
     for wide in wide_legs(route, areas, reaches, radii, rounding=rounding, heights=heights):
-        clearances[wide.leg] = min(wide.clearance, clearances[wide.leg]) if heights is None else wide.clearance
-        seen = {one.area for one in found if one.leg == wide.leg and not (one.is_circle or one.is_upright)}
-        new = [area for area in wide.areas if area not in seen]
-        found += [
-            _beside(wide.leg, area, areas[area].shape, starts[wide.leg], ends[wide.leg], float(before[wide.leg]))
-            for area in new
-        ]
-        beside += [wide.leg] if new else []
+        leg = wide.leg
+        clearances[leg] = min(wide.clearance, clearances[leg]) if heights is None else wide.clearance
+        new = [area for area in wide.areas if (leg, area) not in seen]
+        found += [_beside(leg, area, areas[area].shape, starts[leg], ends[leg], float(before[leg])) for area in new]
+        beside += [leg] if new else []
     found.sort(key=lambda one: (one.along, one.area))
     return Crossings(
         tuple(found), legs, np.array(beside, dtype=np.int64), np.array(rounded, dtype=np.int64), clearances
@@ -261,7 +261,7 @@ class _AreaLookup:
             if radius <= 0.0:
                 continue
             place = shapely.Point(route[index])
-            circle = place.buffer(radius, CORNERS).exterior
+            circle = place.buffer(radius, _CORNERS).exterior
             for number in self.near(place.buffer(1.01 * radius)):
                 shape = self.areas[number].shape
                 if shapely.distance(place, shape) >= radius - rounding:

@@ -49,7 +49,7 @@ _UNITS: Final[dict[str, dict[str, float]]] = {
     **dict.fromkeys(("x", "y"), _METRE),
 }
 #: Parts of names of columns that are about the shape of the flight.
-_SHAPES: Final = ("curve", "corner", "spline", "damping", "radius", "turnmode", "turn_mode", "turntype")
+SHAPES: Final = ("curve", "corner", "spline", "damping", "radius", "turnmode", "turn_mode", "turntype")
 
 
 class Columns:
@@ -123,7 +123,7 @@ class Columns:
         """Return why a row leaves open where the aircraft flies: a column about its shape that is not known."""
         for name in self.others(known):
             value = row.get(name, "").strip()
-            if any(part in name for part in _SHAPES) and value.lower() not in {"", "0", "0.0", "false", "none"}:
+            if any(part in name for part in SHAPES) and value.lower() not in {"", "0", "0.0", "false", "none"}:
                 return (
                     f"{where}: {name} is {shown(value)}, which is not known; fly straight there, or give {PASS_RADIUS}"
                 )

@@ -7,8 +7,10 @@ from cgla_graph._text import shown
 from cgla_graph._validate import NO_NUMBERS
 from cgla_graph.airspace.flight_plans.plan import MOST_RADIUS, Home, check_place, fault, finite
 
-#: PX4 climbs to this height before it returns home, metres above home: the default of its parameter RTL_RETURN_ALT.
-RETURN_ALTITUDE: Final = 60.0
+#: Heights to which autopilots climb before they return home, metres above home, and their sources. (ArduPilot's
+#: copters climb to 15 m, which is below that of PX4.)
+RETURN_ALTITUDE: Final = (60.0, "PX4's default (RTL_RETURN_ALT)")
+PLANE_ALTITUDE: Final = (100.0, "ArduPilot's default of planes (RTL_ALTITUDE)")
 #: How to give a home, for messages.
 GIVE_HOME: Final = "set it in the ground station, or give --home LON,LAT"
 
@@ -22,7 +24,7 @@ class Given:
     ----------
     return_altitude
         Height to which the aircraft climbs before it returns home, metres above home; None for 60 m, the default of PX4
-        (its parameter ``RTL_RETURN_ALT``).
+        (its parameter ``RTL_RETURN_ALT``), or 100 m for a plane with ArduPilot.
     loiter_radius
         Radius of circles that the file leaves to the aircraft, metres; 0 if it hovers there; None if unknown.
     home
@@ -35,9 +37,9 @@ class Given:
 
     Examples
     --------
-    >>> Given(return_altitude=40).climbs_to
+    >>> Given(return_altitude=40).climbs_to()
     (40.0, '40 m above home, as given')
-    >>> Given().climbs_to[1]
+    >>> Given().climbs_to()[1]
     "60 m above home, PX4's default (RTL_RETURN_ALT); --return-altitude M gives another"
     """
 
@@ -57,13 +59,12 @@ class Given:
             Home(*home)
             object.__setattr__(self, "home", home)
 
-    @property
-    def climbs_to(self) -> tuple[float, str]:
-        """The height of the return, metres above home, and its source."""
+    def climbs_to(self, *, is_ardupilot_plane: bool = False) -> tuple[float, str]:
+        """Return the height of the return, metres above home, and its source."""
         if self.return_altitude is not None:
             return self.return_altitude, f"{self.return_altitude:g} m above home, as given"
-        source = "PX4's default (RTL_RETURN_ALT); --return-altitude M gives another"
-        return RETURN_ALTITUDE, f"{RETURN_ALTITUDE:g} m above home, {source}"
+        height, source = PLANE_ALTITUDE if is_ardupilot_plane else RETURN_ALTITUDE
+        return height, f"{height:g} m above home, {source}; --return-altitude M gives another"
 
     def home_of(self, home: Home | None) -> Home | None:
         """Return the given home, else that of the file."""

@@ -150,6 +150,7 @@ def plan_of(
     fence: Sequence[Fence] = (),
     has_rally_points: bool = False,
     is_fixed_wing: bool = False,
+    is_ardupilot: bool = False,
 ) -> FlightPlan:
     """
     Return the plan of a mission.
@@ -172,6 +173,8 @@ def plan_of(
         Whether the aircraft may return to another place than home.
     is_fixed_wing
         Whether it is known not to hover: it runs up before it climbs, and circles above home.
+    is_ardupilot
+        Whether its autopilot is ArduPilot, whose planes return higher.
 
     Raises
     ------
@@ -187,7 +190,12 @@ def plan_of(
     """
     given = given or Given()
     home = given.home_of(home)
-    reader = _Reader(home, list(remarks), given, has_rally_points=has_rally_points, is_fixed_wing=is_fixed_wing)
+    climb = given.climbs_to(is_ardupilot_plane=is_ardupilot and is_fixed_wing)
+    reader = _Reader(home, list(remarks), given, climb, is_fixed_wing=is_fixed_wing)
+    if has_rally_points:
+        reader.elsewhere.append("the rally points")
+    if given.home is not None:
+        reader.remarks.append(f"home is at longitude {given.home[0]:g}, latitude {given.home[1]:g}, as given")
     for item in items:
         reader.take(item)
     if not reader.waypoints:
@@ -209,16 +217,18 @@ class _Reader:
     """State of reading a mission: the waypoints so far, the speed, and the item that ended the flight."""
 
     def __init__(
-        self, home: Home | None, remarks: list[str], given: Given, *, has_rally_points: bool, is_fixed_wing: bool
+        self, home: Home | None, remarks: list[str], given: Given, climb: tuple[float, str], *, is_fixed_wing: bool
     ) -> None:
         self.home, self.remarks, self.given, self.is_fixed_wing = home, remarks, given, is_fixed_wing
+        #: the height of a return, metres above home, and its source
+        self.climb = climb
         self.waypoints: list[Waypoint] = []
         self.unknown: list[str] = []
         self.speed: float | None = None
         #: the part of the mission that ended the flight, or empty
         self.ended_by = ""
         #: places to which the aircraft may return instead of home
-        self.elsewhere = ["the rally points"] if has_rally_points else []
+        self.elsewhere: list[str] = []
 
     def take(self, item: Item) -> None:
         if not 0 <= item.frame <= _LAST_FRAME:
@@ -266,8 +276,9 @@ class _Reader:
         if self.home is None:
             self.unknown.append(f"{item.where}: it returns home, and the file does not say where that is; {GIVE_HOME}")
             return
-        _, source = self.given.climbs_to
-        self.remarks.append(f"{item.where}: it climbs to {source}; the return is taken as straight, and as the landing")
+        self.remarks.append(
+            f"{item.where}: it climbs to {self.climb[1]}; the return is taken as straight, and as the landing"
+        )
         self.waypoints += self._climb()
         if self.is_fixed_wing and (radius := self._own_radius(item)):
             last = self.waypoints[-1] if self.waypoints else Waypoint(self.home.x, self.home.y)
@@ -280,7 +291,7 @@ class _Reader:
         if not self.waypoints:
             return []
         last = self.waypoints[-1]
-        height: float | None = self.given.climbs_to[0]
+        height: float | None = self.climb[0]
         known = self.home is not None and self.home.altitude
         if last.reference == "sea" and known and height is not None:
             height += known

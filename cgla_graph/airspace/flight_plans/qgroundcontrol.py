@@ -25,8 +25,8 @@ _MIXED = 0
 _ABOVE_TERRAIN = 3
 #: MAV_AUTOPILOT_GENERIC and MAV_TYPE_QUADROTOR: any autopilot, and a vehicle that takes off and lands vertically.
 _FIRMWARE, _VEHICLE = 0, 2
-#: MAV_TYPE_FIXED_WING
-_FIXED_WING = 1
+#: MAV_TYPE_FIXED_WING, and MAV_AUTOPILOT_ARDUPILOTMEGA
+_FIXED_WING, _ARDUPILOT = 1, 3
 #: Speeds that the file needs if the plan has none (m/s): QGroundControl's defaults.
 _CRUISE, _HOVER = 15.0, 5.0
 _PARAMETERS = 7
@@ -96,6 +96,7 @@ def _read(document: Mapping[str, Any], given: Given | None) -> FlightPlan:
         fence=rules,
         has_rally_points=bool(points),
         is_fixed_wing=mission.get("vehicleType") == _FIXED_WING,
+        is_ardupilot=mission.get("firmwareType") == _ARDUPILOT,
     )
 
 

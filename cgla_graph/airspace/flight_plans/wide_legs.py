@@ -19,7 +19,9 @@ from cgla_graph.airspace.flight_plans.area_outline import ClosedArea
 from cgla_graph.airspace.flight_plans.simultaneous_areas import HeightOverlap
 
 #: Corners per right angle of a disc around a waypoint.
-CORNERS: Final = 64
+CORNERS: Final = 32
+#: Legs up to which the clearance of each is exact; of more, that of a leg far from all areas is a lower bound.
+MOST_EXACT: Final = 2_000
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,8 @@ class WideLeg:
     areas
         Numbers of the areas into which it may reach.
     clearance
-        Least distance of an area that counts from all that may be flown through, map units; infinite without areas.
+        Least distance of an area that counts from all that may be flown through, map units, or a lower bound of it;
+        infinite without areas.
     """
 
     leg: int
@@ -80,16 +83,28 @@ def wide_legs(
         return
     shapes = np.array([one.shape for one in areas], dtype=object)
     tree, trees = shapely.STRtree(shapes), _Trees(shapes, heights)
-    last = len(route) - 1
-    for leg in range(max(last, 1)):
-        ends = (leg, min(leg + 1, last))
-        if not any(reaches[end] for end in ends):
+    starts = np.arange(max(len(route) - 1, 1))
+    ends = np.minimum(starts + 1, len(route) - 1)
+    widest = np.maximum(np.array(reaches)[starts], np.array(reaches)[ends])
+    wide = np.nonzero(widest > 0.0)[0]
+    lines = shapely.linestrings(np.stack([route[starts[wide]], route[ends[wide]]], axis=1))
+    beyond = 1.0 / math.cos(0.25 * math.pi / CORNERS)
+    close = set(wide[tree.query(lines, predicate="dwithin", distance=widest[wide] * beyond)[0]].tolist())
+    for leg, line in zip(wide.tolist(), list(np.asarray(lines, dtype=object)), strict=True):
+        if leg not in close and len(wide) > MOST_EXACT:
+            # (at least that far)
+            yield WideLeg(leg, (), max(trees.distance(leg, line) - float(widest[leg]), 0.0))
             continue
-        hull = _hull(route, ends, reaches)
-        discs = [_disc(route[end], circles[end]) for end in ends if circles and circles[end]]
-        beside = shapely.difference(shapely.buffer(hull, -rounding), shapely.union_all(discs))
-        near = [number for number in sorted(tree.query(beside).tolist()) if _overlap(beside, shapes[number])]
-        met = tuple(number for number in near if heights is None or len(heights.on_leg(leg, number)))
+        pair = int(starts[leg]), int(ends[leg])
+        hull = _hull(route, pair, reaches)
+        met: tuple[int, ...] = ()
+        if leg in close:
+            discs = [_disc(route[end], circles[end]) for end in pair if circles and circles[end]]
+            beside = shapely.difference(hull, shapely.union_all(discs)) if discs else hull
+            near = [number for number in sorted(tree.query(beside).tolist()) if _overlap(beside, shapes[number])]
+            inner = shapely.buffer(beside, -rounding) if near and rounding > 0.0 else beside
+            near = [number for number in near if _overlap(inner, shapes[number])]
+            met = tuple(number for number in near if heights is None or len(heights.on_leg(leg, number)))
         yield WideLeg(leg, met, trees.distance(leg, hull))
 
 

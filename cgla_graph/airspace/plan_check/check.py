@@ -182,7 +182,8 @@ def _higher(plan: FlightPlan, flight: Altitude) -> tuple[str, ...]:
     if highest is None:
         return ()
     above = f"{highest[1].altitude:g} m above {highest[1].reference}"
-    return (f"it goes up to {above}, and zones were held against {flight} alone; leave --altitude out",)
+    alone = f"{flight.metres:g} m {flight.reference}"
+    return (f"it goes up to {above}, and zones were held against {alone} alone: leave --altitude out",)
 
 
 def _legs_of(plan: FlightPlan, name: str, on: PlanMap) -> PlanCheck:

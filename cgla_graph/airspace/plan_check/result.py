@@ -250,7 +250,8 @@ class PlanCheck(Plottable):
             (int(near.sum()), "leg", ("comes", "come"), "nearer to an area than asked for"),
         )
         said = [f"{counted(n, thing)} {verbs[n != 1]} {rest}" for n, thing, verbs, rest in faults if n]
-        said += [f"where it flies is not known: {why}" for why in first_remarks(self.unknown, _MOST_UNKNOWN)]
+        said += [f"where it flies is not known: {why}" for why in first_remarks(self.plan.unknown, _MOST_UNKNOWN)]
+        said += self.on.unknown
         return [f"not clean: {words}" for words in said]
 
     def degrees(self, places: FloatArray) -> list[list[float]] | None:

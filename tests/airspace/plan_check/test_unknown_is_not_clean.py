@@ -208,7 +208,12 @@ def test_returns_to_places_that_are_not_known_are_not_clean(folder: Path) -> Non
         found = checked(folder, data, FAR)
         assert not found.is_clean
         assert said in "; ".join(found.verdict)
-    assert checked(folder, plan_file(WEST, back, vehicleType=1), FAR, loiter_radius=60).is_clean
+    plane = plan_file(WEST, back, vehicleType=1, firmwareType=3)
+    known = checked(folder, plane, FAR, loiter_radius=60)
+    assert known.is_clean
+    assert [(one.altitude, one.loiter_radius) for one in known.plan.waypoints] == [
+        (50.0, 0.0), (100.0, 0.0), (100.0, 60.0), (0.0, 0.0),
+    ]  # fmt: skip
     assert checked(folder, plan_file(WEST, back), FAR).is_clean
 
 
@@ -353,6 +358,12 @@ def test_paths_of_problems_are_not_read_from_plans_that_are_not_straight(folder:
         (folder / "a.plan").write_bytes(plan_file(WEST, last))
         with pytest.raises(CglaError, match="not flown straight"):
             cg.read_path(folder / "a.plan", problem)
+    rows = ((-1000, 0), 40, 0, 1, 0), ((-500, 500), 50, 30, 1, 7.5), ((0, 0), 60, 0, 0, 7.5)
+    (folder / "a.csv").write_bytes(litchi(*rows))
+    with pytest.raises(CglaError, match="not flown straight"):
+        cg.read_path(folder / "a.csv", problem)
+    (folder / "a.csv").write_bytes(litchi(rows[0], ((-500, 500), 50, 0, 1, 7.5), rows[2]))
+    assert len(cg.read_path(folder / "a.csv", problem)) == 3
 
 
 # landing patterns
