@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph._text import json_number
+from cgla_graph._text import figure, json_number
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import finite_number, instance, positive_number
 from cgla_graph.certificate.certificate import prove
@@ -19,12 +19,14 @@ from cgla_graph.model.small_problem import small_problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.turning.bending import IDLE, STAGES, bent, candidates, dubins
 from cgla_graph.turning.curve import Curve
-from cgla_graph.turning.timing import Timing, timed
+from cgla_graph.turning.timing import Timing, radius_over_ground, timed
 
 #: A curve is bent to the end if it costs at most so many times as much as the best one after the first stage.
 CLOSE = 1.01
 #: Least tolerance of exported polylines, in parts of the turn radius.
 FINEST = 1e-6
+#: Turns that are tighter by at most this ratio are as wide: radii of arcs are rounded.
+_ROUNDING = 1e-9
 #: Waypoints of `Flyable.path` are within this part of the turn radius of the curve.
 CHORD = 1e-4
 
@@ -115,6 +117,29 @@ class Flyable(Solution):
         """
         return timed(self.curve, airspeed, wind=wind, power=power)
 
+    def wind_note(self, airspeed: float, wind: Point) -> str:
+        """
+        Return why an aircraft with this turn radius in still air cannot fly the path in a wind; empty if it can.
+
+        At a fixed bank, turns with the wind behind are wider over ground
+        (`cgla_graph.turning.timing.radius_over_ground`).
+
+        Examples
+        --------
+        >>> path = plan_flyable(Problem((0, 0), (900, 0), bounds=(0, -500, 900, 500)), np.empty((0, 2)), 60)
+        >>> path.wind_note(18, (8, 0))
+        ''
+        """
+        needed = self.timed(airspeed, wind=wind).still_air_radius
+        if needed >= self.turn_radius * (1.0 - _ROUNDING):
+            return ""
+        wide = radius_over_ground(self.turn_radius, airspeed, wind)
+        return (
+            f"not flyable in this wind at the bank that turns at {figure(self.turn_radius, 6)} in still air: it needs "
+            f"turns of {figure(needed, 4)} in still air; with a turn radius of {figure(wide, 6)}, what that bank gives "
+            "with the wind behind, it is flyable"
+        )
+
     def document(
         self, airspeed: float | None = None, *, wind: Point = (0.0, 0.0), power: float | None = None
     ) -> dict[str, Any]:
@@ -147,6 +172,7 @@ class Flyable(Solution):
             "wind": list(wind),
             "power": power,
             "flight_seconds": None if timing is None else json_number(timing.seconds),
+            "wind_note": "" if timing is None or airspeed is None else self.wind_note(airspeed, wind),
             "still_air_radius": None if timing is None else json_number(timing.still_air_radius),
             "ground_speed": None if timing is None else [timing.slowest, timing.fastest],
             "energy_wh": None if timing is None else json_number(timing.energy),

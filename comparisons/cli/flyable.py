@@ -17,10 +17,7 @@ from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError
 from cgla_graph.turning.curve import Curve
 from cgla_graph.turning.flyable import Flyable, plan_flyable
-from cgla_graph.turning.timing import Timing, radius_over_ground, timed, times_along
-
-#: Turns that are wider by at most this ratio are as wide: radii of arcs are rounded.
-_ROUNDING = 1e-9
+from cgla_graph.turning.timing import Timing, timed, times_along
 
 
 @dataclass(frozen=True)
@@ -106,21 +103,10 @@ class Flying:
             if self.wind != (0.0, 0.0):
                 speeds = f"{figure(timing.slowest, 4)} to {figure(timing.fastest, 4)}"
                 lines["flight"] += f", over ground {speeds}{per_second}"
-            if timing.still_air_radius < path.turn_radius * (1.0 - _ROUNDING):
-                lines["note"] = self._wind_note(path.turn_radius, timing, unit)
+            lines["note"] = path.wind_note(cast("float", self.speed), self.wind)
             if not math.isnan(timing.energy):
                 lines["energy"] = f"{figure(timing.energy, 4)} Wh at {self.power:g} W"
         return lines
-
-    def _wind_note(self, turn_radius: float, timing: Timing, unit: str) -> str:
-        """Return why the path is not flyable at the bank of the turn radius, and what is."""
-        assert self.speed is not None  # noqa: S101 - for the type checker
-        wide = radius_over_ground(turn_radius, self.speed, self.wind)
-        return (
-            f"not flyable in this wind at the bank that turns at {figure(turn_radius, 6)}{unit} in still air: it needs "
-            f"turns of {figure(timing.still_air_radius, 4)}{unit} in still air; with --turn-radius {figure(wide, 6)}, "
-            "what that bank gives with the wind behind, it is flyable"
-        )
 
     def document(self, run: Run) -> Mapping[str, Any]:
         """Return the pieces and times of a flyable path as JSON."""

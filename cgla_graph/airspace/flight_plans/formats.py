@@ -22,6 +22,8 @@ from cgla_graph.untrusted.xml_files import tag_of, xml_of
 #: Writers by the ending of the file: formats for autopilots, which can fail, and formats for viewers.
 _AUTOPILOT: Final = {".plan": qgroundcontrol.write, ".waypoints": waypoints.write}
 _VIEWER: Final = {".kml": kml.write, ".gpx": gpx.write, ".geojson": geojson.write, ".csv": csv_file.write}
+#: The only ending of files that hold a fence.
+_FENCED: Final = ".plan"
 #: Endings of files that plans are written to.
 WRITTEN: Final = (*_AUTOPILOT, *_VIEWER)
 #: Keys of paths in JSON files, in degrees and in map units.
@@ -164,6 +166,8 @@ def text_of_plan(plan: FlightPlan, where: str) -> str:
     if plan.unknown:
         wrong = f"the plan does not say everywhere where it flies ({plan.unknown[0]})"
         fault(where, wrong, "another file would not say so: only plans that are known are written")
+    if plan.fence and kind != _FENCED:
+        fault(where, f"the plan has a fence, which {kind} cannot hold", f"take {_FENCED}, or leave the fence out")
     if kind in _AUTOPILOT:
         return _AUTOPILOT[kind](plan, where)
     if kind in _VIEWER:

@@ -8,13 +8,13 @@ from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.mavlink import (
     FRAME_OF,
     LAND,
-    LAND_START,
     LOITER_TO_ALTITUDE,
     MISSION_FRAME,
     VTOL_LAND,
     WAYPOINT,
     Item,
 )
+from cgla_graph.airspace.flight_plans.mavlink_commands import LAND_START
 from cgla_graph.airspace.flight_plans.plan import MOST_RADIUS, Reference, fault, finite
 
 #: The command that lands, by the type of the complex item.

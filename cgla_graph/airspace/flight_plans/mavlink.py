@@ -7,6 +7,7 @@ from typing import Final
 
 from cgla_graph.airspace.flight_plans.fence import Fence
 from cgla_graph.airspace.flight_plans.given import GIVE_HOME, Given
+from cgla_graph.airspace.flight_plans.mavlink_commands import LAND_START, STILL, UNSUPPORTED
 from cgla_graph.airspace.flight_plans.plan import (
     FlightPlan,
     Home,
@@ -22,7 +23,7 @@ from cgla_graph.airspace.flight_plans.plan import (
 #: Commands (MAV_CMD) that fly to a place.
 WAYPOINT, LOITER_UNLIMITED, LOITER_TURNS, LOITER_TIME, RETURN, LAND, TAKE_OFF = 16, 17, 18, 19, 20, 21, 22
 LOITER_TO_ALTITUDE, SPLINE, VTOL_TAKE_OFF, VTOL_LAND, PAYLOAD_PLACE = 31, 82, 84, 85, 94
-CHANGE_SPEED, LAND_START = 178, 189
+CHANGE_SPEED = 178
 _FLOWN: Final[dict[int, Role]] = {
     WAYPOINT: "waypoint",
     LOITER_UNLIMITED: "waypoint",
@@ -42,66 +43,8 @@ _RADIUS: Final = {LOITER_UNLIMITED: 2, LOITER_TURNS: 2, LOITER_TIME: 2, LOITER_T
 _PASSES: Final = (1, 2)
 #: Headings of the transition of a VTOL's take-off (VTOL_TRANSITION_HEADING) that do not lead to the next waypoint.
 _OTHER_HEADINGS: Final = {2.0, 3.0, 4.0}
-#: Commands that only move a camera, a relay or the aircraft's nose, or only wait.
-_STILL: Final = {
-    80: "NAV_ROI",
-    93: "NAV_DELAY",
-    112: "CONDITION_DELAY",
-    114: "CONDITION_DISTANCE",
-    115: "CONDITION_YAW",
-    181: "DO_SET_RELAY",
-    182: "DO_REPEAT_RELAY",
-    183: "DO_SET_SERVO",
-    184: "DO_REPEAT_SERVO",
-    LAND_START: "DO_LAND_START",
-    195: "DO_SET_ROI_LOCATION",
-    196: "DO_SET_ROI_WPNEXT_OFFSET",
-    197: "DO_SET_ROI_NONE",
-    200: "DO_CONTROL_VIDEO",
-    201: "DO_SET_ROI",
-    202: "DO_DIGICAM_CONFIGURE",
-    203: "DO_DIGICAM_CONTROL",
-    204: "DO_MOUNT_CONFIGURE",
-    205: "DO_MOUNT_CONTROL",
-    206: "DO_SET_CAM_TRIGG_DIST",
-    207: "DO_FENCE_ENABLE",
-    211: "DO_GRIPPER",
-    212: "DO_AUTOTUNE_ENABLE",
-    214: "DO_SET_CAM_TRIGG_INTERVAL",
-    220: "DO_MOUNT_CONTROL_QUAT",
-    530: "SET_CAMERA_MODE",
-    531: "SET_CAMERA_ZOOM",
-    532: "SET_CAMERA_FOCUS",
-    534: "SET_CAMERA_SOURCE",
-    600: "JUMP_TAG",
-    1000: "DO_GIMBAL_MANAGER_PITCHYAW",
-    1001: "DO_GIMBAL_MANAGER_CONFIGURE",
-    2000: "IMAGE_START_CAPTURE",
-    2001: "IMAGE_STOP_CAPTURE",
-    2003: "DO_TRIGGER_CONTROL",
-    2500: "VIDEO_START_CAPTURE",
-    2501: "VIDEO_STOP_CAPTURE",
-    3000: "DO_VTOL_TRANSITION",
-}
-#: Frequent commands after which the file does not determine where the aircraft flies.
-_UNSUPPORTED: Final = {
-    30: "NAV_CONTINUE_AND_CHANGE_ALT",
-    32: "DO_FOLLOW",
-    92: "NAV_GUIDED_ENABLE",
-    95: "NAV_LAST",
-    176: "DO_SET_MODE",
-    177: "DO_JUMP",
-    179: "DO_SET_HOME",
-    185: "DO_FLIGHTTERMINATION",
-    186: "DO_CHANGE_ALTITUDE",
-    191: "DO_GO_AROUND",
-    192: "DO_REPOSITION",
-    193: "DO_PAUSE_CONTINUE",
-    208: "DO_PARACHUTE",
-    215: "DO_SET_REVERSE",
-    222: "DO_GUIDED_LIMITS",
-    601: "DO_JUMP_TAG",
-}
+#: MAV_TYPE of aircraft that circle above home when they return, and MAV_AUTOPILOT_ARDUPILOTMEGA.
+_FIXED_WING, _VTOLS, _ARDUPILOT = 1, range(19, 26), 3
 #: Frames (MAV_FRAME) of places on the Earth, and the references of their altitudes.
 FRAMES: Final[dict[int, Reference]] = {0: "sea", 5: "sea", 3: "home", 6: "home", 10: "ground", 11: "ground"}
 #: The frame that is written for each reference of altitudes.
@@ -149,8 +92,8 @@ def plan_of(
     given: Given | None = None,
     fence: Sequence[Fence] = (),
     has_rally_points: bool = False,
-    is_fixed_wing: bool = False,
-    is_ardupilot: bool = False,
+    vehicle: object = None,
+    autopilot: object = None,
 ) -> FlightPlan:
     """
     Return the plan of a mission.
@@ -171,10 +114,8 @@ def plan_of(
         The fence of the plan.
     has_rally_points
         Whether the aircraft may return to another place than home.
-    is_fixed_wing
-        Whether it is known not to hover: it runs up before it climbs, and circles above home.
-    is_ardupilot
-        Whether its autopilot is ArduPilot, whose planes return higher.
+    vehicle, autopilot
+        Numbers of MAV_TYPE and MAV_AUTOPILOT, if the file says them.
 
     Raises
     ------
@@ -190,8 +131,7 @@ def plan_of(
     """
     given = given or Given()
     home = given.home_of(home)
-    climb = given.climbs_to(is_ardupilot_plane=is_ardupilot and is_fixed_wing)
-    reader = _Reader(home, list(remarks), given, climb, is_fixed_wing=is_fixed_wing)
+    reader = _Reader(home, list(remarks), given, vehicle, autopilot)
     if has_rally_points:
         reader.elsewhere.append("the rally points")
     if given.home is not None:
@@ -216,12 +156,11 @@ def plan_of(
 class _Reader:
     """State of reading a mission: the waypoints so far, the speed, and the item that ended the flight."""
 
-    def __init__(
-        self, home: Home | None, remarks: list[str], given: Given, climb: tuple[float, str], *, is_fixed_wing: bool
-    ) -> None:
-        self.home, self.remarks, self.given, self.is_fixed_wing = home, remarks, given, is_fixed_wing
+    def __init__(self, home: Home | None, remarks: list[str], given: Given, vehicle: object, autopilot: object) -> None:
+        self.home, self.remarks, self.given, self.vehicle = home, remarks, given, vehicle
+        self.circles_home = vehicle == _FIXED_WING or (type(vehicle) is int and vehicle in _VTOLS)
         #: the height of a return, metres above home, and its source
-        self.climb = climb
+        self.climb = given.climbs_to(is_ardupilot_plane=self.circles_home and autopilot == _ARDUPILOT)
         self.waypoints: list[Waypoint] = []
         self.unknown: list[str] = []
         self.speed: float | None = None
@@ -235,15 +174,15 @@ class _Reader:
             fault(item.where, f"its frame is {item.frame}", f"MAV_FRAME has 0 to {_LAST_FRAME}")
         if item.command == LAND_START:
             self.elsewhere.append("the start of the landing (DO_LAND_START)")
-        if item.command in _STILL:
-            named = f"{_STILL[item.command]} (command {item.command})"
+        if item.command in STILL:
+            named = f"{STILL[item.command]} (command {item.command})"
             self.remarks.append(f"{item.where}: {named} does not fly to a place: left out")
             return
         if item.command == CHANGE_SPEED:
             self._change_speed(item)
             return
         if item.command != RETURN and item.command not in _FLOWN:
-            named = _UNSUPPORTED.get(item.command, "not known")
+            named = UNSUPPORTED.get(item.command, "not known")
             remedy = "the file does not determine where it flies: take it out"
             fault(item.where, f"command {item.command} is {named}", remedy)
         if self.ended_by:
@@ -280,7 +219,7 @@ class _Reader:
             f"{item.where}: it climbs to {self.climb[1]}; the return is taken as straight, and as the landing"
         )
         self.waypoints += self._climb()
-        if self.is_fixed_wing and (radius := self._own_radius(item)):
+        if self.circles_home and (radius := self._own_radius(item)):
             last = self.waypoints[-1] if self.waypoints else Waypoint(self.home.x, self.home.y)
             above = Waypoint(self.home.x, self.home.y, last.altitude, last.reference, self.speed, loiter_radius=radius)
             self.waypoints.append(above)
@@ -316,7 +255,7 @@ class _Reader:
             self.unknown.append(f"{item.where}: it is at home, and the file does not say where that is; {GIVE_HOME}")
             return
         altitude = item.numbers[6]
-        if item.command == TAKE_OFF and self.is_fixed_wing and not self._has_place(item):
+        if item.command == TAKE_OFF and self.vehicle == _FIXED_WING and not self._has_place(item):
             wrong = "a take-off without a place, and the aircraft does not climb vertically"
             self.unknown.append(f"{item.where}: {wrong}; give its latitude and longitude")
         if item.command == SPLINE:

@@ -25,8 +25,6 @@ _MIXED = 0
 _ABOVE_TERRAIN = 3
 #: MAV_AUTOPILOT_GENERIC and MAV_TYPE_QUADROTOR: any autopilot, and a vehicle that takes off and lands vertically.
 _FIRMWARE, _VEHICLE = 0, 2
-#: MAV_TYPE_FIXED_WING, and MAV_AUTOPILOT_ARDUPILOTMEGA
-_FIXED_WING, _ARDUPILOT = 1, 3
 #: Speeds that the file needs if the plan has none (m/s): QGroundControl's defaults.
 _CRUISE, _HOVER = 15.0, 5.0
 _PARAMETERS = 7
@@ -77,7 +75,8 @@ def _read(document: Mapping[str, Any], given: Given | None) -> FlightPlan:
     points = rally.get("points", [])
     if not isinstance(points, list):
         fault(where, f"the points of its rallyPoints are {shown(points)}", "they are a list")
-    remarks = [f"rallyPoints: {len(points)} points: not flown, left out"] if points else []
+    remarks = ["geoFence: the place of the return after a breach: left out"] if fence.get("breachReturn") else []
+    remarks += [f"rallyPoints: {len(points)} points: not flown, left out"] if points else []
     home = _home(mission.get("plannedHomePosition"), "mission: plannedHomePosition")
     items = mission.get("items")
     if not isinstance(items, list):
@@ -95,8 +94,8 @@ def _read(document: Mapping[str, Any], given: Given | None) -> FlightPlan:
         given=given,
         fence=rules,
         has_rally_points=bool(points),
-        is_fixed_wing=mission.get("vehicleType") == _FIXED_WING,
-        is_ardupilot=mission.get("firmwareType") == _ARDUPILOT,
+        vehicle=mission.get("vehicleType"),
+        autopilot=mission.get("firmwareType"),
     )
 
 

@@ -120,6 +120,14 @@ def test_circles_are_left_along_tangents_and_keep_the_clearance(folder: Path) ->
     assert checked(folder, data, north(250.0), clearance=40.0).is_clean
 
 
+def test_a_plan_of_one_place_may_be_a_circle(folder: Path) -> None:
+    data = plan_file(item(18, (0, 0), 50, 1, 0, 200), home=[*at(0, 0), 12.0])
+    assert not checked(folder, data, north(100.0)).is_clean
+    found = checked(folder, data, north(300.0))
+    assert found.is_clean
+    assert found.clearance == pytest.approx(100.0, abs=2.0)
+
+
 # waypoints that are passed at a distance
 
 
@@ -200,6 +208,7 @@ def test_returns_to_places_that_are_not_known_are_not_clean(folder: Path) -> Non
         (plan_file(WEST, back, **rally), "rally points"),
         (plan_file(WEST, item(189, None, 0.0), back), "DO_LAND_START"),
         (plan_file(WEST, back, vehicleType=1), "circles"),
+        (plan_file(WEST, back, vehicleType=22, firmwareType=12), "circles"),
         (plan_file(WEST, back, home=[0, 0, 0]), "returns home"),
         (plan_file(item(22, None, 30.0), WEST, vehicleType=1), "vertically"),
         (plan_file(item(84, (0, 0), 30.0, 0, 3), WEST), "transition"),
@@ -447,6 +456,13 @@ def test_the_fence_of_a_plan_is_checked(folder: Path, shapes: list[dict[str, Any
     assert check(folder / "a.plan", tolerance=None).is_clean is clean
     plan = read_plan_of(data)
     assert plan_of_bytes(text_of_plan(plan, "again.plan").encode(), "again.plan").fence == plan.fence
+
+
+def test_a_fence_is_not_lost_in_another_file() -> None:
+    plan = read_plan_of(fenced(disc(0, 0, 1100, inclusion=True)))
+    for kind in set(WRITTEN) - {".plan"}:
+        with pytest.raises(PlanError, match="fence"):
+            text_of_plan(plan, f"a{kind}")
 
 
 def test_inclusions_are_rules_of_the_autopilot(folder: Path) -> None:

@@ -281,6 +281,29 @@ def test_the_command_prints_what_python_answers(cgla: Call, words: str, on: str 
     assert found == {**json.loads(json.dumps(answer)), "files": []}
 
 
+def test_what_a_plan_leaves_open_is_given_on_the_command_line(cgla: Call) -> None:
+    item = {"type": "SimpleItem", "frame": 3, "autoContinue": True}
+    commands = (16, [0, 0, 0, None, 60.3, 24.8, 50]), (19, [9, 0, 0, None, 60.3, 24.7, 50]), (20, [0] * 7)
+    items = [{**item, "command": command, "params": params} for command, params in commands]
+    mission = {"version": 2, "items": items, "plannedHomePosition": [0, 0, 0], "firmwareType": 12}
+    Path("open.plan").write_text(json.dumps({"fileType": "Plan", "version": 1, "mission": mission}), encoding="utf-8")
+    words = ["check", "open.plan", "bay.geojson", "--no-certificate"]
+    answer = cgla(*words)
+    assert answer.code == 1
+    verdict = " ".join(lines_of(answer)["verdict"].split())
+    for said in ("home is not set", "--home LON,LAT", "--loiter-radius M"):
+        assert said in verdict
+    given = ["--home", "24.7,60.4", "--loiter-radius", 0, "--return-altitude", 70]
+    known = cgla(*words, *given)
+    assert known.code == 0
+    assert "70 m above home, as given" in known.out
+    same = cg.check(
+        "open.plan", zones="bay.geojson", tolerance=None, home=(24.7, 60.4), loiter_radius=0.0, return_altitude=70.0
+    )
+    assert cgla(*words, *given, "--json").document()["legs"] == json.loads(json.dumps(same.document()))["legs"]
+    cgla(*words, "--home", "24.7").refused("home", "longitude and latitude")
+
+
 def test_waypoints_and_zones_as_objects_are_checked(cgla: Call) -> None:
     """The result is the same as from files; waypoints are in the plane if the map is."""
     zones = cg.read_zones("bay.geojson")
