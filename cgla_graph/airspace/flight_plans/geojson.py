@@ -47,7 +47,6 @@ def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
     >>> read_document(json.loads(write(plan)), "mine.geojson") == plan
     True
     """
-    _require_degrees(document.get("crs"), where)
     lines: list[tuple[str, list[Waypoint]]] = []
     points: list[Waypoint | Home] = []
     remarks: list[str] = []
@@ -72,15 +71,6 @@ def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
     plan = choose_plan(lines, points, has_roles=has_roles, remarks=remarks, where=where)
     name = document.get("name")
     return plan.renamed(name) if name and isinstance(name, str) else plan
-
-
-def _require_degrees(crs: object, where: str) -> None:
-    """Refuse a file of the old standard in other coordinates than longitude and latitude of WGS84."""
-    named = crs.get("properties") if isinstance(crs, Mapping) else crs
-    name = str(named.get("name", "")) if isinstance(named, Mapping) else ""
-    if crs is not None and not name.upper().endswith(("CRS84", ":4326")):
-        wrong = f"its crs is {shown(name or crs)}"
-        fault(where, wrong, "places are longitude and latitude of WGS84 (OGC:CRS84): transform them, and leave crs out")
 
 
 def choose_plan(

@@ -346,18 +346,6 @@ def test_files_of_viewers_that_leave_the_flight_open_are_refused_or_not_clean() 
     assert not plan_of_bytes(kml.format("", line.format("")).encode(), "a.kml").unknown
     with pytest.raises(PlanError, match="altitudeOffset"):
         plan_of_bytes(kml.format("", line.format("<gx:altitudeOffset>40</gx:altitudeOffset>")).encode(), "a.kml")
-    for name, known in (("urn:ogc:def:crs:OGC:1.3:CRS84", True), ("EPSG:4326", True), ("EPSG:4301", False)):
-        document = {
-            "type": "LineString",
-            "coordinates": [[24, 60], [24.1, 60]],
-            "crs": {"type": "name", "properties": {"name": name}},
-        }
-        data = json.dumps(document).encode()
-        if known:
-            assert plan_of_bytes(data, "a.geojson").waypoints
-        else:
-            with pytest.raises(PlanError, match="4301"):
-                plan_of_bytes(data, "a.geojson")
 
 
 def test_paths_of_problems_are_not_read_from_plans_that_are_not_straight(folder: Path) -> None:
