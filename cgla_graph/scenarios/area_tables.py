@@ -17,7 +17,8 @@ from cgla_graph._types import Bounds, Point
 from cgla_graph.airspace.zones.applying import Applied, ZoneAccount
 from cgla_graph.airspace.zones.ground import read_ground
 from cgla_graph.airspace.zones.reading import is_geojson, read_zones
-from cgla_graph.airspace.zones.shapes import AreaShape, shift_hole, unwrapped, with_fewer_corners
+from cgla_graph.airspace.zones.rings import directed_rings
+from cgla_graph.airspace.zones.shapes import AreaShape, with_fewer_corners
 from cgla_graph.model.earth import LocalProjection, project_on_map, projected_bounds, require_degrees
 from cgla_graph.model.no_fly import require_valid
 
@@ -101,8 +102,7 @@ def drawn_area(name: str, outline: Sequence[Sequence[float]], holes: Sequence[An
     if lonlat:
         for ring in rings:
             require_degrees(name, ring)
-        rings = [unwrapped(ring, name) for ring in rings]
-        rings = [rings[0], *(shift_hole(rings[0], hole) for hole in rings[1:])]
+        rings = directed_rings(rings, name)
     polygon = Polygon(rings[0], rings[1:])
     require_valid(name, polygon)
     return polygon

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from cgla_graph._text import shown
 from cgla_graph.airspace.zones.entries import Entry
 from cgla_graph.airspace.zones.periods import Period, period_of
-from cgla_graph.airspace.zones.shapes import area_of, circle_of
+from cgla_graph.airspace.zones.rings import area_of
+from cgla_graph.airspace.zones.shapes import circle_of
 from cgla_graph.airspace.zones.zone import FOOT, GROUND, NO_CEILING, SPELLINGS, UNLIMITED, Layer, Limit, Zone
 from cgla_graph.untrusted.files import fault
 

@@ -4,7 +4,8 @@ from cgla_graph._text import shown
 from cgla_graph.airspace.zones.ed269 import KINDS, UNITS, limit_of, require_order, zone_of
 from cgla_graph.airspace.zones.entries import Entry
 from cgla_graph.airspace.zones.periods import Period, moment_of, period_of
-from cgla_graph.airspace.zones.shapes import area_of, circle_of, joined, short
+from cgla_graph.airspace.zones.rings import area_of
+from cgla_graph.airspace.zones.shapes import circle_of, joined, short
 from cgla_graph.airspace.zones.zone import GROUND, UNLIMITED, Layer, Validity, Zone
 from cgla_graph.untrusted.files import fault
 

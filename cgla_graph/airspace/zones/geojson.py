@@ -10,7 +10,8 @@ from shapely.geometry import MultiPolygon, Polygon
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
-from cgla_graph.airspace.zones.shapes import are_split, joined, positions_of, shift_hole, unwrapped
+from cgla_graph.airspace.zones.rings import directed_rings
+from cgla_graph.airspace.zones.shapes import are_split, joined, positions_of
 from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import read_bytes
 from cgla_graph.untrusted.json_files import json_of
@@ -163,8 +164,9 @@ def _geometry(geometry: object, where: str) -> Polygon | MultiPolygon:
 
 def _polygon(rings: object, where: str) -> Polygon:
     """Return a polygon: the first ring is its border, the others are holes."""
-    border, *holes = [_ring(ring, f"{where}, ring {index}") for index, ring in enumerate(_list(rings, where, "rings"))]
-    return Polygon(border, [shift_hole(border, hole) for hole in holes])
+    read = [_ring(ring, f"{where}, ring {index}") for index, ring in enumerate(_list(rings, where, "rings"))]
+    border, *holes = directed_rings(read, where)
+    return Polygon(border, holes)
 
 
 def _ring(ring: object, where: str) -> FloatArray:
@@ -179,7 +181,7 @@ def _ring(ring: object, where: str) -> FloatArray:
     if (points[0] != points[-1]).any():
         wrong = f"{where} is open: it begins at {tuple(points[0].tolist())} and ends at {tuple(points[-1].tolist())}"
         _fail(wrong, "only a closed ring", "repeat the first position at the end")
-    return unwrapped(points, where)
+    return points
 
 
 def position_of(position: object, where: str) -> Position:

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
 from cgla_graph._text import shown
-from cgla_graph.airspace.zones.shapes import AreaShape, polygon_of, ring_of, short
+from cgla_graph.airspace.zones.rings import polygon_of
+from cgla_graph.airspace.zones.shapes import AreaShape, ring_of, short
 from cgla_graph.airspace.zones.zone import Layer, NoArea, Zone
 from cgla_graph.untrusted.files import fault
 from cgla_graph.untrusted.numbers import plain_numbers

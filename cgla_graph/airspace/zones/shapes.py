@@ -21,8 +21,6 @@ SHORTEST_RING = 4
 CORNERS, BEYOND = 72, 1.001
 #: Greatest radius of a circle, metres, and corners of its polygon, at most.
 WIDEST, MOST_CORNERS = 500_000.0, 5000
-#: Overlaps of the boxes of edges of an outline that crosses itself, per edge on average, at most.
-OVERLAPS = 50
 #: First tolerance of simplifying outlines, metres, and reach of the result beyond the outline divided by the tolerance.
 LEAST_TOLERANCE, WIDENED = 0.5, 3.0
 #: Points per edge at which the polygon around a circle is checked, and their least distance divided by the radius.
@@ -32,9 +30,7 @@ CHECKED, INSIDE = 8, 1.00002
 
 def ring_of(value: object, where: str, *, closed: bool = True) -> FloatArray:
     """
-    Return the corners of a ring, the last one equal to the first, degrees, shape ``(n, 2)``.
-
-    Longitudes of a ring across the antimeridian continue beyond 180 degrees, so that it is in one piece.
+    Return the corners of a ring as they are written, the last one equal to the first, degrees, shape ``(n, 2)``.
 
     Parameters
     ----------
@@ -52,8 +48,8 @@ def ring_of(value: object, where: str, *, closed: bool = True) -> FloatArray:
 
     Examples
     --------
-    >>> ring_of([[179, 0], [-179, 0], [-179, 1], [179, 0]], "a ring").tolist()
-    [[179.0, 0.0], [181.0, 0.0], [181.0, 1.0], [179.0, 0.0]]
+    >>> ring_of([[6, 49, 120], [7, 49], [7, 50], [6, 49]], "a ring").tolist()
+    [[6.0, 49.0], [7.0, 49.0], [7.0, 50.0], [6.0, 49.0]]
     """
     points = _positions(value, where)
     if not closed and len(points) and (points[0] != points[-1]).any():
@@ -63,7 +59,7 @@ def ring_of(value: object, where: str, *, closed: bool = True) -> FloatArray:
     if (points[0] != points[-1]).any():
         wrong = f"it is open: it begins at {points[0].tolist()} and ends at {points[-1].tolist()}"
         fault(where, wrong, "repeat the first position at the end")
-    return unwrapped(points, where)
+    return points
 
 
 def _positions(value: object, where: str) -> FloatArray:
@@ -140,82 +136,6 @@ def unwrapped(points: FloatArray, where: str) -> FloatArray:
     # east of 180 degrees rather than west of -180
     turned[:, 0] += 360.0 * (turned[:, 0].min() < -180.0)  # noqa: PLR2004
     return turned
-
-
-def polygon_of(rings: list[FloatArray], where: str) -> tuple[AreaShape, str]:
-    """
-    Return the area inside the first ring and outside the others, and a remark, which may be empty.
-
-    The inside of a ring that crosses itself is ambiguous. Then all that the ring encloses counts as inside, including
-    the holes: the area may grow, but never shrinks.
-
-    Parameters
-    ----------
-    rings
-        Rings as `ring_of` returns them.
-    where
-        Name of the area in errors.
-
-    Raises
-    ------
-    FileFormatError
-        If the area is empty, or the ring crosses itself too often.
-
-    Examples
-    --------
-    >>> bow = np.array([[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
-    >>> area, remark = polygon_of([bow], "a zone")
-    >>> area.area, remark
-    (0.5, 'its outline crosses itself: all that it encloses is closed')
-    """
-    border, *holes = rings
-    area = Polygon(border, [shift_hole(border, hole) for hole in holes])
-    if area.is_valid and area.area > 0.0:
-        return area, ""
-    if not _crosses_seldom(border):
-        reason = shapely.is_valid_reason(area).replace("[", " at [")
-        fault(where, f"its outline crosses itself too often ({reason})", "redraw it, or repair it (shapely.make_valid)")
-    enclosed = shapely.union_all(shapely.get_parts(shapely.polygonize([shapely.node(shapely.LineString(border))])))
-    if enclosed.is_empty or not isinstance(enclosed, Polygon | MultiPolygon):
-        fault(where, "its outline encloses nothing", "give a ring with an inside")
-    return enclosed, "its outline crosses itself: all that it encloses is closed"
-
-
-def area_of(rings: Sequence[object], where: str) -> tuple[AreaShape, str]:
-    """
-    Read the area of lists of positions, the border first, then holes, as `ring_of` and `polygon_of` do.
-
-    Examples
-    --------
-    >>> area_of([[[6, 49], [7, 49], [7, 50], [6, 49]]], "a zone")[0].area
-    0.5
-    """
-    return polygon_of([ring_of(ring, f"{where}[{index}]") for index, ring in enumerate(rings)], where)
-
-
-def _crosses_seldom(border: FloatArray) -> bool:
-    """Return whether few boxes of edges overlap, so that finding all crossings is fast."""
-    edges = np.asarray(shapely.linestrings(np.stack([border[:-1], border[1:]], axis=1)))
-    tree, found = shapely.STRtree(edges), 0
-    for first in range(0, len(edges), 64):
-        found += tree.query(edges[first : first + 64]).shape[1]
-        if found > OVERLAPS * (first + 64):
-            return False
-    return True
-
-
-def shift_hole(border: FloatArray, hole: FloatArray) -> FloatArray:
-    """
-    Shift the longitudes of a hole by a multiple of 360 degrees to those of its border.
-
-    Examples
-    --------
-    >>> shift_hole(np.array([[178.0, 0.0], [184.0, 2.0]]), np.array([[-179.0, 1.0], [-178.0, 1.5]]))[:, 0].tolist()
-    [181.0, 182.0]
-    """
-    middle = 0.5 * (float(border[:, 0].min()) + float(border[:, 0].max()))
-    turn = 360.0 * round((middle - 0.5 * (float(hole[:, 0].min()) + float(hole[:, 0].max()))) / 360.0)
-    return np.column_stack([hole[:, 0] + turn, hole[:, 1]]) if turn else hole
 
 
 def joined(areas: Sequence[AreaShape]) -> AreaShape:

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from strategies import few, seeds
 
 from cgla_graph.airspace.zones import shapes
-from cgla_graph.airspace.zones.shapes import circle_of, joined, part_near, polygon_of, ring_of, with_fewer_corners
+from cgla_graph.airspace.zones.rings import area_of, polygon_of
+from cgla_graph.airspace.zones.shapes import circle_of, joined, part_near, ring_of, with_fewer_corners
 from cgla_graph.errors import FileFormatError
 from cgla_graph.model.earth import LocalProjection, geodesic_lengths, project_area
 
@@ -67,7 +68,7 @@ def test_rings_across_the_antimeridian_are_in_one_piece() -> None:
 )
 def test_ambiguous_rings_are_refused(ring: list[list[float]], said: str) -> None:
     with pytest.raises(FileFormatError, match=said):
-        ring_of(ring, "a zone")
+        area_of([ring], "a zone")
 
 
 @few
