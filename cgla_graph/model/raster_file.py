@@ -19,6 +19,7 @@ from cgla_graph._validate import bounds_box, file_path, non_negative_number
 from cgla_graph.errors import FileFormatError, ProblemError
 from cgla_graph.model.earth import LocalProjection, wrapped
 from cgla_graph.untrusted.arrays import ArrayHeader, archive_names, read_archive, read_elements, read_header
+from cgla_graph.untrusted.json_maps import WGS84
 from cgla_graph.untrusted.numbers import plain_numbers
 
 Kind: TypeAlias = Literal["density", "count"]
@@ -30,8 +31,6 @@ GEOTIFF = (".tif", ".tiff")
 ENDINGS = (*GEOTIFF, ".asc", ".npy", ".npz", ".csv", ".csv.gz")
 #: Characters a line of text at most, and characters a cell.
 LONGEST_LINE, CHARACTERS = 1 << 24, 32
-#: EPSG codes of degrees on WGS84, or on a datum within a metre or two of it.
-WGS84 = (4326, 4979, 4258, 4269)
 #: Metres from the origin of a projection; beyond this it distorts areas by more than a percent.
 FARTHEST = 1_500_000.0
 #: Nodes a side of the grid between which projections are interpolated, by splines of degree 5.

@@ -16,6 +16,7 @@ from cgla_graph.airspace.flight_plans.tagged_waypoints import assemble_plan, pla
 from cgla_graph.errors import OutputError, PlanError
 from cgla_graph.untrusted.files import FilePath, kind_of, read_bytes, text_of
 from cgla_graph.untrusted.json_files import json_of
+from cgla_graph.untrusted.json_maps import refuse_esri, require_wgs84
 from cgla_graph.untrusted.kml_files import unzipped
 from cgla_graph.untrusted.xml_files import tag_of, xml_of
 
@@ -113,6 +114,8 @@ def _of_xml(root: Element, where: str) -> FlightPlan:
 
 
 def _of_json(document: Mapping[str, Any], where: str, given: Given | None) -> FlightPlan:
+    refuse_esri(document, where)
+    require_wgs84(document, where)
     if "fileType" in document or "mission" in document:
         return qgroundcontrol.read_document(document, where, given)
     if isinstance(document.get("type"), str):

@@ -12,6 +12,16 @@ from cgla_graph.airspace.zones.zone import FOOT, GROUND, NO_CEILING, SPELLINGS, 
 from cgla_graph.untrusted.files import fault
 
 KINDS = ("PROHIBITED", "REQ_AUTHORISATION", "CONDITIONAL", "NO_RESTRICTION", "USPACE", *SPELLINGS)
+#: Keys of zones that restrict when and where they apply, and keys of volumes.
+ZONE = ("applicability",)
+VOLUME = (
+    "uomDimensions",
+    "lowerLimit",
+    "lowerVerticalReference",
+    "upperLimit",
+    "upperVerticalReference",
+    "horizontalProjection",
+)
 UNITS = {"M": 1.0, "FT": FOOT}
 #: References of heights, as files write them.
 REFERENCES = {"AGL": "AGL", "SFC": "AGL", "AMSL": "AMSL", "MSL": "AMSL", "WGS84": "WGS84", "W84": "WGS84"}
@@ -67,6 +77,7 @@ def _zone(value: object, index: int, file: str) -> Zone:
     entry = Entry(value, f"{file}: zone {index}")
     identifier = entry.text("identifier")
     entry.where = f"{file}: zone {index} {shown(identifier)}"
+    entry.require_spelling(ZONE)
     layers = [_layer(volume) for volume in entry.entries("geometry", empty=False)]
     return zone_of(entry, identifier, entry.choice("restriction", KINDS), layers, _periods(entry), file)
 
@@ -92,6 +103,7 @@ def zone_of(
 
 def _layer(entry: Entry) -> Layer:
     """Read a volume."""
+    entry.require_spelling(VOLUME)
     finite = entry.has("lowerLimit") or entry.has("upperLimit")
     unit = UNITS[entry.choice("uomDimensions", list(UNITS), None if finite else "M")]
     lower = limit_of(entry, "lowerLimit", "lowerVerticalReference", unit, GROUND)

@@ -12,6 +12,9 @@ from cgla_graph.untrusted.files import fault
 #: Keys of properties and of geometries that no other GeoJSON has.
 OWN_PROPERTIES = {"zoneAuthority", "limitedApplicability", "variant", "restrictionConditions", "regulationExemption"}
 OWN_MEMBERS = {"layer", "extent"}
+#: Keys of zones that restrict when they apply, and keys of layers.
+ZONE = ("limitedApplicability",)
+LAYER = ("uom", "lower", "lowerReference", "upper", "upperReference")
 #: Keys of the metadata of a file: of the standard, and of Ireland's files.
 METADATA = ("metadata", "datasetMetadata")
 
@@ -80,6 +83,7 @@ def read_document(document: object, file: str) -> tuple[list[Zone], list[Validit
 
 def _validity(about: Entry, file: str) -> Validity:
     """Read the period in which a file is valid."""
+    about.require_spelling(("validFrom", "validTo"))
     _, first, last = (moment_of(about, key) if about.has(key) else None for key in ("issued", "validFrom", "validTo"))
     return Validity(file, first, last)
 
@@ -92,6 +96,7 @@ def _zone(value: object, index: int, file: str) -> Zone:
     about.where = feature.where
     identifier = about.text("identifier")
     feature.where = about.where = f"{file}: zone {index} {shown(identifier)}"
+    about.require_spelling(ZONE)
     layers = _layers(feature.entry("geometry"), Entry(feature.values["properties"], about.where))
     return zone_of(about, identifier, about.choice("type", KINDS), layers, _periods(about), file)
 
@@ -108,6 +113,7 @@ def _layers(geometry: Entry, about: Entry, *, nested: bool = False) -> list[Laye
     lower, upper = GROUND, UNLIMITED
     if holder.has(key):
         layer = holder.entry(key)
+        layer.require_spelling(LAYER)
         unit = UNITS[layer.choice("uom", list(UNITS), "M")]
         lower = limit_of(layer, "lower", "lowerReference", unit, GROUND)
         upper = limit_of(layer, "upper", "upperReference", unit, UNLIMITED)

@@ -1,10 +1,16 @@
 """JSON objects with their place in the document: values are checked on access, and errors name zone and key."""
 
+import re
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any, NoReturn
 
+from cgla_graph._text import shown
 from cgla_graph.airspace.zones.shapes import short
 from cgla_graph.untrusted.files import fault
+
+#: Likeness from which on an unknown key is a misspelt one, 1 for the same letters.
+NEAR = 0.85
 
 
 class Entry:
@@ -43,6 +49,15 @@ class Entry:
         """Raise the error of an invalid value of a key."""
         said = f"it is {short(self.values[key])}" if key in self.values else "it is missing"
         fault(f"{self.where}: {key}", said, remedy)
+
+    def require_spelling(self, known: Sequence[str], likeness: float = NEAR) -> None:
+        """Refuse a key that is nearly one of the known ones: what it says would not count."""
+        others = [key for key in self.values if key not in known]
+        plain = {re.sub(r"[^a-z0-9]", "", key.lower()): key for key in known}
+        for key in others:
+            near = get_close_matches(re.sub(r"[^a-z0-9]", "", key.lower()[:60]), plain, n=1, cutoff=likeness)
+            if near:
+                fault(f"{self.where}: {shown(key)}", "there is no such key", f"write {plain[near[0]]}, or leave it out")
 
     def text(self, key: str) -> str:
         """Return a text that is not blank."""

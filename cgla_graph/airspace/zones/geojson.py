@@ -15,6 +15,7 @@ from cgla_graph.airspace.zones.shapes import are_split, joined, positions_of
 from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import read_bytes
 from cgla_graph.untrusted.json_files import json_of
+from cgla_graph.untrusted.json_maps import refuse_esri, require_wgs84
 
 Position: TypeAlias = tuple[float, float]
 
@@ -87,7 +88,10 @@ def read_areas(path: str | os.PathLike[str]) -> list[Area]:
     ('area 0', 0.5)
     """
     file = repr(os.fspath(path))
-    return areas_of(json_of(read_bytes(path, file), file), file)
+    document = json_of(read_bytes(path, file), file)
+    refuse_esri(document, file)
+    require_wgs84(document, file)
+    return areas_of(document, file)
 
 
 def areas_of(document: object, file: str) -> list[Area]:
@@ -157,7 +161,7 @@ def _geometry(geometry: object, where: str) -> Polygon | MultiPolygon:
     if not area.is_valid:
         reason = shapely.is_valid_reason(area).replace("[", " at [")
         wrong = f"{where} is no valid area: {reason} (longitude latitude)"
-        remedy = "redraw it there, or repair the file with shapely.make_valid"
+        remedy = "redraw it there, with holes inside the first ring, and other outlines as polygons of their own"
         _fail(wrong, "only an area whose rings do not cross or overlap", remedy)
     return area
 

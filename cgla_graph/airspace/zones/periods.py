@@ -13,6 +13,9 @@ from cgla_graph.airspace.zones.sun import EARLIEST, EVENTS, LATEST, Event, Sun
 from cgla_graph.untrusted.files import fault
 
 DAYS = ("MON", "TUE", "WED", "THU", "FRI", "SAT", "SUN")
+#: Keys of a period and of its schedule.
+PERIOD = ("permanent", "startDateTime", "endDateTime", "schedule")
+SCHEDULE = ("day", "startTime", "endTime", "startEvent", "endEvent")
 DAY, MINUTE, SECOND = timedelta(days=1), timedelta(minutes=1), timedelta(seconds=1)
 TIME = re.compile(r"(\d{2}):(\d{2})(?::(\d{2})(?:[.,]\d+)?)?\s*(Z|z|[+-]\d{2}:?\d{2})?", re.ASCII)
 
@@ -159,6 +162,7 @@ def period_of(entry: Entry) -> Period:
     >>> period_of(Entry({"startDateTime": "2026-08-01T06:00:00Z"}, "zone 'A'")).start.isoformat()
     '2026-08-01T06:00:00+00:00'
     """
+    entry.require_spelling(PERIOD, 0.75)
     start, end = (moment_of(entry, key) if entry.has(key) else None for key in ("startDateTime", "endDateTime"))
     if start is not None and end is not None and end < start:
         entry.wrong("endDateTime", f"give a time after startDateTime, {start.isoformat()}")
@@ -216,6 +220,7 @@ def _moment(text: str) -> datetime | None:
 
 def _daily(entry: Entry) -> Daily:
     """Read a ``schedule``'s days and times."""
+    entry.require_spelling(SCHEDULE, 0.75)
     days: set[int] = set()
     given = entry.values.get("day")
     words = [given] if isinstance(given, str) else entry.items("day", empty=False)

@@ -13,6 +13,7 @@ from cgla_graph.airspace.zones.zone import Format, Layer, NoArea, Validity, Zone
 from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import FilePath, fault, kind_of, read_bytes
 from cgla_graph.untrusted.json_files import json_of
+from cgla_graph.untrusted.json_maps import refuse_esri, require_wgs84
 from cgla_graph.untrusted.kml_files import kml_of
 
 #: Files that are kept in memory, at most.
@@ -115,6 +116,8 @@ def zones_of(data: bytes, file: str) -> Zones:
             zones, others = kml.read_root(kml_of(data, file), file)
         elif kind == "json":
             document = json_of(data, file)
+            refuse_esri(document, file)
+            require_wgs84(document, file)
             if ed318.is_ed318(document):
                 found = "ED-318"
                 zones, validities = ed318.read_document(document, file)

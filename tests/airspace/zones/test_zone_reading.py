@@ -12,6 +12,7 @@ from strategies import few, seeds
 from zone_files import (
     ALWAYS,
     HOLE,
+    NIGHTS,
     PUBLISHED,
     SQUARE,
     circle,
@@ -272,3 +273,34 @@ def test_damaged_files_are_read_or_refused(kind: str, seed: int) -> None:
         [damaged_json(data, 1000 * seed + n) for n in range(20)] if kind != "KML" else [kmz(d) for d in documents]
     )
     tried(whole, FileFormatError, documents)
+
+
+PERIODS = {
+    "endDatetime": ({"endDatetime": "2026-08-01T00:00:00Z"}, "endDateTime"),
+    "enddatetime": ({"startDateTime": "2026-08-01T00:00:00Z", "enddatetime": "2026-08-02T00:00:00Z"}, "endDateTime"),
+    "endDate": ({"endDate": "2026-08-01T00:00:00Z"}, "endDateTime"),
+    "start_date_time": ({"start_date_time": "2026-08-01T00:00:00Z"}, "startDateTime"),
+    "startTime": ({"startTime": "06:00Z"}, "startDateTime"),
+    "shedule": ({"shedule": [NIGHTS]}, "schedule"),
+    "Permanent": ({"Permanent": "NO"}, "permanent"),
+    "starttime": ({"schedule": [{"day": ["ANY"], "starttime": "06:00Z"}]}, "startTime"),
+    "EndEvent": ({"schedule": [{"day": ["ANY"], "EndEvent": "SS"}]}, "endEvent"),
+}
+
+
+@pytest.mark.parametrize("key", PERIODS)
+def test_a_misspelt_time_is_an_error(key: str) -> None:
+    """What it says would not count: the error names the key and the right one, in both standards."""
+    period, right = PERIODS[key]
+    for document in (ed269(applicability=[period]), ed318(limitedApplicability=[period])):
+        assert f"{key!r}: there is no such key; write {right}, or leave it out" in refused(document)
+
+
+def test_other_misspelt_keys_are_errors() -> None:
+    assert "write applicability" in refused(ed269(applicabilty=[{"permanent": "NO"}]))
+    assert "write limitedApplicability" in refused(ed318(limitedapplicability=[]))
+    assert "write upperLimit" in refused(ed269(volume(upperlimit=100)))
+    assert "write upperReference" in refused(ed318({**circle(6, 49, 9), "layer": layer(upperReferense="AGL")}))
+    assert "write validTo" in refused({**ed318(), "metadata": {"validto": "2026-01-01T00:00:00Z"}})
+    # keys that are like none of these are ignored
+    assert only(ed269(volume(comment="low"), applicability=[{"permanent": "NO", "remark": "x"}], extra=1))
