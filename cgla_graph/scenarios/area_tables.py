@@ -67,6 +67,9 @@ class NoFlyTable(Table):
     treat: dict[str, Literal["closed", "open"]] = Field(
         default_factory=dict, description="which kinds of zones are closed and which open, as REQ_AUTHORISATION"
     )
+    lines: Literal["closed", "open"] = Field(
+        default="open", description="whether what closed lines of KML enclose is closed"
+    )
     ground: str | None = Field(
         default=None,
         description="path of a raster of elevations (lon/lat), which compares heights above ground and sea",
@@ -119,7 +122,7 @@ def applied_zones(table: NoFlyTable, folder: Path) -> Applied:
     """
     ground = None if table.ground is None else read_ground(folder / table.ground)
     zones = read_zones([folder / name for name in table.zones])
-    return zones.apply(altitude=table.altitude, at=table.at, treat=table.treat, ground=ground)
+    return zones.apply(altitude=table.altitude, at=table.at, treat=table.treat, ground=ground, lines=table.lines)
 
 
 def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping[str, object]) -> NoFlyTable:

@@ -208,7 +208,7 @@ def load_scenario(
     no_fly
         Files of more no-fly areas, on a map in longitude and latitude: GeoJSON, or zones.
     zones
-        Replacements for the file's settings of zones: altitude, at, treat, ground.
+        Replacements for the file's settings of zones: altitude, at, treat, ground, lines.
 
     Raises
     ------

@@ -122,6 +122,10 @@ class ZoneOptions:
     ground: Annotated[
         Path | None, option("--ground FILE.tif", "of zones: elevations, to compare heights above ground and sea")
     ] = None
+    lines: Annotated[
+        Text,
+        option("--lines closed|open", "of zones: closed, if closed lines of KML close their insides (default: open)"),
+    ] = None
     zones_list: Annotated[
         Path | None, option("--zones-list FILE", "write the state of each zone and its reason: .csv or .json")
     ] = None
@@ -146,6 +150,9 @@ class ZoneOptions:
         if self.above is not None and self.above not in ABOVE:
             msg = f"--above is {shown(self.above)}; give one of {', '.join(ABOVE)}"
             raise CglaError(msg)
+        if self.lines not in {None, "closed", "open"}:
+            msg = f"--lines is {shown(self.lines)}; give closed, which closes what closed lines enclose, or open"
+            raise CglaError(msg)
         treated = {}
         for text in self.treat or ():
             kind, equals, value = (part.strip() for part in text.partition("="))
@@ -158,6 +165,7 @@ class ZoneOptions:
             "at": self.at,
             "treat": treated or None,
             "ground": None if self.ground is None else str(self.ground.absolute()),
+            "lines": self.lines,
         }
 
     def may_count(self, spec: str, maps: MapOptions) -> bool:

@@ -154,8 +154,8 @@ class MapOptions:
     no_fly
         Files of more no-fly areas: GeoJSON, or zones.
     zones
-        Settings of zones from ``--altitude`` (with ``--above``), ``--at``, ``--treat`` and ``--ground``; None where an
-        option was left out.
+        Settings of zones from ``--altitude`` (with ``--above``), ``--at``, ``--treat``, ``--ground`` and ``--lines``;
+        None where an option was left out.
     raster
         Settings of a raster from ``--kind``, ``--scale``, ``--nodata``, ``--interpolation``, ``--origin`` and
         ``--coordinates``; None where an option was left out.

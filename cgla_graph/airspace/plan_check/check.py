@@ -18,7 +18,7 @@ from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint
 from cgla_graph.airspace.plan_check.bracket import blocked_end, bracket, through_waypoints
 from cgla_graph.airspace.plan_check.plan_map import NamedMap, PlainMap, PlanMap, put_on_map
 from cgla_graph.airspace.plan_check.result import PlanCheck
-from cgla_graph.airspace.zones.applying import Zones
+from cgla_graph.airspace.zones.applying import Lines, Zones
 from cgla_graph.airspace.zones.ground import Ground, read_ground
 from cgla_graph.airspace.zones.heights import Altitude
 from cgla_graph.airspace.zones.reading import read_zones
@@ -45,6 +45,7 @@ def check(
     at: str | datetime | None = None,
     treat: Mapping[str, str] | None = None,
     ground: Ground | FilePath | None = None,
+    lines: Lines | None = None,
     return_altitude: float | None = None,
     loiter_radius: float | None = None,
     home: tuple[float, ...] | None = None,
@@ -70,7 +71,7 @@ def check(
     altitude
         Altitude at which zones count, metres above ground, or as ``"450 AMSL"``. None: the plan's own altitudes are
         compared with floors and ceilings, leg by leg.
-    at, treat
+    at, treat, lines
         As in `cgla_graph.airspace.zones.applying.Zones.apply`.
     ground
         Elevations, or the file of a raster of them, metres above sea level; needed to compare heights above ground with
@@ -125,7 +126,7 @@ def check(
     if on is None and not has_zones and not held.fence:
         msg = f"{name}: there is nothing to check it against; give zones, or a map (on)"
         raise CglaError(msg)
-    for setting, value in (("altitude", altitude), ("at", at), ("treat", treat), ("ground", ground)):
+    for setting, value in (("altitude", altitude), ("at", at), ("treat", treat), ("ground", ground), ("lines", lines)):
         if value is not None and not has_zones:
             msg = f"{setting} needs zones; give their files (zones)"
             raise CglaError(msg)
@@ -133,7 +134,7 @@ def check(
     applied = None
     if has_zones:
         read = listed if isinstance(listed, Zones) else read_zones(listed)
-        applied = read.apply(altitude=altitude, at=at, treat=treat, ground=elevations)
+        applied = read.apply(altitude=altitude, at=at, treat=treat, ground=elevations, lines=lines or "open")
     changes = {setting: value for setting, value in (("k", k), ("clearance", clearance)) if value is not None}
     source = PlainMap("map", "", on) if isinstance(on, Problem) else on
     at_one_height = altitude is not None

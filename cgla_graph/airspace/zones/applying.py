@@ -22,7 +22,11 @@ from cgla_graph.model.earth import LocalProjection, project_area
 State: TypeAlias = Literal["closed", "open", "left out"]
 STATES: tuple[State, ...] = get_args(State)
 
+Lines: TypeAlias = Literal["closed", "open"]
+
 OUTSIDE = "outside the map"
+#: Names of closed lines that a note has, at most.
+MOST_NAMED = 5
 NOT_COMPARED = "closed because heights above different things cannot be compared without the ground's elevation"
 
 
@@ -180,8 +184,20 @@ class Applied:
         return [one for one in self.verdicts if one.state == "closed"]
 
     def account(self) -> ZoneAccount:
-        """Return the records of all zones."""
-        return ZoneAccount(tuple(one.record() for one in self.verdicts), self.remarks)
+        """Return the records of all zones, with a remark for each file that has closed lines on the map."""
+        return ZoneAccount(tuple(one.record() for one in self.verdicts), (*self.remarks, *self._of_lines()))
+
+    def _of_lines(self) -> Iterator[str]:
+        """Yield for each file how many closed lines are left out, and their names."""
+        named: dict[str, list[str]] = {}
+        for zone in (one.zone for one in self.verdicts if one.reason != OUTSIDE):
+            if isinstance(zone, NoArea) and zone.layers:
+                named.setdefault(zone.file, []).extend([zone.label] * len(zone.layers))
+        for file, labels in named.items():
+            few = ", ".join(list(dict.fromkeys(labels))[:MOST_NAMED])
+            more = ", …" if len(set(labels)) > MOST_NAMED else ""
+            count = f"{len(labels)} closed line{'s' * (len(labels) != 1)}"
+            yield f"{file}: {count} ({few}{more}) left out; lines = closed (--lines closed) closes what they enclose"
 
     def within(self, box: Bounds) -> "Applied":
         """
@@ -194,6 +210,9 @@ class Applied:
         """
 
         def cut(verdict: Verdict) -> Verdict:
+            zone = verdict.zone
+            if isinstance(zone, NoArea) and zone.layers and not any(part_near(one.area, box) for one in zone.layers):
+                return replace(verdict, reason=OUTSIDE)
             area = None if verdict.area is None else part_near(verdict.area, box)
             if verdict.area is None or area is verdict.area:
                 return verdict
@@ -271,6 +290,7 @@ class Zones:
         at: str | datetime | None = None,
         treat: Mapping[str, str] | None = None,
         ground: Ground | None = None,
+        lines: Lines = "open",
     ) -> Applied:
         """
         Return the state of each zone at an altitude and a time.
@@ -286,17 +306,24 @@ class Zones:
         ground
             Elevations to compare heights above ground with heights above the sea. Without them, a zone that needs such
             a comparison is closed.
+        lines
+            Whether closed lines of KML, which are no areas, are ``closed``: then what they enclose is a zone.
 
         Raises
         ------
         FileFormatError
-            If the altitude, the time or a kind is not valid.
+            If the altitude, the time, a kind or `lines` is not valid.
         """
         flight = None if altitude is None else Altitude.of(altitude)
         moment = _moment(at)
         treated = {**TREATMENTS, **treatments_of(treat or {})}
-        verdicts = [_verdict(zone, flight, moment, treated, ground) for zone in self.zones]
-        others = [Verdict(one, "left out", one.reason) for one in self.no_areas]
+        if lines not in get_args(Lines):
+            msg = f"lines is {short(lines)}; give closed, which closes what closed lines enclose, or open"
+            raise FileFormatError(msg)
+        shut = [one for one in self.no_areas if one.layers and lines == "closed"]
+        zones = (*self.zones, *(one.closed for one in shut))
+        verdicts = [_verdict(zone, flight, moment, treated, ground) for zone in zones]
+        others = [Verdict(one, "left out", one.reason) for one in self.no_areas if one not in shut]
         late = [] if moment is None else [one.remark(moment) for one in self.validities]
         return Applied((*verdicts, *others), tuple(filter(None, late)))
 

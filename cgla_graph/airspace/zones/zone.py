@@ -175,7 +175,16 @@ class Zone:
 @dataclass(frozen=True)
 class NoArea:
     """
-    A point, line or picture of KML, which closes no area.
+    A point, line or picture of KML, which closes no area by itself.
+
+    Parameters
+    ----------
+    label, reason, file
+        Its name, what it is, and its file.
+    layers
+        What closed lines enclose; empty for other lines, points and pictures.
+    message
+        Description of its placemark, may be empty.
 
     Examples
     --------
@@ -186,6 +195,13 @@ class NoArea:
     label: str
     reason: str
     file: str
+    layers: tuple[Layer, ...] = ()
+    message: str = ""
+
+    @property
+    def closed(self) -> Zone:
+        """The zone of what its lines enclose."""
+        return Zone(self.label, "", "UNCLASSIFIED", self.layers, file=self.file, message=self.message)
 
 
 @dataclass(frozen=True)
