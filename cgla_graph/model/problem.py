@@ -149,7 +149,8 @@ class Problem(Plottable):
             x, y = point(name, getattr(self, name))
             object.__setattr__(self, name, (x, y))
             if not (x_min <= x <= x_max and y_min <= y <= y_max):
-                msg = f"{name} {(x, y)} is outside the bounds {self.bounds}; move it, or widen the bounds"
+                box = self._shown((x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max))
+                msg = f"{name} {self._shown((x, y))} is outside the bounds {box}; move it, or widen the bounds"
                 raise ProblemError(msg)
         object.__setattr__(self, "k", self.model.k)
         object.__setattr__(self, "field", self.model.field)
@@ -160,14 +161,29 @@ class Problem(Plottable):
 
     def _too_near(self, name: str) -> str:
         """Return why start or goal may not be where it is."""
-        place = getattr(self, name)
+        place: Point = getattr(self, name)
+        where = self._shown(place)
         away = self.area_as_given.path_clearance([place])
         if self.area.contains(place):
-            return f"{name} {place} is inside the no-fly area; move it to the boundary or outside"
+            return f"{name} {where} is inside the no-fly area; move it to the boundary or outside"
+        unit = "" if self.projection is None else " m"
         return (
-            f"{name} {place} is {away:.6g} from the no-fly area, and the clearance is {self.clearance:g} (at round "
-            "corners up to 0.12 % more); move it, or lower the clearance"
+            f"{name} {where} is {away:.6g}{unit} from the no-fly area, and the clearance is {self.clearance:g}{unit} "
+            "(at round corners up to 0.12 % more); move it, or lower the clearance"
         )
+
+    def _shown(self, *corners: Point) -> str:
+        """Return a place, or the box of several, for messages: in degrees where the map has a projection."""
+        if self.projection is None:
+            return f"{corners[0] if len(corners) == 1 else self.bounds}"
+        try:
+            degrees = self.projection.inverse(corners)
+        except ProblemError:
+            # (farther away than any place of the Earth)
+            return f"{corners[0] if len(corners) == 1 else self.bounds} (metres)"
+        degrees[:, 0] += 360.0 * np.round((degrees[0, 0] - degrees[:, 0]) / 360.0)
+        ends = degrees[:1] if len(corners) == 1 else np.stack([degrees.min(axis=0), degrees.max(axis=0)])
+        return f"({', '.join(f'{number:.8g}' for number in ends.ravel().tolist())})"
 
     def _warn_of_small_spreads(self) -> None:
         """Warn of a threat that is too small for the map, such as one with a spread in degrees on a map in metres."""

@@ -350,7 +350,7 @@ def _crossed(
             bounds=None if bounds is None else list(four_numbers("bounds", bounds)),
             no_fly=no_fly,
         )
-    return _on_even_lattice(scenario_of(table, path.parent, path.stem, str(path)))
+    return _on_even_lattice(scenario_of(table, path.parent, path.stem, ", ".join(map(str, files))))
 
 
 def _changed(scenario: Scenario, **changes: Any) -> Scenario:  # noqa: ANN401 - fields of a problem

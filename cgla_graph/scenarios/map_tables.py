@@ -306,7 +306,7 @@ class MapBuilder:
         here = shapely.Point(self.point(list(pair)))
         unit = "" if self.is_plane else " m"
         # (areas come first, as errors in their files are raised there)
-        for shape, area in zip(self.projected_no_fly, map(shown, self.no_fly_names), strict=True):
+        for shape, area in zip(self.projected_no_fly, self._places_of_areas(), strict=True):
             if shapely.contains_properly(shape, here):
                 msg = f"{name} {tuple(pair)} is inside the no-fly area {area}; move it to its boundary or outside"
                 raise ProblemError(msg)
@@ -353,6 +353,20 @@ class MapBuilder:
         written += [area.name or f"no_fly.areas.{number}" for number, area in enumerate(given.areas)]
         zones = [] if self.zones is None else [one.zone.label for one in self.zones.applied.closed]
         return [*written, *(area.name for name in given.geojson for area in self._areas_in(name)), *zones]
+
+    def _places_of_areas(self) -> list[str]:
+        """Return the name of each no-fly area for messages, with the file that it is in, if that is another one."""
+        given = self.table.no_fly
+        files = [""] * (len(given.polygons) + len(given.areas))
+        files += [name for name in given.geojson for _ in self._areas_in(name)]
+        files += [] if self.zones is None else [one.zone.file for one in self.zones.applied.closed]
+        # (names of folders tell files of the same name apart)
+        paths = {Path(file).name: set[Path]() for file in files}
+        for file in files:
+            paths[Path(file).name].add((self.folder / file).absolute())
+        short = {file: Path(file).name if len(paths[Path(file).name]) == 1 else file for file in files}
+        named = zip(map(shown, self.no_fly_names), files, strict=True)
+        return [f"{area} of {short[file]}" if file else area for area, file in named]
 
     @cached_property
     def zones(self) -> MapZones | None:

@@ -124,7 +124,7 @@ class ZoneOptions:
     ] = None
     lines: Annotated[
         Text,
-        option("--lines closed|open", "of zones: closed, if closed lines of KML close their insides (default: open)"),
+        option("--lines closed|open", "of zones: closed to close the insides of closed lines of KML (default: open)"),
     ] = None
     zones_list: Annotated[
         Path | None, option("--zones-list FILE", "write the state of each zone and its reason: .csv or .json")

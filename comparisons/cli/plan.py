@@ -65,7 +65,7 @@ def plan(
     from cgla_graph.comparisons.study.rows import plan_document
 
     flying = _flying(flyable, budget)
-    exported = _exports(export, flying, zoned=zones.may_count(scenario[0], maps))
+    exported = _exports(export, flying, zoned=any(zones.may_count(one, maps) for one in scenario))
     tolerance = read_tolerance(proof.tolerance, certify=not proof.no_certificate)
     entrant = read_entrant(solver, refine=refine)
     opened = open_map("plan", scenario, maps, zones, raster, k=_price_of_risk(maps.k, ground))

@@ -16,7 +16,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds
 from cgla_graph.comparisons.report.maps import MOST_SAMPLES, RISK_SAMPLES, map_document
-from cgla_graph.comparisons.study.options import open_one
+from cgla_graph.comparisons.study.options import MapOptions, open_one
 from cgla_graph.errors import ScenarioError
 from cgla_graph.model.earth import closed_on_map, project_area
 from cgla_graph.model.no_fly import overlay_errors
@@ -142,7 +142,7 @@ class LiveMap:
         >>> len(live.first.threats), live.first.k, live.fixed
         (10, 10.0, None)
         """
-        scenario = open_one("live", spec)
+        scenario = open_one("live", spec, MapOptions(takes_k=False))
         is_file = spec.lower().endswith(".toml")
         try:
             table = open_table(spec) if is_file or not Path(spec).suffix else None

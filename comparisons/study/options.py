@@ -156,6 +156,8 @@ class MapOptions:
     zones
         Settings of zones from ``--altitude`` (with ``--above``), ``--at``, ``--treat``, ``--ground`` and ``--lines``;
         None where an option was left out.
+    takes_k
+        Whether the command has ``--k``, for messages.
     raster
         Settings of a raster from ``--kind``, ``--scale``, ``--nodata``, ``--interpolation``, ``--origin`` and
         ``--coordinates``; None where an option was left out.
@@ -175,6 +177,7 @@ class MapOptions:
     no_fly: Sequence[Path] = ()
     zones: Mapping[str, Any] = field(default_factory=dict)
     raster: Mapping[str, Any] = field(default_factory=dict)
+    takes_k: bool = True
 
     @property
     def is_empty(self) -> bool:
@@ -184,7 +187,7 @@ class MapOptions:
     @property
     def given(self) -> dict[str, object]:
         """The given values by option name."""
-        fields = [one.name for one in dataclasses.fields(self) if one.name not in {"raster", "zones"}]
+        fields = [one.name for one in dataclasses.fields(self) if one.name not in {"raster", "zones", "takes_k"}]
         every = {**{name: getattr(self, name) for name in fields}, **self.zones, **self.raster}
         return {
             f"--{name.replace('_', '-')}": value for name, value in every.items() if value is not None and value != ()
@@ -204,7 +207,10 @@ class MapOptions:
         if is_raster(spec):
             require_file(Path(spec))
             if self.k is None:
-                msg = f"{spec}: a raster has no risk weight; give --k K, what a unit of risk is worth in length"
+                remedy = "write a scenario file with start, goal, k and [[rasters]], and give that"
+                if self.takes_k:
+                    remedy = "give --k K, what a unit of risk is worth in length"
+                msg = f"{spec}: a raster has no risk weight; {remedy}"
                 raise CglaError(msg)
         elif settings:
             msg = f"{spec} is no raster (those end in {', '.join(RASTERS)}): leave out --{next(iter(settings))}"
@@ -260,23 +266,25 @@ def open_all(specs: Sequence[str], how: MapOptions | None = None) -> Iterator[Sc
 
 def open_one(command: str, specs: str | Sequence[str], how: MapOptions | None = None) -> Scenario:
     """
-    Open the one map that a command takes; several files of areas or zones are one map.
+    Open the one map that a command takes, with files of areas or zones beside it; several such files are one map.
 
     Raises
     ------
     CglaError
         If the map is invalid, or there is more than one.
     """
-    first, *more = [specs] if isinstance(specs, str) else specs
+    listed = [specs] if isinstance(specs, str) else list(specs)
     how = how or MapOptions()
-    if more:
-        others = [spec for spec in (first, *more) if not spec.lower().endswith(AREAS) and not holds_areas(Path(spec))]
-        if others:
-            named = ", ".join((first, *more))
-            kinds = "several files of areas or zones as one"
-            msg = f"{command} takes one map, not {named}; or {kinds}, and {others[0]} is none"
+    if len(listed) > 1:
+        others = [spec for spec in listed if not spec.lower().endswith(AREAS) and not holds_areas(Path(spec))]
+        if len(others) > 1:
+            kinds = "files of areas or zones beside it, in any order"
+            msg = f"{command} takes one map and {kinds}, not {', '.join(listed)}: {' and '.join(others)} are maps"
             raise CglaError(msg)
-        how = dataclasses.replace(how, no_fly=[*map(Path, more), *how.no_fly])
+        # (the order of files does not matter: a scenario or a raster is the map, wherever it stands)
+        listed.sort(key=lambda spec: spec not in others)
+        how = dataclasses.replace(how, no_fly=[*map(Path, listed[1:]), *how.no_fly])
+    first = listed[0]
     opened = list(how.open(first))
     if len(opened) != 1:
         msg = f"{first} has {len(opened)} rows; {command} takes one, as FILE.scen:ROW"

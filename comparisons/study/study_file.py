@@ -197,7 +197,7 @@ def _scenarios(table: StudyTable, folder: Path) -> Iterator[Scenario]:
                     f"{entry!r} is a mission, and a study has maps only; cgla compare {spec} flies it with the solvers"
                 )
                 raise StudyError(msg)
-            yield from open_all([spec], MapOptions(resolution=table.resolution))
+            yield from open_all([spec], MapOptions(resolution=table.resolution, takes_k=False))
 
 
 def _from_folder(spec: str, folder: Path) -> str:

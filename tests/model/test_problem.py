@@ -17,6 +17,7 @@ from strategies import crowds, fast, fields, points, polygons, risk_weights, see
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.errors import CglaError, NodeNotFoundError, ProblemError
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import COST_TOLERANCE, GraphProblem, Problem
@@ -422,3 +423,20 @@ def test_a_lattice_of_other_bounds_is_taken_as_it_is() -> None:
     on_graph = OPEN.on_lattice(Lattice(3, bounds=(0.2, 0.2, 0.8, 0.8), kind="centre"))
     assert on_graph.graph.n_nodes == 11
     assert on_graph.source != on_graph.target
+
+
+def test_errors_of_a_map_in_degrees_are_in_degrees() -> None:
+    """Start, goal and bounds are given back in longitude and latitude, distances in metres."""
+    middle = LocalProjection(25.0, 60.0)
+    wall = shapely.box(-100.0, -100.0, 100.0, 100.0)
+    place = {"bounds": (-5000.0, -5000.0, 5000.0, 5000.0), "projection": middle}
+    with pytest.raises(ProblemError, match=r"^start \(25, 60\) is inside the no-fly area; move"):
+        Problem((0.0, 0.0), (1000.0, 0.0), no_fly=wall, **place)
+    with pytest.raises(ProblemError, match=r"^goal \(25\.003\d+, 60\) is 100 m from the no-fly area, .* is 150 m \(at"):
+        Problem((1000.0, 0.0), (200.0, 0.0), no_fly=wall, clearance=150.0, **place)
+    with pytest.raises(
+        ProblemError, match=r"start \(25\.107\d+, [56]\d\.?\d*\) is outside the bounds \(24\.9\d+, 59\."
+    ):
+        Problem((6000.0, 0.0), (200.0, 0.0), **place)
+    with pytest.raises(ProblemError, match=r"start \(30000000\.0, 0\.0\) \(metres\) is outside"):
+        Problem((3e7, 0.0), (200.0, 0.0), **place)

@@ -340,7 +340,7 @@ def test_published_lengths_from_file_to_solver(file: Path) -> None:
         (
             (24.79, 60.15),
             3000.0,
-            r"start \(24.79, 60.15\) is 555.472 m from the no-fly area 'harbour', and the clearance",
+            r"start \(24.79, 60.15\) is 555.472 m from the no-fly area 'harbour' of areas.geojson, and the clearance",
         ),
         ((60.15, 24.7), None, r"longitude first\? \(24.7, 60.15\) is 4.7 km from the map"),
     ],

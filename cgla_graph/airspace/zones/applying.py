@@ -38,7 +38,7 @@ class ZoneRecord:
     Attributes
     ----------
     file, identifier, name, kind
-        Data of the zone; `kind` is empty for a point or line.
+        Data of the zone; `kind` is in the words of the file, and empty for a point or line.
     state
         ``closed``, ``open`` or ``left out``.
     reason
@@ -153,7 +153,7 @@ class Verdict:
             zone.file,
             zone.identifier,
             zone.name,
-            zone.kind,
+            zone.category or zone.kind,
             self.state,
             self.reason,
             limits,

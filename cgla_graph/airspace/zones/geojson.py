@@ -30,7 +30,10 @@ GEOMETRIES = (
 )
 SHORTEST_RING = 4
 #: Properties that name an area, in order of preference; case is ignored.
-NAMES = ("name", "title", "designator", "ident", "label", "id")
+NAMES = ("name", "title", "designator", "ident", "label", "identifier", "id")
+#: Properties that identify an area, and those that say its kind in the words of the file.
+IDENTIFIERS = ("identifier", "designator", "ident", "localid", "code", "id")
+KINDS = ("restriction", "kind", "type", "category", "class")
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,8 @@ class Area:
         Its name in the file.
     polygon
         The area, longitude and latitude in degrees.
+    identifier, kind
+        What the file calls it and its kind, by one of `IDENTIFIERS` and `KINDS`; empty if it does not.
 
     Examples
     --------
@@ -53,6 +58,8 @@ class Area:
 
     name: str
     polygon: Polygon | MultiPolygon
+    identifier: str = ""
+    kind: str = ""
 
 
 def read_areas(path: str | os.PathLike[str]) -> list[Area]:
@@ -136,10 +143,16 @@ def _area(feature: object, index: int, file: str) -> Area:
     if not isinstance(properties, dict | None):
         _fail(f"{where} has properties {shown(properties)}", "an object or null", "write {}")
     own = {str(key).lower(): value for key, value in (properties or {}).items()}
-    for name in (*(own.get(key) for key in NAMES), feature.get("id")):
-        if isinstance(name, str | int) and str(name).strip():
-            return Area(str(name), _geometry(feature.get("geometry"), f"{where} ({shown(str(name))})"))
-    return Area(f"area {index}", _geometry(feature.get("geometry"), where))
+    name = _first(*(own.get(key) for key in NAMES), feature.get("id"))
+    polygon = _geometry(feature.get("geometry"), f"{where} ({shown(name)})" if name else where)
+    identifier = _first(*(own.get(key) for key in IDENTIFIERS), feature.get("id"))
+    return Area(name or f"area {index}", polygon, identifier, _first(*(own.get(key) for key in KINDS)))
+
+
+def _first(*values: object) -> str:
+    """Return the first value that is a text or a whole number, as a text; empty if there is none."""
+    texts = (str(value) for value in values if isinstance(value, str | int) and not isinstance(value, bool))
+    return next((text for text in texts if text.strip()), "")
 
 
 def _geometry(geometry: object, where: str) -> Polygon | MultiPolygon:

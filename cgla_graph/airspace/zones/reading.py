@@ -127,7 +127,14 @@ def zones_of(data: bytes, file: str) -> Zones:
             else:
                 found = "GeoJSON"
                 zones = [
-                    Zone(area.name, "", "UNCLASSIFIED", (Layer(area.polygon),), file=file)
+                    Zone(
+                        area.identifier or area.name,
+                        area.name if area.identifier else "",
+                        "UNCLASSIFIED",
+                        (Layer(area.polygon),),
+                        file=file,
+                        category=area.kind,
+                    )
                     for area in geojson.areas_of(document, file)
                 ]
         else:

@@ -147,6 +147,8 @@ class Zone:
         The file from which it was read.
     reason, conditions, message, authority
         Reason, conditions of a conditional zone, message for pilots, and contact of the authority.
+    category
+        Kind in the words of a file whose kinds are not those of `TREATMENTS`; may be empty.
 
     Examples
     --------
@@ -165,6 +167,7 @@ class Zone:
     conditions: str = ""
     message: str = ""
     authority: str = ""
+    category: str = ""
 
     @property
     def label(self) -> str:

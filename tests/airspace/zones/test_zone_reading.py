@@ -304,3 +304,26 @@ def test_other_misspelt_keys_are_errors() -> None:
     assert "write validTo" in refused({**ed318(), "metadata": {"validto": "2026-01-01T00:00:00Z"}})
     # keys that are like none of these are ignored
     assert only(ed269(volume(comment="low"), applicability=[{"permanent": "NO", "remark": "x"}], extra=1))
+
+
+@pytest.mark.parametrize(
+    ("properties", "more", "listed"),
+    [
+        ({"name": "Loviisa", "type": "R"}, {"id": "EFP20"}, ("EFP20", "Loviisa", "R")),
+        ({"identifier": "X-1", "name": "Castle", "restriction": "PROHIBITED"}, {}, ("X-1", "Castle", "PROHIBITED")),
+        ({"Designator": "ED-R 1", "class": "D"}, {}, ("ED-R 1", "ED-R 1", "D")),
+        ({"identifier": "X-2", "type": ""}, {"id": 7}, ("X-2", "X-2", "UNCLASSIFIED")),
+        ({"title": "Castle"}, {}, ("Castle", "", "UNCLASSIFIED")),
+        (None, {"id": 7}, ("7", "7", "UNCLASSIFIED")),
+        ({"restriction": "NO_RESTRICTION"}, {}, ("area 0", "", "NO_RESTRICTION")),
+    ],
+)
+def test_identifiers_and_kinds_of_geojson_are_listed(
+    properties: object, more: dict[str, object], listed: tuple[str, ...]
+) -> None:
+    """They are the words of the file: the area is closed as UNCLASSIFIED unless told otherwise."""
+    zones = zones_of(data_of({**geojson(), "properties": properties, **more}), "mine")
+    (record,) = zones.apply().account().records
+    assert (record.identifier, record.name, record.kind) == listed
+    assert (record.state, record.reason) == ("closed", "UNCLASSIFIED")
+    assert zones.apply(treat={"UNCLASSIFIED": "open"}).account().count("open") == 1

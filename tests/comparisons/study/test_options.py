@@ -1,13 +1,17 @@
 """Maps with changes: rasters with their options, and other risk weights."""
 
+import itertools
 import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from zone_files import data_of, ed269
 
+from cgla_graph.comparisons.live.draft import LiveMap
 from cgla_graph.comparisons.study.options import MapOptions, open_one
+from cgla_graph.comparisons.study.study_file import read_study
 from cgla_graph.errors import CglaError
 from cgla_graph.scenarios.scenario import Scenario
 
@@ -92,8 +96,46 @@ def test_several_geojson_files_are_one_map(tmp_path: Path) -> None:
     assert joined.problem == beside.problem
     assert (len(joined.problem.area.geometry.geoms), joined.problem.clearance) == (3, 250.0)
     assert joined.title == "3 no-fly areas of 0.geojson, 1.geojson, 2.geojson"
-    with pytest.raises(CglaError, match="several files of areas or zones as one, and paper is none"):
+    with pytest.raises(CglaError, match=r"takes one map .*: paper and maze are maps"):
+        open_map([str(files[0]), "paper", "maze"])
+    with pytest.raises(CglaError, match=r"paper: no_fly\.geojson .* holds longitudes and latitudes"):
         open_map([str(files[0]), "paper"])
+
+
+def test_the_order_of_files_does_not_matter(tmp_path: Path) -> None:
+    """A scenario is the map, wherever it stands; an error names the file that the area is in."""
+    files = [tmp_path / "areas.geojson", tmp_path / "castle.json", tmp_path / "mine.toml"]
+    files[0].write_text(ring(24.0))
+    files[1].write_bytes(data_of(ed269()))
+    ends = "start = [23.9, 60.05]\ngoal = [24.2, 60.05]\nk = 0\nbounds = [5, 48, 25, 61]"
+    files[2].write_text(f'coordinates = "lonlat"\n{ends}')
+    found = [open_map([str(file) for file in order]) for order in itertools.permutations(files)]
+    assert {(one.name, one.problem.start, one.problem.bounds) for one in found} == {
+        ("mine", found[0].problem.start, found[0].problem.bounds)
+    }
+    assert all(one.problem.area.geometry.equals(found[0].problem.area.geometry) for one in found)
+    assert len(found[0].problem.area.geometry.geoms) == 2
+    for order in itertools.permutations(map(str, files[:2])):
+        with pytest.raises(CglaError, match=r"inside the no-fly area 'area 0' of areas\.geojson"):
+            open_map([*order], start="24.05,60.05", goal="24.2,60.05")
+        with pytest.raises(CglaError, match=r"inside the no-fly area 'A-1 .Castle.' of castle\.json"):
+            open_map([*order], start="6.01,49.01", goal="6.3,49.1")
+        with pytest.raises(CglaError, match=r"mine\.toml: start .* 'A-1 .Castle.' of castle\.json"):
+            open_map([*order, str(files[2])], start="6.01,49.01")
+
+
+def test_errors_name_k_only_where_it_is(tmp_path: Path) -> None:
+    """The page and files of studies have no --k."""
+    people = tmp_path / "people.asc"
+    people.write_text("ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2\n3 4\n")
+    with pytest.raises(CglaError, match="has no risk weight; give --k K"):
+        open_map(str(people))
+    study = tmp_path / "study.toml"
+    study.write_text(f'scenarios = ["{people}"]\n')
+    for opened in (lambda: LiveMap.open(str(people)), lambda: read_study(study)):
+        with pytest.raises(CglaError, match="no risk weight; write a scenario file") as told:
+            opened()
+        assert "--k" not in str(told.value)
 
 
 @pytest.mark.parametrize("spec", ["maze", "small.map"])
