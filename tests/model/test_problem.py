@@ -434,9 +434,7 @@ def test_errors_of_a_map_in_degrees_are_in_degrees() -> None:
         Problem((0.0, 0.0), (1000.0, 0.0), no_fly=wall, **place)
     with pytest.raises(ProblemError, match=r"^goal \(25\.003\d+, 60\) is 100 m from the no-fly area, .* is 150 m \(at"):
         Problem((1000.0, 0.0), (200.0, 0.0), no_fly=wall, clearance=150.0, **place)
-    with pytest.raises(
-        ProblemError, match=r"start \(25\.107\d+, [56]\d\.?\d*\) is outside the bounds \(24\.9\d+, 59\."
-    ):
+    with pytest.raises(ProblemError, match=r"start \(25\.107\d+, [56]\d.*\) is outside the bounds \(24\.9\d+, 59\."):
         Problem((6000.0, 0.0), (200.0, 0.0), **place)
     with pytest.raises(ProblemError, match=r"start \(30000000\.0, 0\.0\) \(metres\) is outside"):
         Problem((3e7, 0.0), (200.0, 0.0), **place)
