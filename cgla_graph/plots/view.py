@@ -13,6 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.model.earth import LocalProjection
+from cgla_graph.plots.degrees import degree_text
 from cgla_graph.plots.page import plain
 
 #: Margin around a flight that covers little of its map, in parts of the flight's longer side.
@@ -26,7 +27,6 @@ _LEAST_SHAPE = 0.5
 _ON_EDGE, _EDGE_ROOM = 0.004, 0.02
 _SCALE_SHARE = 0.25  # longest scale, as a part of the shown width
 _MOST_NAMES = 12  # areas that are named, the largest first
-_DIGITS = 4  # most digits of degrees
 _HALO = [patheffects.withStroke(linewidth=2.0, foreground="white", alpha=0.9)]
 
 
@@ -170,21 +170,6 @@ def label_degrees(axes: Axes, projection: LocalProjection, counts: tuple[int, in
     axes.set_xlabel("longitude")
     axes.set_ylabel("latitude")
     _draw_scale(axes)
-
-
-def degree_text(value: float, letters: str, step: float) -> str:
-    """
-    Write a longitude or latitude with as many digits as steps of `step` need.
-
-    Examples
-    --------
-    >>> degree_text(24.5, "EW", 0.5), degree_text(-60.0, "NS", 1.0), degree_text(0.0, "EW", 1.0)
-    ('24.5° E', '60° S', '0°')
-    """
-    value = (value + 180.0) % 360.0 - 180.0 if letters == "EW" else value
-    digits = next((n for n in range(_DIGITS) if math.isclose(step * 10**n, round(step * 10**n), abs_tol=1e-6)), _DIGITS)
-    number = f"{abs(value):.{digits}f}"
-    return f"{number}°" if float(number) == 0.0 else f"{number}° {letters[value < 0.0]}"
 
 
 def _draw_scale(axes: Axes) -> None:

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
+from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
+from cgla_graph.plots.degrees import degree_ticks
 from cgla_graph.plots.risk_samples import risk_samples, sample_edges
 from cgla_graph.scenarios.scenario import Scenario
 
@@ -50,22 +52,36 @@ def map_document(scenario: Scenario) -> dict[str, Any]:
     document
         ``bounds`` in map units, ``y_down``, ``risk`` (None without risk), and of the no-fly area either ``no_fly``,
         rings, each a flat list of steps (see `steps_of`), or ``walls``, a raster. ``margin`` are the rings of the area
-        widened by the clearance, where the problem asks for one.
+        widened by the clearance, where the problem asks for one. ``axes`` are labels in degrees, for x and for y a list
+        of places and a list of texts; None for a map in a plane.
 
     Examples
     --------
     >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> sorted(map_document(load_scenario("one-threat")))
-    ['bounds', 'margin', 'no_fly', 'risk', 'walls', 'y_down']
+    ['axes', 'bounds', 'margin', 'no_fly', 'risk', 'walls', 'y_down']
     """
     problem = scenario.problem
     return {
         "bounds": list(problem.bounds),
         "y_down": scenario.y_down,
+        "axes": _axes(problem),
         "risk": _risk(problem),
         **_no_fly(problem),
         "margin": _margin(problem),
     }
+
+
+def _axes(problem: Problem) -> list[tuple[list[float], list[str]]] | None:
+    """Return the labels of the axes of a map in degrees."""
+    if problem.projection is None:
+        return None
+    try:
+        both = degree_ticks(problem.projection, problem.bounds)
+    except ProblemError:
+        # (a corner is farther away than any place of the Earth)
+        return None
+    return [([round(at, 3) for at, _ in ticks], [text for _, text in ticks]) for ticks in both]
 
 
 def _risk(problem: Problem) -> dict[str, Any] | None:

@@ -102,13 +102,14 @@
     $('#margin-note').hidden = !margins.length;
     const width = state.print ? PAPER : box.clientWidth || 600, height = Math.min(Math.max((width - 60) * (yMax - yMin) / (xMax - xMin) + 78, 280), 640);
     box.style.height = `${height}px`;
+    const labels = which => map.axes ? { tickvals: map.axes[which][0], ticktext: map.axes[which][1] } : {};
     const pad = 0.02 * side, [low, high] = [yMin - pad, yMax + pad];
     return {
       traces, label: `Map of ${here.name}: ${drawn.length} paths shown; the numbers are in the list of solvers and in the table below`,
       layout: {
-        height, uirevision: `${here.name}`, margin: { l: 44, r: 8, t: 26, b: 34 },
-        xaxis: { range: [xMin - pad, xMax + pad], showgrid: false, zeroline: false, showline: false, constrain: 'domain' },
-        yaxis: { range: map.y_down ? [high, low] : [low, high], showgrid: false, zeroline: false, showline: false, scaleanchor: 'x', constrain: 'domain' },
+        height, uirevision: `${here.name}`, margin: { l: map.axes ? 64 : 44, r: 8, t: 26, b: 34 },
+        xaxis: { range: [xMin - pad, xMax + pad], showgrid: false, zeroline: false, showline: false, constrain: 'domain', ...labels(0) },
+        yaxis: { range: map.y_down ? [high, low] : [low, high], showgrid: false, zeroline: false, showline: false, scaleanchor: 'x', constrain: 'domain', ...labels(1) },
         images: mapImages(map),
         // above all paths, on paper of their own
         annotations: [['start', start], ['goal', goal]].map(([text, [x, y]]) => ({
