@@ -14,10 +14,11 @@ import shapely
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._text import shown
 from cgla_graph._types import Bounds
 from cgla_graph.comparisons.report.maps import MOST_SAMPLES, RISK_SAMPLES, map_document
 from cgla_graph.comparisons.study.options import MapOptions, open_one
-from cgla_graph.errors import ScenarioError
+from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.earth import closed_on_map, project_area
 from cgla_graph.model.no_fly import overlay_errors
 from cgla_graph.model.risk import RiskField, Threat
@@ -192,10 +193,26 @@ class LiveMap:
         with unwarned():
             field = RiskField(threats, rasters=before.field.rasters, improper=not before.field.is_proper)
             (x, y), (goal_x, goal_y) = draft.start, draft.goal
-            problem = dataclasses.replace(
-                before, start=(x, y), goal=(goal_x, goal_y), field=field, k=draft.k, no_fly=self._no_fly(draft.areas)
-            )
+            no_fly = self._no_fly(draft.areas)
+            try:
+                problem = dataclasses.replace(
+                    before, start=(x, y), goal=(goal_x, goal_y), field=field, k=draft.k, no_fly=no_fly
+                )
+            except ProblemError as error:
+                raise ProblemError(self._named(str(error), draft)) from error
         return dataclasses.replace(self.scenario, problem=problem)
+
+    def _named(self, message: str, draft: Draft) -> str:
+        """Add the name and the file of an area of the map that start or goal is inside of, if it has any."""
+        place = shapely.Point(draft.start if message.startswith("start") else draft.goal)
+        zones = self.scenario.zones
+        files = {} if zones is None else {record.label: record.file for record in zones.records}
+        inside = (name for name, shape in self.scenario.areas if shapely.contains_properly(shape, place))
+        name = next(inside, None)
+        if name is None or "is inside the no-fly area;" not in message:
+            return message
+        of = f" of {Path(files[name]).name}" if name in files else ""
+        return message.replace("no-fly area;", f"no-fly area {shown(name)}{of};")
 
     def _no_fly(self, areas: Iterable[Area]) -> BaseGeometry | None:
         """Unite fixed areas and areas of a draft."""

@@ -15,7 +15,7 @@ from cgla_graph.airspace.zones.heights import Altitude, meets
 from cgla_graph.airspace.zones.periods import moment_from
 from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near, short
 from cgla_graph.airspace.zones.sun import round_outwards, sun_over
-from cgla_graph.airspace.zones.zone import SPELLINGS, TREATMENTS, Format, NoArea, Validity, Zone
+from cgla_graph.airspace.zones.zone import SPELLINGS, TREATMENTS, Format, NoArea, Validity, Zone, label_of
 from cgla_graph.errors import FileFormatError
 from cgla_graph.model.earth import LocalProjection, project_area
 
@@ -60,6 +60,11 @@ class ZoneRecord:
     limits: str = ""
     authority: str = ""
     remark: str = ""
+
+    @property
+    def label(self) -> str:
+        """Its identifier, and its name if it differs."""
+        return label_of(self.identifier, self.name)
 
 
 @dataclass(frozen=True)

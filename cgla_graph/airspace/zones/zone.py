@@ -172,7 +172,19 @@ class Zone:
     @property
     def label(self) -> str:
         """Its identifier, and its name if it differs."""
-        return f"{self.identifier} ({self.name})" if self.name not in {"", self.identifier} else self.identifier
+        return label_of(self.identifier, self.name)
+
+
+def label_of(identifier: str, name: str) -> str:
+    """
+    Return the identifier of a zone, and its name if it differs.
+
+    Examples
+    --------
+    >>> label_of("LU-P-001", "Findel"), label_of("Findel", "Findel")
+    ('LU-P-001 (Findel)', 'Findel')
+    """
+    return f"{identifier} ({name})" if name not in {"", identifier} else identifier
 
 
 @dataclass(frozen=True)

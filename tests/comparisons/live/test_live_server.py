@@ -18,6 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from serving import serving
 from strategies import examples
+from zone_files import data_of, ed269
 
 from cgla_graph.certificate import certificate, subsolution
 from cgla_graph.comparisons.live.desk import QUICK, REPLACED, Desk, Line
@@ -247,6 +248,21 @@ def test_where_there_is_no_path_a_sentence_says_why(change: dict[str, Any], said
     answer = Planner(LIVE).path(draft, full=False)
     assert said in answer["error"]
     assert answer["path"] == []
+
+
+def test_the_page_names_an_area_and_its_file_in_degrees(tmp_path: Path) -> None:
+    """An end on a map in degrees is given back in degrees, with the zone that it is in, and the zone's file."""
+    (tmp_path / "castle.json").write_bytes(data_of(ed269()))
+    ends = 'coordinates = "lonlat"\nstart = [5.9, 49.1]\ngoal = [6.3, 49.1]\nk = 0\nbounds = [5.5, 48.5, 6.5, 49.5]\n'
+    (tmp_path / "mine.toml").write_text(f'{ends}[no_fly]\nzones = ["castle.json"]\n')
+    live = LiveMap.open(str(tmp_path / "mine.toml"))
+    projection = live.scenario.problem.projection
+    assert projection is not None
+    inside = r"inside the no-fly area 'A-1 \(Castle\)' of castle\.json; move"
+    for place, said in (((6.01, 49.01), inside), ((7.0, 49.1), "outside")):
+        draft = live.first.model_copy(update={"goal": projection.forward(place).tolist()})
+        error = Planner(live).path(draft, full=False)["error"]
+        assert re.search(rf"goal \({place[0]:g}\d*, {place[1]:g}\d*\) is {said}", error), error
 
 
 def test_a_newer_state_replaces_what_waits() -> None:
