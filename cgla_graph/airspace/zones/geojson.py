@@ -162,7 +162,7 @@ def _geometry(geometry: object, where: str) -> Polygon | MultiPolygon:
         _fail(f"{where} has {found}", "Polygon or MultiPolygon", "draw the area, or drop the feature")
     kind = geometry.get("type")
     if kind not in ("Polygon", "MultiPolygon"):
-        remedy = "drop it, buffer points and lines into polygons, and split a collection into features"
+        remedy = "drop it, make closed lines polygons, buffer points and other lines, and split a collection"
         _fail(f"{where} is of type {shown(kind)}", "Polygon or MultiPolygon", remedy)
     coordinates = geometry.get("coordinates")
     if kind == "Polygon":
