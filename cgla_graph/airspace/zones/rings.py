@@ -31,6 +31,7 @@ TOUCHES = "a hole crosses or runs along its outline, another hole or itself: it 
 EMPTY = "a hole encloses nothing: it is left out"
 BOTH_WAYS = "an edge of its outline spans more than 180 degrees of longitude: it is closed both ways around the Earth"
 UNCLEAR = "an edge of a hole spans more than 180 degrees of longitude: the hole is closed"
+SHORT_WAY = "an edge of its outline goes the short way around the Earth, as the place of its holes says"
 LONG_WAY = "an edge of its outline goes the long way around the Earth, as the place of its holes says"
 
 
@@ -188,7 +189,7 @@ def _directed(rings: list[FloatArray], where: str) -> _Directed:
     readings = [one for one in (border.shorter, border.drawn) if one is not None]
     told = [one for one in readings if clear and not unclear and _holds(one, clear)]
     if len(readings) > 1 and len(told) == 1:
-        remarks += [LONG_WAY] if told[0] is border.drawn else []
+        remarks += [LONG_WAY] if told[0] is border.drawn else [SHORT_WAY] if border.sure is None else []
         readings = told
     elif border.fault is not None and told:
         remarks.append(LONG_WAY)

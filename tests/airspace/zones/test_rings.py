@@ -161,6 +161,8 @@ def test_holes_with_long_edges() -> None:
     """A compact hole goes across the antimeridian; another one is closed."""
     zone = [np.array(ring, dtype=float) for ring in (box(170, 0, -170, 20), box(179, 5, -179, 10))]
     assert directed_rings(zone, "a zone")[1][:, 0].max() == 181.0
+    wide, remark = area_of([box(120, -20, -120, 20), box(150, 0, 151, 1)], "a zone")
+    assert (wide.bounds, wide.area, remark) == ((120.0, -20.0, 240.0, 20.0), 4799.0, rings.SHORT_WAY)
     area, remark = area_of([box(-60, -80, 60, 80), box(-170, -70, 170, 70)], "a zone")
     assert remark == rings.UNCLEAR
     assert area.covers(shapely.box(-170, -70, 170, 70))
