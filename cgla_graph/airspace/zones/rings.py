@@ -187,7 +187,8 @@ def _directed(rings: list[FloatArray], where: str) -> _Directed:
     unclear = [other.drawn for hole, other in zip(holes, others, strict=True) if hole is None]
     remarks = [UNCLEAR] if unclear else []
     readings = [one for one in (border.shorter, border.drawn) if one is not None]
-    told = [one for one in readings if clear and not unclear and _holds(one, clear)]
+    is_long = len(readings) > 1 or border.fault is not None
+    told = [one for one in readings if is_long and clear and not unclear and _holds(one, clear)]
     if len(readings) > 1 and len(told) == 1:
         remarks += [LONG_WAY] if told[0] is border.drawn else [SHORT_WAY] if border.sure is None else []
         readings = told
