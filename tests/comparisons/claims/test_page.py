@@ -49,6 +49,8 @@ SHOWN = [
 def test_page_report_terminal_and_json_say_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
+    # wide enough that no answer is broken into two lines
+    monkeypatch.setenv("COLUMNS", "160")
     topics = {"On top": [RESULTS[1].claim], "Below": [RESULTS[0].claim]}
     monkeypatch.setattr(catalogue, "topics", lambda: topics)
     monkeypatch.setattr(catalogue, "TOPICS", {"a": "On top", "b": "Below"})
