@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple, TypeAlias
 
-from cgla_graph.comparisons.claims.claim import Answer, Table
+from cgla_graph.comparisons.claims.claim import Answer, Basis, Table
 
 
 class Part(NamedTuple):
@@ -112,7 +112,8 @@ def _answered(headline: Headline, rows: Rows) -> tuple[str, str, str]:
     names: dict[str, list[str]] = {}
     for part, row in parts.items():
         answer = _WORDS.get(row["answer"], str(row["answer"]))
-        names.setdefault(f"{answer} ({row['where']})" if row["where"] else answer, []).append(part.name)
+        where = _first(row) if row.get("basis") == Basis.PANEL.label else row["where"]
+        names.setdefault(f"{answer} ({where})" if where else answer, []).append(part.name)
     answers = [answer if len(names) == 1 else f"{', '.join(of)}: {answer}" for answer, of in names.items()]
     sizes = [(part.name, row["size"].rpartition(")")) for part, row in parts.items() if row["size"]]
     units = {size[-1] for _, size in sizes}
@@ -121,3 +122,9 @@ def _answered(headline: Headline, rows: Rows) -> tuple[str, str, str]:
     said = "; ".join(f"{name} {''.join(size).removesuffix(unit)}".strip() for name, size in sizes) + unit
     claims = ", ".join(dict.fromkeys(part.claim for part in headline.parts))
     return f"{headline.question} ({claims})", "; ".join(answers), said
+
+
+def _first(row: Mapping[str, Any]) -> str:
+    """Leave the first exception that a row of the panel names; the row itself has all."""
+    first, more, _ = str(row["where"]).partition("; ")
+    return f"{first} …" if more else first

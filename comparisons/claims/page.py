@@ -145,6 +145,7 @@ def panel(document: Document) -> Iterator[str]:
     left_out = "; ".join(f"C{number} ({why})" for number, why in catalogue.LEFT_OUT.items())
     said = [
         f"{len(settings.cells())} cells; {document['maps']} maps of each kind, seeds {seeds[0][0]} to {seeds[-1][-1]}.",
+        *_fewer(document["maps"]),
         f"Varied one at a time, for every K, from three cells ({bases}): {_varied()}.",
         "Outside of these ranges nothing is known: other threats, radii or K may change an answer.",
         RULE,
@@ -153,6 +154,18 @@ def panel(document: Document) -> Iterator[str]:
         f"Left out: {left_out}.",
     ]
     yield items(said)
+
+
+def _fewer(maps: int) -> Iterator[str]:
+    """Name the claims that are tested on fewer maps, as a map takes long."""
+    found: dict[int, list[str]] = {}
+    for claim in catalogue.claims().values():
+        shares = [catalogue.experiments()[name].share for name in claim.experiments]
+        if min(shares, default=1.0) < 1.0:
+            found.setdefault(round(min(shares) * maps), []).append(claim.id)
+    words = [f"{count} of each kind for {', '.join(ids)}" for count, ids in sorted(found.items())]
+    if words:
+        yield f"Fewer maps, where flights take long: {'; '.join(words)}."
 
 
 def _varied() -> str:

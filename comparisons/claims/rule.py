@@ -18,7 +18,7 @@ from cgla_graph.comparisons.statistics.paired import holm
 #: Below this a p-value counts.
 ALPHA = 0.05
 #: How many parts of the panel a row names at most.
-MOST_NAMED = 3
+MOST_NAMED = 2
 #: The entry of a record that names the setting that is varied from a base cell.
 VARIED = "varied"
 #: The rule in words, made from what it judges by.
