@@ -205,7 +205,7 @@ def made_up(cgla: float, maps: int = 20) -> Finding:
         for uav in panel.UAVS:
             for planner in map(setup_name, panel.COMPANY):
                 factor = (cgla if planner == "cgla" else 1.0) * float(rng.uniform(0.99, 1.01))
-                case = {"map": number, "uav": uav, "planner": planner, "varied": ""}
+                case = {"map": number, "uav": uav, "planner": planner, "k": 10.0, "varied": ""}
                 records.append({**case, "length": factor, "risk": factor, "cost": factor})
     return catalogue.claims()["C44"].check(Evidence(samples={"company": Samples(records)}))
 
