@@ -137,10 +137,11 @@ class Judged:
 
     @property
     def _needed(self) -> int:
-        """How many maps a cell needs before it can show anything after Holm's adjustment over all parts."""
+        """How many maps a cell needs before it can show the opposite after Holm's adjustment over all parts."""
         least = ALPHA / max(1, len(self.tests))
         if isinstance(self.statement.test, Share):
-            return math.ceil(math.log(least) / math.log(max(self.statement.test.bar, 1.0 - self.statement.test.bar)))
+            # if it happens on none of them
+            return math.ceil(math.log(least) / math.log(1.0 - self.statement.test.bar))
         return math.floor(1.0 - math.log2(least)) + 1
 
     @property
@@ -153,8 +154,7 @@ class Judged:
     @property
     def is_small(self) -> bool:
         """Whether the sample is too small for an answer, however many of its flights arrive."""
-        needed = min(self._needed, 20) if isinstance(self.statement.test, Share | Within) else self._needed
-        return not self.cells or any(pairs.asked < needed for pairs in self.cells.values())
+        return not self.cells or any(pairs.asked < self._needed for pairs in self.cells.values())
 
     @property
     def answer(self) -> Answer:
@@ -176,7 +176,7 @@ class Judged:
         shown, against = ([one for one in self.levels if self._is_shown(one, sign)] for sign in (1, -1))
         if not (shown or self.shown) and 2 * len(against) > len(self.levels):
             rest = [one for one in self.levels if one not in against]
-            return "; ".join(filter(None, [f"fails, but {_named('open', rest)}", self._unseen_words]))
+            return f"fails, but {'; '.join(filter(None, [_named('open', rest), self._unseen_words]))}"
         opposed = _largest(self.opposed)
         rest = [one for one in self.levels if one not in shown and one not in opposed]
         found = [_named("fails", opposed), _named("open", rest), self._unseen_words]
