@@ -100,7 +100,7 @@ def test_gamma_1_has_a_row_of_its_own(excess: float, expected: Answer) -> None:
 
 def test_checks_run_on_a_few_maps(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(claims, "require_formula", lambda *_: 7)
-    evidence = Evidence(Scale(maps=1, quick=True), {"learners": made_up(1.0, 0.05, maps=2)})
+    evidence = Evidence(Scale(maps=1, quick=True), {"learners": made_up(1.0, 0.05, maps=1)})
     finding = claims._check_c25.check(evidence)
     assert finding.counterexamples == (claims.NEEDLESS, claims.FALLING)
     assert [row.answer for row in finding.rows] == [Answer.FAILS, Answer.OPEN]
