@@ -29,9 +29,7 @@ def degree_text(value: float, letters: str, step: float) -> str:
     return f"{number}°" if float(number) == 0.0 else f"{number}° {letters[value < 0.0]}"
 
 
-def degree_ticks(
-    projection: LocalProjection, bounds: Bounds
-) -> tuple[list[tuple[float, str]], list[tuple[float, str]]]:
+def degree_ticks(projection: LocalProjection, bounds: Bounds) -> tuple[Ticks, Ticks]:
     """
     Return places and labels of longitudes along the lower edge of a map, and of latitudes along its left edge.
 

@@ -66,12 +66,11 @@ def read_root(root: Element, file: str) -> tuple[list[Zone], list[NoArea]]:
             others.append(NoArea(name, f"a {kind}, not an area", file))
             continue
         polygons, lines = _geometries(feature, where)
+        message = child_text(feature, "description")
         if polygons:
             found = [_polygon(one, f"{where}: Polygon {number}") for number, one in enumerate(polygons)]
             layers = tuple(Layer(area, remark=remark) for area, remark in found)
-            message = child_text(feature, "description")
             zones.append(Zone(name, "", "UNCLASSIFIED", layers, file=file, message=message))
-        message = child_text(feature, "description")
         for reason, enclosed in _lines(lines, where).items():
             others.append(NoArea(name, reason, file, tuple(enclosed), message))
         if not polygons and not lines:
