@@ -41,9 +41,13 @@ class Experiment:
     quick: int = 1
     share: float = 1.0
 
+    def count(self, maps: int, *, quick: bool = False) -> int:
+        """Return on how many maps of each kind it measures, where so many are asked for."""
+        return min(self.quick, maps) if quick else max(1, round(self.share * maps))
+
     def seeds(self, seed: int, maps: int, *, quick: bool) -> list[int]:
         """Return the seeds of its maps in the study of a seed, with so many of each kind."""
-        count = min(self.quick, maps) if quick else max(1, round(self.share * maps))
+        count = self.count(maps, quick=quick)
         return [one for kind in self.kinds for one in seeds_of(kind, seed, count)]
 
 

@@ -11,6 +11,7 @@ from cgla_graph.comparisons.claims.claim import Answer, Basis, Table, finding_do
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.headlines import headline_table
 from cgla_graph.comparisons.claims.panel import settings
+from cgla_graph.comparisons.claims.panel.company import CONSTANTS as OF_TEAMS
 from cgla_graph.comparisons.claims.panel.single_uav import CONSTANTS
 from cgla_graph.comparisons.claims.rule import RULE, part_name
 from cgla_graph.comparisons.tables.markdown import markdown_table, plain
@@ -145,7 +146,7 @@ def panel(document: Document) -> Iterator[str]:
     left_out = "; ".join(f"C{number} ({why})" for number, why in catalogue.LEFT_OUT.items())
     said = [
         f"{len(settings.cells())} cells; {document['maps']} maps of each kind, seeds {seeds[0][0]} to {seeds[-1][-1]}.",
-        *_fewer(document["maps"]),
+        *([] if document["quick"] else _fewer(document["maps"])),
         f"Varied one at a time, for every K, from three cells ({bases}): {_varied()}.",
         "Outside of these ranges nothing is known: other threats, radii or K may change an answer.",
         RULE,
@@ -160,9 +161,9 @@ def _fewer(maps: int) -> Iterator[str]:
     """Name the claims that are tested on fewer maps, as a map takes long."""
     found: dict[int, list[str]] = {}
     for claim in catalogue.claims().values():
-        shares = [catalogue.experiments()[name].share for name in claim.experiments]
-        if min(shares, default=1.0) < 1.0:
-            found.setdefault(round(min(shares) * maps), []).append(claim.id)
+        counts = [catalogue.experiments()[name].count(maps) for name in claim.experiments]
+        if min(counts, default=maps) < maps:
+            found.setdefault(min(counts), []).append(claim.id)
     words = [f"{count} of each kind for {', '.join(ids)}" for count, ids in sorted(found.items())]
     if words:
         yield f"Fewer maps, where flights take long: {'; '.join(words)}."
@@ -171,9 +172,9 @@ def _fewer(maps: int) -> Iterator[str]:
 def _varied() -> str:
     """Name the settings that are varied, each with its values."""
     found = {name: [value] for name, value in settings.RULES.items()}
-    for (planner, _), (_, changed) in CONSTANTS:
+    for (planner, _), (_, changed) in (*CONSTANTS, *OF_TEAMS):
         name, value = changed[-1]
-        found.setdefault(f"{planner} {name}", []).append(f"{value:g}")
+        found.setdefault(f"{planner} {name}", []).append(f"{value:g}" if isinstance(value, float) else str(value))
     return "; ".join(f"{name} {', '.join(dict.fromkeys(values))}" for name, values in found.items())
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations, product
 from typing import Any, TypeAlias
 
@@ -125,12 +126,12 @@ class Judged:
         adjusted = holm([self.tests[one].p if self.tests[one].direction == direction else 1.0 for one in parts])
         return [part for part, p in zip(parts, adjusted, strict=True) if p < ALPHA]
 
-    @property
+    @cached_property
     def shown(self) -> list[Part]:
         """Parts in which the statement is shown, adjusted."""
         return self._after_holm(1)
 
-    @property
+    @cached_property
     def opposed(self) -> list[Part]:
         """Parts in which the opposite is shown, adjusted."""
         return self._after_holm(-1)
@@ -257,9 +258,10 @@ def _parts(cells: Iterable[Cell]) -> list[Part]:
         parts += [((a, one), (b, other)) for one, other in product(free[a], free[b])]
     varied = dict.fromkeys(cell[-1] for cell in cells if cell[-1][1])
     parts += [(setting,) for setting in varied]
-    found = {frozenset(_members(cells, part)): part for part in reversed(parts)}
-    kept = [part for part in parts if found[frozenset(_members(cells, part))] == part]
-    return kept + [cell for cell in cells if frozenset([cell]) not in found]
+    found: dict[frozenset[Cell], Part] = {}
+    for part in [*parts, *cells]:
+        found.setdefault(frozenset(_members(cells, part)), part)
+    return list(found.values())
 
 
 def _members(cells: Iterable[Cell], part: Part) -> list[Cell]:
