@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.claims.artefact import Content
-from cgla_graph.comparisons.claims.panel.flights import BOUNDS
-from cgla_graph.comparisons.claims.panel.settings import START
+from cgla_graph.comparisons.claims.panel.settings import BOUNDS, START
 from cgla_graph.comparisons.claims.paper.routes import GOAL
 from cgla_graph.comparisons.plots.runs import labelled_flight
 from cgla_graph.comparisons.study.mission_run import MissionRun

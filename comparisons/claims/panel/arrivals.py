@@ -7,15 +7,11 @@ import numpy as np
 
 from cgla_graph._types import Point
 from cgla_graph.comparisons.claims.experiment import Record, experiment
-from cgla_graph.comparisons.claims.panel.flights import ARRIVAL_RADIUS, BOUNDS, MAX_TICKS, STEP, N, fly, paper_lattice
+from cgla_graph.comparisons.claims.panel.flights import MAX_TICKS, N, fly
 from cgla_graph.comparisons.claims.panel.settings import FACTORS, KINDS, START, PanelMap
-from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, UavFlight
-from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.virtual_obstacle import VirtualObstacle
-from cgla_graph.mission.world import World
 from cgla_graph.model.risk import RiskField
-from cgla_graph.solvers import get
 
 #: Points a side, and detection radii of each, map units: all radii on the lattice whose flights are cheap.
 SIZES = {10: FACTORS["radius"], 20: (0.2,)}
@@ -125,17 +121,10 @@ def fly_pair(
     >>> ending(fly_pair(RiskField(), SIDE_BY_SIDE, 0.02, 12))["arrived"]
     True
     """
-    uavs = [
-        Uav(name, start, goal, radius, step=STEP, k=k)
-        for name, (start, goal) in zip("ab", COURSES[course], strict=True)
-    ]
-    return Mission(
-        World(threats, bounds=BOUNDS),
-        uavs,
-        get("cgla"),
-        resolution=paper_lattice(n),
-        arrival_radius=ARRIVAL_RADIUS,
-        virtual_obstacle=VirtualObstacle(stepnum=STEPNUM, spread=obstacle),
-        collisions="record",
-        max_ticks=MAX_TICKS,
-    ).fly()
+    starts, goals = (dict(zip("ab", places, strict=True)) for places in zip(*COURSES[course], strict=True))
+    apart: dict[str, Any] = {
+        "virtual_obstacle": VirtualObstacle(stepnum=STEPNUM, spread=obstacle),
+        "collisions": "record",
+        "max_ticks": MAX_TICKS,
+    }
+    return fly(starts, threats, goals, k=k, radius=radius, n=n, **apart)

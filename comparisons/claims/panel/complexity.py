@@ -16,8 +16,8 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.comparisons.claims.experiment import Record, experiment
-from cgla_graph.comparisons.claims.panel.flights import BOUNDS, MAX_TICKS, STEP, N, fly, paper_lattice
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, START, Kind, PanelMap
+from cgla_graph.comparisons.claims.panel.flights import MAX_TICKS, STEP, N, fly, paper_lattice
+from cgla_graph.comparisons.claims.panel.settings import BOUNDS, FACTORS, START, Kind, PanelMap
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix
 from cgla_graph.cost_to_go.repair import lazy_cost_matrix, linked, repair
 from cgla_graph.mission.records import Knowledge, UavFlight

@@ -1,14 +1,16 @@
 """Flights and plans on the maps of the panel, and what is measured of them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from itertools import product
+from types import MappingProxyType
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.comparisons.claims.panel.settings import START, PanelMap
+from cgla_graph.comparisons.claims.panel.settings import BOUNDS, FACTORS, RULES, START, PanelMap
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, MissionStatus, UavFlight
 from cgla_graph.mission.uav import Uav
@@ -18,8 +20,6 @@ from cgla_graph.model.risk import RiskField
 from cgla_graph.model.solver import Solver
 from cgla_graph.solvers import get, solve
 
-#: The paper's map.
-BOUNDS = (0.0, 0.0, 1.0, 1.0)
 #: Half a unit around the goal counts as arrived (E26), map units.
 ARRIVAL_RADIUS = 0.025
 #: A flight's step, map units: 0.4 units of N = 20 (E16).
@@ -32,6 +32,7 @@ COLLISION_DISTANCE = 0.03
 MAX_TICKS = 500
 #: A planner with settings, as records name it: ``cgla``, ``bcv-style, risk_aversion 0``.
 Setup: TypeAlias = tuple[str, tuple[tuple[str, Any], ...]]
+CGLA: Setup = ("cgla", ())
 #: What flights and plans are measured by; risk is the exact line integral.
 MEASURES = ("length", "risk", "max_risk", "exposure")
 #: Where ``F`` is above this, a way is at the rim of a threat: 2.8 spreads from its centre if it stands alone.
@@ -68,10 +69,65 @@ def setup_name(of: Setup) -> str:
     return ", ".join([of[0], *words])
 
 
+class Flown(NamedTuple):
+    """
+    A planner in a cell, or in varied settings.
+
+    Attributes
+    ----------
+    of, flown
+        The planner by which records are named, and the one that flies: another one where a constant of it is varied.
+    radius, k
+        Of the cell.
+    varied
+        Name of the varied setting; empty in the cells of the panel.
+    rules
+        Of the mission, where these are varied.
+    """
+
+    of: Setup
+    flown: Setup
+    radius: float
+    k: float
+    varied: str = ""
+    rules: Mapping[str, Any] = MappingProxyType({})
+
+
+def settings_of(map_: PanelMap, planners: Sequence[Setup], constants: Sequence[tuple[Setup, Setup]]) -> list[Flown]:
+    """
+    List what flies over a map: planners in all of its cells, and with rules and constants varied from its base cells.
+
+    Parameters
+    ----------
+    map_
+        The map.
+    planners
+        CGLA and others.
+    constants
+        Planners, each with one of its constants varied: it flies beside CGLA.
+
+    Examples
+    --------
+    >>> [len(settings_of(PanelMap(seed), [CGLA], [])) for seed in (1_000_000, 1_010_000)]
+    [18, 9]
+    """
+    found = [Flown(of, of, radius, k) for radius, k in product(FACTORS["radius"], FACTORS["k"]) for of in planners]
+    for base, k in product(map_.bases, FACTORS["k"]):
+        radius = base["radius"]
+        for name, value in RULES.items():
+            # only a graph solver weighs segments, and has nearest points to begin from
+            rules = {name: value}
+            found += [Flown(of, of, radius, k, f"{name} {value}", rules if of == CGLA else {}) for of in planners]
+        for of, changed in constants:
+            pair = ((CGLA, CGLA), (of, changed))
+            found += [Flown(one, flown, radius, k, setup_name(changed)) for one, flown in pair]
+    return found
+
+
 def fly(
     starts: Mapping[str, Point],
     threats: RiskField,
-    goal: Point,
+    goal: Point | Mapping[str, Point],
     solver: Solver | str = "cgla",
     *,
     k: float,
@@ -83,7 +139,7 @@ def fly(
     **rules: Any,  # noqa: ANN401 - as `Mission` takes them
 ) -> Flight:
     """
-    Fly UAVs that see what is near, and plan again when they see something new, to one goal.
+    Fly UAVs that see what is near, and plan again when they see something new.
 
     Parameters
     ----------
@@ -92,7 +148,7 @@ def fly(
     threats
         The true threats, unknown at first.
     goal
-        Map units.
+        Of all UAVs, or by name, map units.
     solver
         The planner.
     k
@@ -115,7 +171,10 @@ def fly(
     >>> fly({"a": START}, RiskField(), (0.9, 0.9), k=10.0, radius=0.2).all_arrived
     True
     """
-    uavs = [Uav(name, at, goal, radius, step=step, k=k, safe_distance=safe_distance) for name, at in starts.items()]
+    goals = goal if isinstance(goal, Mapping) else dict.fromkeys(starts, goal)
+    uavs = [
+        Uav(name, at, goals[name], radius, step=step, k=k, safe_distance=safe_distance) for name, at in starts.items()
+    ]
     mission = Mission(
         World(threats, bounds=BOUNDS, timed=timed),
         uavs,

@@ -6,16 +6,8 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims.experiment import Record, experiment
-from cgla_graph.comparisons.claims.panel.flights import (
-    BOUNDS,
-    STEP,
-    Flights,
-    Setup,
-    paper_lattice,
-    positions_at_steps,
-    setup,
-)
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, SPREADS, START, PanelMap
+from cgla_graph.comparisons.claims.panel.flights import STEP, Flights, Setup, paper_lattice, positions_at_steps, setup
+from cgla_graph.comparisons.claims.panel.settings import BOUNDS, FACTORS, SPREADS, START, PanelMap
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.solvers import get, solve

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 from cgla_graph._types import Point
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
-from cgla_graph.scenarios.random_map import random_scenario
+from cgla_graph.scenarios.random_map import UNIT_SQUARE, random_scenario
 
 #: Some settings by name: a cell, or a part of one.
 Case: TypeAlias = Mapping[str, Any]
@@ -32,6 +32,8 @@ FACTORS: Mapping[str, tuple[Any, ...]] = {
 SPREADS = {"narrow": (0.025, 0.05), "broad": (0.05, 0.10)}
 #: Where flights end, map units: on the diagonal, as in the paper, and beside it.
 GOALS: Mapping[str, Point] = {"diagonal": (0.9, 0.9), "aside": (0.9, 0.45)}
+#: The paper's map.
+BOUNDS = UNIT_SQUARE
 #: Where flights begin (Section 5.1), map units.
 START: Point = (0.1, 0.1)
 #: Where three UAVs begin (Section 5.2), map units.
@@ -145,7 +147,7 @@ class PanelMap:
 
     def problem(self, k: float, start: Point = START) -> Problem:
         """Return the problem of the whole map for a risk weight."""
-        return Problem(start, self.goal, self.field, k=k, bounds=(0.0, 0.0, 1.0, 1.0))
+        return Problem(start, self.goal, self.field, k=k, bounds=BOUNDS)
 
     @property
     def bases(self) -> list[Case]:

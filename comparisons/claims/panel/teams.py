@@ -127,7 +127,7 @@ def sharing_flights(map_: PanelMap) -> list[Record]:
     threats = clear_field(map_, map_.kind.threats)
     records: list[Record] = []
     for case, rules, name in varied(map_, cells("radius", "k")):
-        for formation, sharing in product((SIDE,) if name else SECOND_STARTS, ("none", "global")):
+        for formation, sharing in product((SIDE,) if name else SECOND_STARTS, SHARINGS):
             measured = team_measures(fly_two(map_, threats, formation, sharing=sharing, **case, **rules))
             of = {"formation": formation, "sharing": sharing, "varied": name}
             records.append({**map_.levels, **case, **of, **measured})

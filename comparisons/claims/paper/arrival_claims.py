@@ -13,7 +13,8 @@ from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.panel.arrivals import EXCLUSION_K, same_trace
-from cgla_graph.comparisons.claims.panel.flights import BOUNDS, MAX_TICKS
+from cgla_graph.comparisons.claims.panel.flights import MAX_TICKS
+from cgla_graph.comparisons.claims.panel.settings import BOUNDS
 from cgla_graph.comparisons.claims.rule import judged, panel_table
 from cgla_graph.comparisons.claims.statement import Share, Statement
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix

@@ -8,9 +8,9 @@ from functools import partial
 
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim
 from cgla_graph.comparisons.claims.evidence import Evidence
-from cgla_graph.comparisons.claims.panel.flights import MAX_TICKS, Setup, fly, setup_name
+from cgla_graph.comparisons.claims.panel.flights import CGLA, MAX_TICKS, Setup, fly, setup_name
 from cgla_graph.comparisons.claims.panel.settings import FACTORS
-from cgla_graph.comparisons.claims.panel.single_uav import BCV, BCV_AVERSE, CGLA
+from cgla_graph.comparisons.claims.panel.single_uav import BCV, BCV_AVERSE
 from cgla_graph.comparisons.claims.rule import judged, panel_table
 from cgla_graph.comparisons.claims.statement import Rate, Shift, Statement, Within
 from cgla_graph.mission.records import MissionStatus

@@ -13,7 +13,8 @@ from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, Table, claim, require
 from cgla_graph.comparisons.claims.counterexamples import improper_field
 from cgla_graph.comparisons.claims.evidence import Evidence
-from cgla_graph.comparisons.claims.panel.flights import BOUNDS, paper_lattice
+from cgla_graph.comparisons.claims.panel.flights import paper_lattice
+from cgla_graph.comparisons.claims.panel.settings import BOUNDS
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.fusion.fusion import Fusion, fused_weights
 from cgla_graph.model.cost_model import CostModel

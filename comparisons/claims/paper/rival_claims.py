@@ -13,10 +13,10 @@ from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
-from cgla_graph.comparisons.claims.panel.flights import BOUNDS, N, Setup, setup_name
+from cgla_graph.comparisons.claims.panel.flights import CGLA, N, Setup, setup_name
 from cgla_graph.comparisons.claims.panel.learners import UNDISCOUNTED, discount_name, flying_learners, reward_name
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, GOALS, START
-from cgla_graph.comparisons.claims.panel.single_uav import A2D, BCV, BCV_AVERSE, CGLA, CONSTANTS, EIGHT
+from cgla_graph.comparisons.claims.panel.settings import BOUNDS, FACTORS, GOALS, START
+from cgla_graph.comparisons.claims.panel.single_uav import A2D, BCV, BCV_AVERSE, CONSTANTS, EIGHT
 from cgla_graph.comparisons.claims.paper.printed_values import value
 from cgla_graph.comparisons.claims.rule import VARIED, Judged, judged, panel_table
 from cgla_graph.comparisons.claims.statement import LEAST, Statement

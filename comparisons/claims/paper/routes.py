@@ -9,7 +9,7 @@ import numpy as np
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.claims.claim import require
 from cgla_graph.comparisons.claims.panel.flights import N, fly, paper_lattice, risk_sum
-from cgla_graph.comparisons.claims.panel.settings import GOALS, START
+from cgla_graph.comparisons.claims.panel.settings import BOUNDS, GOALS, START
 from cgla_graph.comparisons.missions.fly import open_mission
 from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.mission.records import MissionStatus, UavFlight
@@ -75,7 +75,7 @@ def planned(field: RiskField, *, k: float, start: Point = START, n: int = N, sol
     AssertionError
         If there is none.
     """
-    problem = Problem(start, GOAL, field, k=k, bounds=(0.0, 0.0, 1.0, 1.0))
+    problem = Problem(start, GOAL, field, k=k, bounds=BOUNDS)
     solution = solve(problem, solver, resolution=paper_lattice(n))
     require(solution.status.has_path, f"{solver} finds no path: {solution.message or solution.status.value}")
     return Route(solution.path, risk_sum(field, solution.path))

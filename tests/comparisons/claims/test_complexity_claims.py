@@ -17,8 +17,8 @@ from cgla_graph.comparisons.claims.claim import Answer, Finding, Row
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.panel import complexity
-from cgla_graph.comparisons.claims.panel.flights import BOUNDS, fly, paper_lattice
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, KINDS, START, PanelMap, seeds_of
+from cgla_graph.comparisons.claims.panel.flights import fly, paper_lattice
+from cgla_graph.comparisons.claims.panel.settings import BOUNDS, FACTORS, KINDS, START, PanelMap, seeds_of
 from cgla_graph.comparisons.claims.paper import complexity_claims as claims
 from cgla_graph.comparisons.claims.paper import direction_claims
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix

@@ -17,9 +17,9 @@ from cgla_graph.comparisons.claims.claim import Answer
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.panel import learners as table
-from cgla_graph.comparisons.claims.panel.flights import ARRIVAL_RADIUS, BOUNDS, STEP, Flights
+from cgla_graph.comparisons.claims.panel.flights import ARRIVAL_RADIUS, STEP, Flights
 from cgla_graph.comparisons.claims.panel.learners import GAMMAS, UNDISCOUNTED, _needed, discount_name
-from cgla_graph.comparisons.claims.panel.settings import BASE_KINDS, FACTORS, KINDS, START, PanelMap, seeds_of
+from cgla_graph.comparisons.claims.panel.settings import BASE_KINDS, BOUNDS, FACTORS, KINDS, START, PanelMap, seeds_of
 from cgla_graph.comparisons.claims.paper import learning_claims as claims
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.uav import Uav

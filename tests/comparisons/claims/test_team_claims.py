@@ -13,6 +13,7 @@ from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.claim import Answer, Finding
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.panel import company as panel
+from cgla_graph.comparisons.claims.panel import flights
 from cgla_graph.comparisons.claims.panel.flights import setup_name
 from cgla_graph.comparisons.claims.panel.one_matrix import DELAYS
 from cgla_graph.comparisons.claims.panel.settings import BASE_KINDS, KINDS, STARTS, PanelMap, cells, seeds_of
@@ -144,8 +145,8 @@ BASE = PanelMap(seeds_of(BASE_KINDS[1], 77, 1)[0])
 @pytest.fixture(scope="module")
 def samples() -> Samples:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(panel, "FACTORS", {"radius": (0.1,), "k": (10.0, 200.0)})
-        patch.setattr(panel, "RULES", {"start": "snapped"})
+        patch.setattr(flights, "FACTORS", {"radius": (0.1,), "k": (10.0, 200.0)})
+        patch.setattr(flights, "RULES", {"start": "snapped"})
         patch.setattr(panel, "CONSTANTS", panel.CONSTANTS[2:3] + panel.CONSTANTS[-1:])
         return Samples(panel.company.sample(BASE))
 
