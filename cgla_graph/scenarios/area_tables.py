@@ -14,11 +14,12 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
-from cgla_graph.airspace.zones.applying import Applied, ZoneAccount
+from cgla_graph.airspace.zones.applying import Applied, ZoneAccount, ZoneRecord
 from cgla_graph.airspace.zones.ground import read_ground
 from cgla_graph.airspace.zones.reading import is_geojson, read_zones
 from cgla_graph.airspace.zones.rings import directed_rings
 from cgla_graph.airspace.zones.shapes import AreaShape, with_fewer_corners
+from cgla_graph.airspace.zones.zone import GROUND, UNLIMITED, Limits
 from cgla_graph.model.earth import LocalProjection, project_on_map, projected_bounds, require_degrees
 from cgla_graph.model.no_fly import require_valid
 
@@ -68,7 +69,7 @@ class NoFlyTable(Table):
         default_factory=dict, description="which kinds of zones are closed and which open, as REQ_AUTHORISATION"
     )
     lines: Literal["closed", "open"] = Field(
-        default="open", description="whether what closed lines of KML enclose is closed"
+        default="open", description="whether what closed lines in files of zones enclose is closed"
     )
     ground: str | None = Field(
         default=None,
@@ -134,7 +135,7 @@ def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping
     table
         The table; it stays as it is.
     files
-        GeoJSON files, or files of zones; if any of them is of zones, all count as zones.
+        GeoJSON files, or files of zones; if any of them is of zones or has lines, all count as zones.
     settings
         Values of other keys, which replace those of the table.
 
@@ -149,6 +150,20 @@ def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping
         return table.model_copy(update={"geojson": [*table.geojson, *paths]})
     moved = {"geojson": [], "zones": [*table.geojson, *table.zones, *paths]} if paths else {}
     return NoFlyTable.model_validate({**table.model_dump(exclude_unset=True), **moved, **settings})
+
+
+def area_record(name: str, identifier: str = "", kind: str = "", file: str = "") -> ZoneRecord:
+    """
+    Return the record of a no-fly area that is no zone: it is closed at all heights and times.
+
+    Examples
+    --------
+    >>> area_record("harbour", "FI-7", "danger area", "areas.geojson").label
+    'FI-7 (harbour)'
+    """
+    label = (identifier, name) if identifier else (name, "")
+    limits = str(Limits(GROUND, UNLIMITED))
+    return ZoneRecord(file, *label, kind or "UNCLASSIFIED", "closed", "UNCLASSIFIED", limits)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
@@ -15,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import shown
 from cgla_graph._types import Bounds, Point
+from cgla_graph.airspace.zones.applying import OUTSIDE, ZoneRecord
 from cgla_graph.airspace.zones.geojson import Area
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.clearance import ROUNDING
@@ -23,7 +24,16 @@ from cgla_graph.model.lattice import Lattice, LatticeKind
 from cgla_graph.model.raster_file import Kind, RasterCells, cells_in_metres, read_cells
 from cgla_graph.model.risk import Reading, Threat
 from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, RasterRisk
-from cgla_graph.scenarios.area_tables import MapZones, NoFlyTable, Pair, Table, applied_zones, drawn_area, seen_box
+from cgla_graph.scenarios.area_tables import (
+    MapZones,
+    NoFlyTable,
+    Pair,
+    Table,
+    applied_zones,
+    area_record,
+    drawn_area,
+    seen_box,
+)
 from cgla_graph.scenarios.drawing import Stream, drawn_threats
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
@@ -389,6 +399,21 @@ class MapBuilder:
         applied = applied_zones(given, self.folder).within(seen_box(projection, self.bounds, clearance))
         ends = [self.point(list(place)) for _, place in self.table.ends()]
         return MapZones.of(applied, projection, self.box, ends, clearance)
+
+    @property
+    def area_records(self) -> list[ZoneRecord]:
+        """The records of the no-fly areas that are no zones: they are closed at all heights and times."""
+        given = self.table.no_fly
+        found = [area_record(name) for name in self.no_fly_names[: len(given.polygons) + len(given.areas)]]
+        for file, area in ((str(self.folder / name), one) for name in given.geojson for one in self._areas_in(name)):
+            found.append(area_record(area.name, area.identifier, area.kind, file))
+        x_min, y_min, x_max, y_max = self.bounds
+        box = shapely.box(x_min, y_min, x_max, y_max)
+        here = shapely.intersects(np.array(self.projected_no_fly[: len(found)], dtype=object), box)
+        return [
+            one if is_here else replace(one, state="left out", reason=OUTSIDE)
+            for one, is_here in zip(found, here.tolist(), strict=True)
+        ]
 
     @property
     def named_areas(self) -> list[tuple[str, BaseGeometry]]:

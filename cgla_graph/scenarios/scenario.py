@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import file_path, four_numbers, instance, items, non_negative_number, point
-from cgla_graph.airspace.zones.applying import ZoneAccount
+from cgla_graph.airspace.zones.applying import ZoneAccount, ZoneRecord
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
@@ -51,6 +51,8 @@ class Scenario(ShortRepr):
         The verdict on every zone of the files that it names; None if it names none.
     areas
         Names and shapes of the no-fly areas that have a name in their file, map units; pictures show the names.
+    area_records
+        Records of the no-fly areas that are no zones, for lists: file, identifier, name, kind, state and reason.
 
     Examples
     --------
@@ -67,10 +69,12 @@ class Scenario(ShortRepr):
     notes: str = ""
     areas: Sequence[tuple[str, BaseGeometry]] = field(default=(), repr=False)
     zones: ZoneAccount | None = field(default=None, repr=False)
+    area_records: Sequence[ZoneRecord] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         """Keep the areas as they are."""
         object.__setattr__(self, "areas", tuple(self.areas))
+        object.__setattr__(self, "area_records", tuple(self.area_records))
 
     @property
     def full_title(self) -> str:
@@ -312,4 +316,5 @@ def scenario_of(
         notes=table.notes,
         areas=builder.named_areas,
         zones=None if builder.zones is None else builder.zones.account(),
+        area_records=builder.area_records,
     )

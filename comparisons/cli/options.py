@@ -124,10 +124,11 @@ class ZoneOptions:
     ] = None
     lines: Annotated[
         Text,
-        option("--lines closed|open", "of zones: closed to close the insides of closed lines of KML (default: open)"),
+        option("--lines closed|open", "of zones: closed to close the insides of closed lines (default: open)"),
     ] = None
     zones_list: Annotated[
-        Path | None, option("--zones-list FILE", "write the state of each zone and its reason: .csv or .json")
+        Path | None,
+        option("--zones-list FILE", "write the state of each zone and no-fly area, and its reason: .csv or .json"),
     ] = None
 
     def settings(self) -> dict[str, Any]:

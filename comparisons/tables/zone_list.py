@@ -28,7 +28,7 @@ def print_zones(
     as_json: bool,
 ) -> dict[str, Any]:
     """
-    Say what became of all zones of some maps, and write the list of them if that is asked for.
+    Print the states of all zones of some maps, and write the list of zones and no-fly areas if it has a file.
 
     Parameters
     ----------
@@ -51,15 +51,18 @@ def print_zones(
     Raises
     ------
     CglaError
-        If there are no zones to list, or the file cannot be written.
+        If there are no zones or areas to list, or the file cannot be written.
     """
+    scenarios = tuple(scenarios)
     accounts = {one.name: one.zones for one in scenarios if one.zones is not None}
-    if not accounts and (target is not None or altitude is not None):
-        option = f"--altitude {altitude:g}" if target is None else f"--zones-list {target}"
-        msg = f"{option}: there are no zones on the map; leave it out, or name their files (--no-fly FILE)"
+    rows = [] if target is None else [(one.name, record) for one in scenarios for record in _records(one)]
+    if (altitude is not None and not accounts) or (target is not None and not rows):
+        option = f"--altitude {altitude:g}" if target is None or rows else f"--zones-list {target}"
+        what = "no zones or no-fly areas" if option.startswith("--zones") else "no zones"
+        msg = f"{option}: there are {what} on the map; leave it out, or name their files (--no-fly FILE)"
         raise CglaError(msg)
     if target is not None:
-        _write(target, [(name, record) for name, account in accounts.items() for record in account.records])
+        _write(target, rows)
     for account in [] if as_json else accounts.values():
         console.out(f"zones      {account.summary()}\n")
         for note in account.notes():
@@ -69,6 +72,14 @@ def print_zones(
     if target is not None and not as_json:
         console.out(f"written to {target.parent}: {target.name}\n")
     return {"zones": {name: account.document() for name, account in accounts.items()}} if accounts else {}
+
+
+def _records(on: "Scenario | PlanMap") -> list[ZoneRecord]:
+    """Return the records of the areas and zones of a map, and of the map on which a plan is checked."""
+    source = getattr(on, "source", None)
+    own = [] if source is None else _records(source)
+    account = getattr(on, "zones", None)
+    return [*own, *getattr(on, "area_records", ()), *(() if account is None else account.records)]
 
 
 def _write(target: Path, rows: Sequence[tuple[str, ZoneRecord]]) -> None:

@@ -258,7 +258,7 @@ class Zones:
     zones
         The zones, in the order of the files.
     no_areas
-        Points and lines of KML, which close no area.
+        Points and lines, which close no area.
     formats
         Format of each file, recognised by its content.
     validities
@@ -312,7 +312,7 @@ class Zones:
             Elevations to compare heights above ground with heights above the sea. Without them, a zone that needs such
             a comparison is closed.
         lines
-            Whether closed lines of KML, which are no areas, are ``closed``: then what they enclose is a zone.
+            Whether closed lines, which are no areas, are ``closed``: then what they enclose is a zone.
 
         Raises
         ------

@@ -1,6 +1,7 @@
 """Reader of areas in GeoJSON (RFC 7946)."""
 
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NoReturn, TypeAlias
 
@@ -10,8 +11,10 @@ from shapely.geometry import MultiPolygon, Polygon
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
+from cgla_graph.airspace.zones.closed_lines import enclosed, no_areas
 from cgla_graph.airspace.zones.rings import directed_rings
 from cgla_graph.airspace.zones.shapes import are_split, joined, positions_of
+from cgla_graph.airspace.zones.zone import Layer, NoArea, label_of
 from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import read_bytes
 from cgla_graph.untrusted.json_files import json_of
@@ -28,6 +31,7 @@ GEOMETRIES = (
     "MultiPolygon",
     "GeometryCollection",
 )
+POLYGONS, LINES = ("Polygon", "MultiPolygon"), ("LineString", "MultiLineString")
 SHORTEST_RING = 4
 #: Properties that name an area, in order of preference; case is ignored.
 NAMES = ("name", "title", "designator", "ident", "label", "identifier", "id")
@@ -66,8 +70,8 @@ def read_areas(path: str | os.PathLike[str]) -> list[Area]:
     """
     Read the areas of a GeoJSON file: a FeatureCollection, a Feature, or a geometry alone.
 
-    Every geometry must be a Polygon or a MultiPolygon; holes are kept, heights are dropped, and the
-    direction of a ring does not matter. An area is named by the property ``name`` (or one of `NAMES`), else by
+    Every geometry must be a Polygon or a MultiPolygon, or a collection of these; holes are kept, heights are dropped,
+    and the direction of a ring does not matter. An area is named by the property ``name`` (or one of `NAMES`), else by
     the ``id`` of its feature, else ``area <index>``. Features, polygons, rings and positions are counted from 0.
 
     Parameters
@@ -111,7 +115,40 @@ def areas_of(document: object, file: str) -> list[Area]:
     >>> areas_of({"type": "Polygon", "coordinates": triangle}, "areas.geojson")[0].name
     'area 0'
     """
-    return [_area(feature, index, file) for index, feature in enumerate(_features(document, file))]
+    areas, lines = features_of(document, file)
+    if lines:
+        remedy = "make closed lines polygons, or name the file among the zones, which list lines and can close them"
+        _fail(f"{file}: {shown(lines[0].label)} is {lines[0].reason}", "Polygon or MultiPolygon", remedy)
+    return areas
+
+
+def features_of(document: object, file: str) -> tuple[list[Area], list[NoArea]]:
+    """
+    Return the areas of a parsed GeoJSON file, and its lines, which may be closed.
+
+    Parameters
+    ----------
+    document
+        The parsed JSON.
+    file
+        Name of the file in errors.
+
+    Raises
+    ------
+    FileFormatError
+        As in `read_areas`, except for lines.
+
+    Examples
+    --------
+    >>> line = {"type": "LineString", "coordinates": [[24, 60], [25, 60], [25, 61], [24, 60]]}
+    >>> features_of(line, "areas.geojson")[1][0].reason
+    'a closed LineString, not an area'
+    """
+    areas: list[Area] = []
+    others: list[NoArea] = []
+    for index, feature in enumerate(_features(document, file)):
+        _read(feature, index, file, areas, others)
+    return areas, others
 
 
 def _features(document: object, file: str) -> list[object]:
@@ -132,8 +169,8 @@ def _features(document: object, file: str) -> list[object]:
     return features
 
 
-def _area(feature: object, index: int, file: str) -> Area:
-    """Return the area of one feature."""
+def _read(feature: object, index: int, file: str, areas: list[Area], others: list[NoArea]) -> None:
+    """Add the area and the lines of one feature."""
     where = f"{file}: feature {index}"
     if not isinstance(feature, dict) or feature.get("type") != "Feature":
         short = shown(feature.get("type") if isinstance(feature, dict) else feature)
@@ -144,9 +181,48 @@ def _area(feature: object, index: int, file: str) -> Area:
         _fail(f"{where} has properties {shown(properties)}", "an object or null", "write {}")
     own = {str(key).lower(): value for key, value in (properties or {}).items()}
     name = _first(*(own.get(key) for key in NAMES), feature.get("id"))
-    polygon = _geometry(feature.get("geometry"), f"{where} ({shown(name)})" if name else where)
+    where = f"{where} ({shown(name)})" if name else where
     identifier = _first(*(own.get(key) for key in IDENTIFIERS), feature.get("id"))
-    return Area(name or f"area {index}", polygon, identifier, _first(*(own.get(key) for key in KINDS)))
+    polygons: list[Polygon | MultiPolygon] = []
+    lines: list[tuple[str, Layer | None]] = []
+    parts = list(_simple(feature.get("geometry"), where))
+    for number, (kind, coordinates) in enumerate(parts):
+        at = where if len(parts) == 1 else f"{where}, geometry {number}"
+        if kind in LINES:
+            lines += [(LINES[0], enclosed(line, at)) for line in _lines(kind, coordinates, at)]
+        else:
+            polygons.append(_geometry(kind, coordinates, at))
+    if polygons:
+        kind = _first(*(own.get(key) for key in KINDS))
+        areas.append(Area(name or f"area {index}", joined(polygons), identifier, kind))
+    others += no_areas(label_of(identifier or name or f"area {index}", name), lines, file)
+
+
+def _simple(geometry: object, where: str) -> Iterator[tuple[str, object]]:
+    """Yield type and coordinates of a geometry, or of those in a collection, which may be nested."""
+    if not isinstance(geometry, dict):
+        found = "no geometry (null)" if geometry is None else f"the geometry {shown(geometry)}"
+        _fail(f"{where} has {found}", "Polygon or MultiPolygon", "draw the area, or drop the feature")
+    kind = geometry.get("type")
+    if kind == "GeometryCollection":
+        for number, part in enumerate(_list(geometry.get("geometries"), where, "geometries")):
+            yield from _simple(part, f"{where}, geometry {number}")
+    elif isinstance(kind, str) and kind in {*POLYGONS, *LINES}:
+        yield kind, geometry.get("coordinates")
+    else:
+        remedy = "drop it, or buffer points into polygons"
+        _fail(f"{where} is of type {shown(kind)}", "Polygon or MultiPolygon", remedy)
+
+
+def _lines(kind: str, coordinates: object, where: str) -> list[list[object]]:
+    """Return the positions of each line."""
+    listed = [coordinates] if kind == LINES[0] else _list(coordinates, where, "lines")
+    lines = [_list(line, where, "positions") for line in listed]
+    for line in lines:
+        if positions_of(line) is None:
+            for index, one in enumerate(line):
+                position_of(one, f"{where}, position {index}")
+    return lines
 
 
 def _first(*values: object) -> str:
@@ -155,16 +231,8 @@ def _first(*values: object) -> str:
     return next((text for text in texts if text.strip()), "")
 
 
-def _geometry(geometry: object, where: str) -> Polygon | MultiPolygon:
+def _geometry(kind: str, coordinates: object, where: str) -> Polygon | MultiPolygon:
     """Return a valid polygon or several."""
-    if not isinstance(geometry, dict):
-        found = "no geometry (null)" if geometry is None else f"the geometry {shown(geometry)}"
-        _fail(f"{where} has {found}", "Polygon or MultiPolygon", "draw the area, or drop the feature")
-    kind = geometry.get("type")
-    if kind not in ("Polygon", "MultiPolygon"):
-        remedy = "drop it, make closed lines polygons, buffer points and other lines, and split a collection"
-        _fail(f"{where} is of type {shown(kind)}", "Polygon or MultiPolygon", remedy)
-    coordinates = geometry.get("coordinates")
     if kind == "Polygon":
         area: Polygon | MultiPolygon = _polygon(coordinates, where)
     else:

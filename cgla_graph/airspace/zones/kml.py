@@ -3,11 +3,8 @@
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
-import numpy as np
-import shapely
-from shapely.geometry import Polygon
-
 from cgla_graph._text import shown
+from cgla_graph.airspace.zones.closed_lines import enclosed, no_areas
 from cgla_graph.airspace.zones.rings import polygon_of
 from cgla_graph.airspace.zones.shapes import AreaShape, ring_of, short
 from cgla_graph.airspace.zones.zone import Layer, NoArea, Zone
@@ -21,9 +18,8 @@ FOLDERS = {"kml", "Document", "Folder"}
 PICTURES = {"GroundOverlay", "PhotoOverlay", "ScreenOverlay", "Tour"}
 #: Geometries that have no area.
 LINES = {"Point", "LineString", "LinearRing", "Model", "Track", "MultiTrack"}
-#: Lines that may enclose an area, and the distance of the ends of a closed one, degrees, at most.
-CLOSABLE, SAME = {"LineString", "LinearRing"}, 1e-6
-HULL = "a closed line crosses itself too often: its convex hull is closed"
+#: Lines that may enclose an area.
+CLOSABLE = {"LineString", "LinearRing"}
 #: Elements of polygons.
 OUTLINES = {"Polygon", "outerBoundaryIs", "innerBoundaryIs", "coordinates"}
 
@@ -71,8 +67,8 @@ def read_root(root: Element, file: str) -> tuple[list[Zone], list[NoArea]]:
             found = [_polygon(one, f"{where}: Polygon {number}") for number, one in enumerate(polygons)]
             layers = tuple(Layer(area, remark=remark) for area, remark in found)
             zones.append(Zone(name, "", "UNCLASSIFIED", layers, file=file, message=message))
-        for reason, enclosed in _lines(lines, where).items():
-            others.append(NoArea(name, reason, file, tuple(enclosed), message))
+        named = [(tag_of(one), f"{where}: {tag_of(one)} {number}", one) for number, one in enumerate(lines)]
+        others += no_areas(name, [(kind, _enclosed(one, at)) for kind, at, one in named], file, message)
         if not polygons and not lines:
             others.append(NoArea(name, "it has no geometry", file))
     return zones, others
@@ -94,36 +90,15 @@ def _features(root: Element, file: str) -> Iterator[tuple[Element, str]]:
             fault(file, f"it has placemarks in a <{kind[:60]}>", "put them into a <Document> or a <Folder>")
 
 
-def _lines(lines: list[Element], where: str) -> dict[str, list[Layer]]:
-    """Return what the points and lines of a placemark are, and what closed ones enclose."""
-    found: dict[str, list[Layer]] = {}
-    for number, line in enumerate(lines):
-        kind = tag_of(line)
-        layer = _enclosed(line, f"{where}: {kind} {number}") if kind in CLOSABLE else None
-        reason = f"a {kind}, not an area" if layer is None else f"a closed {kind}, not an area"
-        found.setdefault(reason, []).extend([] if layer is None else [layer])
-    return found
-
-
 def _enclosed(line: Element, where: str) -> Layer | None:
-    """Return what a line encloses; None if its ends differ, or it encloses nothing."""
-    try:
-        positions = _positions(line, where)
-        if tag_of(line) == "LineString":
-            apart = np.abs(np.subtract(positions[-1], positions[0]))
-            if min(apart[0], abs(360.0 - apart[0])) > SAME or apart[1] > SAME:
-                return None
-            positions[-1] = positions[0]
-        ring = ring_of(positions, where, closed=False)
-    except FileFormatError:
-        # (lines of other kinds may have any coordinates: they close nothing)
+    """Return what a line encloses; None if that is nothing."""
+    if tag_of(line) not in CLOSABLE:
         return None
     try:
-        area, remark = polygon_of([ring], where)
+        positions = _positions(line, where)
     except FileFormatError:
-        hull = shapely.convex_hull(shapely.LineString(ring))
-        return Layer(hull, remark=HULL) if isinstance(hull, Polygon) else None
-    return Layer(area, remark=remark)
+        return None
+    return enclosed(positions, where, is_ring=tag_of(line) == "LinearRing")
 
 
 def _geometries(feature: Element, where: str) -> tuple[list[Element], list[Element]]:

@@ -26,7 +26,7 @@ def read_zones(files: FilePath | Sequence[FilePath]) -> Zones:
     Read zones that authorities publish: ED-269 or ED-318 (JSON), KML or KMZ, GeoJSON.
 
     The format is recognised by the content of a file. No zone is dropped: invalid content is an error that names the
-    zone and the key, and points and lines of a KML file are listed.
+    zone and the key, and lines, and points of a KML file, are listed.
 
     Parameters
     ----------
@@ -71,14 +71,15 @@ def read_zones(files: FilePath | Sequence[FilePath]) -> Zones:
 
 def is_geojson(path: FilePath) -> bool:
     """
-    Return whether a file is plain GeoJSON, which has no altitudes and times.
+    Return whether a file is GeoJSON of areas alone: it has no altitudes and times, and no lines that may be closed.
 
     Raises
     ------
     FileFormatError
         As in `read_zones`.
     """
-    return set(read_zones(path).formats.values()) == {"GeoJSON"}
+    read = read_zones(path)
+    return set(read.formats.values()) == {"GeoJSON"} and not read.no_areas
 
 
 def _read(path: FilePath) -> Zones:
@@ -126,6 +127,7 @@ def zones_of(data: bytes, file: str) -> Zones:
                 zones = ed269.read_document(document, file)
             else:
                 found = "GeoJSON"
+                areas, others = geojson.features_of(document, file)
                 zones = [
                     Zone(
                         area.identifier or area.name,
@@ -135,7 +137,7 @@ def zones_of(data: bytes, file: str) -> Zones:
                         file=file,
                         category=area.kind,
                     )
-                    for area in geojson.areas_of(document, file)
+                    for area in areas
                 ]
         else:
             fault(file, "it is none of the formats of zones", "give ED-269, ED-318, KML, KMZ or GeoJSON")

@@ -190,7 +190,7 @@ def label_of(identifier: str, name: str) -> str:
 @dataclass(frozen=True)
 class NoArea:
     """
-    A point, line or picture of KML, which closes no area by itself.
+    A point, line or picture of KML, or a line of GeoJSON, which closes no area by itself.
 
     Parameters
     ----------

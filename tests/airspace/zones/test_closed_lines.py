@@ -1,12 +1,14 @@
-"""Closed lines of KML: counted and named, and closed if that is asked for, through every door."""
+"""Closed lines of KML and GeoJSON: counted and named, and closed if that is asked for, through every door."""
 
 import json
+import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 import shapely
 from command_line import Call, caller
-from zone_files import HOLE, SQUARE, kml, kmz, polygon
+from zone_files import HOLE, SQUARE, data_of, kml, kmz, polygon
 
 import cgla_graph as cg
 from cgla_graph.airspace.zones.reading import zones_of
@@ -19,6 +21,21 @@ def line(name: str, ring: list[list[float]], kind: str = "LineString") -> str:
     """Return a placemark with a line."""
     positions = " ".join(f"{x},{y},0" for x, y in ring)
     return f"<Placemark><name>{name}</name><{kind}><coordinates>{positions}</coordinates></{kind}></Placemark>"
+
+
+def feature(geometry: dict[str, Any], **properties: object) -> dict[str, Any]:
+    """Return a feature of GeoJSON."""
+    return {"type": "Feature", "properties": properties, "geometry": geometry}
+
+
+def lines(*rings: Any, kind: str = "LineString") -> dict[str, Any]:  # noqa: ANN401 - positions
+    """Return a geometry of GeoJSON: one line, or several."""
+    return {"type": kind, "coordinates": rings[0] if kind == "LineString" else list(rings)}
+
+
+def collection(*parts: dict[str, Any]) -> dict[str, Any]:
+    """Return a collection of geometries."""
+    return {"type": "GeometryCollection", "geometries": list(parts)}
 
 
 ALMOST = [*SQUARE[:-1], [SQUARE[0][0] + 5e-7, SQUARE[0][1]]]
@@ -34,9 +51,26 @@ CLOSED = [
 ]
 
 
-@pytest.mark.parametrize(("placemark", "kind"), CLOSED)
-def test_a_closed_line_is_named_and_may_be_closed(placemark: str, kind: str) -> None:
-    for data in (kml(placemark), kmz(kml(placemark))):
+#: The same line in GeoJSON, with and without heights and more numbers.
+FEATURES = [
+    lines(SQUARE),
+    lines(ALMOST),
+    lines([[*place, 120.0, 7] for place in SQUARE]),
+    lines([SQUARE[0], *[[*place, 120.0] for place in SQUARE[1:]]]),
+    lines(SQUARE, kind="MultiLineString"),
+    collection(collection(lines(SQUARE))),
+]
+
+
+@pytest.mark.parametrize(
+    ("files", "kind"),
+    [
+        *(((kml(placemark), kmz(kml(placemark))), kind) for placemark, kind in CLOSED),
+        *(((data_of(feature(one, name="CTR")), data_of(feature(one, id="CTR"))), "LineString") for one in FEATURES),
+    ],
+)
+def test_a_closed_line_is_named_and_may_be_closed(files: tuple[bytes, ...], kind: str) -> None:
+    for data in files:
         zones = zones_of(data, "mine")
         account = zones.apply().account()
         assert account.summary() == f"1 zone: 1 left out (1 a closed {kind}, not an area)"
@@ -58,9 +92,55 @@ def test_a_closed_line_is_named_and_may_be_closed(placemark: str, kind: str) -> 
     "ring", [SQUARE[:-1], [[6.0, 49.0], [6.2, 49.0], [6.0, 49.0]], [[6.0, 49.0], [6.2, 49.0], [6.1, 49.0], [6.0, 49.0]]]
 )
 def test_other_lines_enclose_nothing(ring: list[list[float]]) -> None:
-    zones = zones_of(kml(line("road", ring)), "mine")
-    assert zones.apply(lines="closed").account().summary() == "1 zone: 1 left out (1 a LineString, not an area)"
-    assert zones.apply().account().notes() == []
+    for data in (kml(line("road", ring)), data_of(feature(lines(ring), name="road"))):
+        zones = zones_of(data, "mine")
+        assert zones.apply(lines="closed").account().summary() == "1 zone: 1 left out (1 a LineString, not an area)"
+        assert zones.apply().account().notes() == []
+
+
+def test_features_of_several_geometries_are_read_as_a_whole() -> None:
+    area = {"type": "Polygon", "coordinates": [HOLE]}
+    apart = [[x + 1.0, y] for x, y in SQUARE]
+    document = feature(collection(area, collection(lines(SQUARE, kind="MultiLineString"), lines(apart[:-1]))), name="A")
+    zones = zones_of(data_of(document), "mine")
+    assert zones.apply().account().summary() == (
+        "3 zones: 1 closed (1 UNCLASSIFIED), "
+        "2 left out (1 a closed LineString, not an area, 1 a LineString, not an area)"
+    )
+    assert zones.zones[0].layers[0].area.equals(shapely.Polygon(HOLE))
+    closed = zones.apply(lines="closed").closed
+    assert shapely.union_all([one.area for one in closed]).symmetric_difference(AREA).area < 1e-9
+    two = feature(collection(area, {"type": "MultiPolygon", "coordinates": [[apart], [SQUARE]]}))
+    assert zones_of(data_of(two), "mine").apply().closed[0].area.area == pytest.approx(2.0 * AREA.area)  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    ("geometry", "said"),
+    [
+        (lines([[6.0, 49.0], [206.0, 49.0]]), "feature 0, position 1 has the longitude 206.0"),
+        (lines([]), "feature 0 has [] for its positions"),
+        ({"type": "MultiLineString", "coordinates": []}, "has [] for its lines"),
+        (collection(), "has [] for its geometries"),
+        (collection(lines(SQUARE), {"type": "Point", "coordinates": [6, 49]}), "geometry 1 is of type 'Point'"),
+        (
+            collection(collection({"type": "MultiPoint", "coordinates": [[6, 49]]})),
+            "geometry 0 is of type 'MultiPoint'",
+        ),
+        (collection(lines(SQUARE), {"type": "Circle", "center": [6, 49], "radius": 500}), "is of type 'Circle'"),
+    ],
+)
+def test_lines_and_collections_of_geojson_that_are_refused(geometry: dict[str, Any], said: str) -> None:
+    with pytest.raises(FileFormatError, match=re.escape(said)):
+        zones_of(data_of(feature(geometry)), "mine")
+
+
+def test_no_fly_areas_of_scenarios_are_no_lines(tmp_path: Path) -> None:
+    (tmp_path / "lines.geojson").write_bytes(data_of(feature(lines(SQUARE), name="CTR")))
+    text = 'coordinates = "lonlat"\nstart = [5.9, 49.1]\ngoal = [6.3, 49.1]\nk = 0\n'
+    text += '[no_fly]\ngeojson = ["lines.geojson"]\n'
+    (tmp_path / "mine.toml").write_text(text)
+    with pytest.raises(cg.errors.ScenarioError, match=r"'CTR' is a closed LineString, not an area; .* among the zones"):
+        cg.load_scenario(str(tmp_path / "mine.toml"))
 
 
 def test_many_are_counted_and_few_are_named() -> None:
@@ -77,15 +157,22 @@ def test_many_are_counted_and_few_are_named() -> None:
         zones.apply(lines="shut")  # type: ignore[arg-type]
 
 
-@pytest.fixture
-def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
+@pytest.fixture(params=["lines.kml", "lines.geojson"])
+def call(
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Call:
     """Call the command line in a folder with a closed line around a hole."""
     (tmp_path / "lines.kml").write_bytes(kml(line("CTR", SQUARE), line("CTR 2", HOLE)))
-    text = 'coordinates = "lonlat"\nstart = [5.9, 49.1]\ngoal = [6.3, 49.1]\nk = 0\n[no_fly]\nzones = ["lines.kml"]\n'
+    features = [feature(lines(SQUARE), name="CTR"), feature(lines(HOLE), name="CTR 2")]
+    (tmp_path / "lines.geojson").write_bytes(data_of({"type": "FeatureCollection", "features": features}))
+    text = 'coordinates = "lonlat"\nstart = [5.9, 49.1]\ngoal = [6.3, 49.1]\nk = 0\n[no_fly]\n'
+    text += f'zones = ["{request.param}"]\n'
+    (tmp_path / "bare.toml").write_text(f"bounds = [5.8, 48.8, 6.4, 49.3]\n{text.partition('[no_fly]')[0]}")
     (tmp_path / "mine.toml").write_text(text)
     (tmp_path / "shut.toml").write_text(text + 'lines = "closed"\n')
     cg.write_plan(cg.FlightPlan.along([(5.9, 49.1), (6.3, 49.1)]), tmp_path / "mine.gpx")
-    return caller(tmp_path, monkeypatch, capfd)
+    called = caller(tmp_path, monkeypatch, capfd)
+    return lambda *words: called(*(request.param if word == "lines.kml" else word for word in words))
 
 
 def test_every_door_closes_lines(call: Call, tmp_path: Path) -> None:
@@ -95,6 +182,7 @@ def test_every_door_closes_lines(call: Call, tmp_path: Path) -> None:
         ("plan", "lines.kml", *quick),
         ("plan", "mine.toml", *quick),
         ("plan", "lines.kml", *quick, "--lines", "closed"),
+        ("plan", "bare.toml", "--no-fly", "lines.kml", *quick, "--lines", "closed"),
         ("plan", "mine.toml", *quick, "--lines", "closed"),
         ("plan", "shut.toml", *quick),
     ):
@@ -109,5 +197,7 @@ def test_every_door_closes_lines(call: Call, tmp_path: Path) -> None:
     assert call("check", "mine.gpx", "--zones", "lines.kml", "--no-certificate").code == 0
     assert call("check", "mine.gpx", "--zones", "lines.kml", "--no-certificate", "--lines", "closed").code == 1
     assert call("plan", "lines.kml", *quick, "--lines", "shut").code == 2
-    assert not cg.check(tmp_path / "mine.gpx", zones=tmp_path / "lines.kml", lines="closed", tolerance=None).is_clean
-    assert cg.check(tmp_path / "mine.gpx", zones=tmp_path / "lines.kml", tolerance=None).is_clean
+    for name in ("lines.kml", "lines.geojson"):
+        about = {"zones": tmp_path / name, "tolerance": None}
+        assert not cg.check(tmp_path / "mine.gpx", lines="closed", **about).is_clean
+        assert cg.check(tmp_path / "mine.gpx", **about).is_clean

@@ -8,6 +8,8 @@ import pytest
 from command_line import Call, caller
 from zone_files import circle, data_of, ed269, ed318, geojson, kml, volume
 
+import cgla_graph as cg
+
 ENDS = ("--start", "5.9,49.1", "--goal", "6.3,49.1")
 QUICK = (*ENDS, "--no-certificate", "--solver", "visibility-graph")
 
@@ -64,6 +66,56 @@ def test_the_list_of_zones(call: Call, tmp_path: Path) -> None:
         (tmp_path / "zones.json").unlink()
 
 
+def rows_of(file: Path) -> list[tuple[str, ...]]:
+    """Return file, identifier, name, kind, state and reason of each row of a list."""
+    with file.open(encoding="utf-8", newline="") as stream:
+        keys = ("file", "identifier", "name", "kind", "state", "reason")
+        return [
+            tuple(Path(row[key]).name if key == "file" else row[key] for key in keys) for row in csv.DictReader(stream)
+        ]
+
+
+def test_areas_that_are_no_zones_are_listed(call: Call, tmp_path: Path) -> None:
+    ring = [[6.2, 49.3], [6.3, 49.3], [6.3, 49.4], [6.2, 49.3]]
+    far = [[x + 5.0, y] for x, y in ring]
+    features = [
+        {"type": "Feature", "properties": said, "geometry": {"type": "Polygon", "coordinates": [corners]}}
+        for said, corners in (({"designator": "D7", "title": "range", "type": "danger"}, ring), ({}, far))
+    ]
+    (tmp_path / "more.json").write_bytes(data_of({"type": "FeatureCollection", "features": features}))
+    bounds = ("--bounds", "5.8,48.9,6.4,49.5")
+    plain = [
+        ("areas.geojson", "Castle", "", "UNCLASSIFIED", "closed", "UNCLASSIFIED"),
+        ("more.json", "D7", "range", "danger", "closed", "UNCLASSIFIED"),
+        ("more.json", "area 1", "", "UNCLASSIFIED", "left out", "outside the map"),
+    ]
+    answer = call("plan", "areas.geojson", "more.json", *QUICK, *bounds, "--zones-list", "z.csv")
+    assert answer.code == 0, answer.err
+    assert rows_of(tmp_path / "z.csv") == plain
+    # the list of a check is the same, and so is that of a file that names them
+    call("plan", "areas.geojson", *QUICK, "--export", "mine.gpx")
+    assert call("check", "mine.gpx", "areas.geojson", "--no-certificate", "--zones-list", "c.csv").code == 0
+    assert rows_of(tmp_path / "c.csv") == plain[:1]
+    head = 'coordinates = "lonlat"\nstart = [5.9, 49.1]\ngoal = [6.3, 49.1]\nk = 0\nbounds = [5.8, 48.9, 6.4, 49.5]\n'
+    areas = '[no_fly]\ngeojson = ["areas.geojson", "more.json"]\npolygons = [[[6.0, 49.3], [6.1, 49.3], [6.1, 49.4]]]\n'
+    (tmp_path / "mine.toml").write_text(f'{head}{areas}areas = [{{name = "yard", outline = {[*ring[:3]]}}}]\n')
+    own = [("", name, "", "UNCLASSIFIED", "closed", "UNCLASSIFIED") for name in ("no_fly.polygons.0", "yard")]
+    quick = ("--no-certificate", "--solver", "visibility-graph")
+    for words in (("plan", *quick), ("compare", "--solvers", "visibility-graph", "--no-certificate")):
+        answer = call(words[0], "mine.toml", *words[1:], "--zones-list", "z.csv")
+        assert answer.code == 0, answer.err
+        assert rows_of(tmp_path / "z.csv") == [*own, *plain]
+    answer = call("check", "mine.gpx", "mine.toml", "--no-certificate", "--zones-list", "c.csv")
+    assert answer.code == 0, answer.err
+    assert rows_of(tmp_path / "c.csv") == [*own, *plain]
+    assert [one.state for one in cg.load_scenario(str(tmp_path / "mine.toml")).area_records] == ["closed"] * 4 + [
+        "left out"
+    ]
+    assert call("plan", "mine.toml", "castle.json", *quick, "--zones-list", "z.csv").code == 0
+    assert {row[4] for row in rows_of(tmp_path / "z.csv") if row[0] == "castle.json"} == {"closed"}
+    assert len(rows_of(tmp_path / "z.csv")) == 6
+
+
 def test_an_altitude_is_of_zones_and_of_plans(call: Call, tmp_path: Path) -> None:
     answer = call("plan", "castle.json", *QUICK, "--altitude", 130, "--export", "castle.plan")
     assert answer.code == 0, answer.err
@@ -86,7 +138,8 @@ def test_an_altitude_is_of_zones_and_of_plans(call: Call, tmp_path: Path) -> Non
         (("castle.json", "paper", *QUICK), "holds longitudes and latitudes"),
         (("castle.json", "paper", "maze", *QUICK), "paper and maze are maps"),
         (("areas.geojson", *QUICK, "--at", "2026-08-01T12:00Z"), "areas.geojson has no zones: leave out --at"),
-        (("areas.geojson", *QUICK, "--zones-list", "z.csv"), "there are no zones on the map"),
+        (("areas.geojson", *QUICK, "--altitude", "80", "--zones-list", "z.csv"), "--altitude needs a plan to write"),
+        (("paper", "--zones-list", "z.csv"), "there are no zones or no-fly areas on the map"),
         (("paper", "--treat", "PROHIBITED=open"), "paper has no zones"),
         (("none.kml", *QUICK), "none.kml: there is no such file"),
     ],
