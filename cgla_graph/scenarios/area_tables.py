@@ -9,13 +9,14 @@ from typing import Annotated, Any, Literal, cast
 
 import numpy as np
 import shapely
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
 from cgla_graph.airspace.zones.applying import Applied, ZoneAccount, ZoneRecord
 from cgla_graph.airspace.zones.ground import read_ground
+from cgla_graph.airspace.zones.heights import Altitude
 from cgla_graph.airspace.zones.reading import is_geojson, read_zones
 from cgla_graph.airspace.zones.rings import directed_rings
 from cgla_graph.airspace.zones.shapes import AreaShape, with_fewer_corners
@@ -48,6 +49,12 @@ class AreaTable(Table):
     holes: list[Ring] = Field(default_factory=list, description="rings of corners inside, where one may fly")
 
 
+def _flown(altitude: float | str) -> float | str:
+    """Check an altitude, also where there are no zones."""
+    Altitude.of(altitude)
+    return altitude
+
+
 class NoFlyTable(Table):
     """No-fly areas: polygons written here, and files beside this one: GeoJSON, or zones that authorities publish."""
 
@@ -58,7 +65,7 @@ class NoFlyTable(Table):
         default_factory=list,
         description="paths of files of zones (lon/lat), from this file: ED-269, ED-318, KML, KMZ, GeoJSON",
     )
-    altitude: float | str | None = Field(
+    altitude: Annotated[float | str, AfterValidator(_flown)] | None = Field(
         default=None,
         description="of the flight, metres above ground, or as '450 AMSL': which layers of zones count (default: all)",
     )

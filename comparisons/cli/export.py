@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, get_args
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
-from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Waypoint
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.cli.options import ExportOptions
 from cgla_graph.errors import CglaError, OutputError
@@ -164,5 +164,5 @@ def read_export(export: ExportOptions, *, zones: bool = False) -> Export:
         raise CglaError(msg)
     reference: Reference = next((one for one in ABOVE if one == above), "home")
     # check the numbers before the work
-    Waypoint(0.0, 0.0, altitude, reference, export.speed)
+    FlightPlan.along([(0.0, 0.0)], altitude=altitude, reference=reference, speed=export.speed)
     return Export(targets, altitude, reference, export.speed)

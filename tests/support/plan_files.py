@@ -28,7 +28,11 @@ def flight_plans(draw: st.DrawFn, *, autopilot: bool) -> FlightPlan:
         role = draw(st.sampled_from(roles))
         place = draw(st.tuples(longitudes, latitudes).filter(lambda one: one != (0.0, 0.0)))
         radius = draw(st.just(0.0) | st.floats(0.1, 1000.0)) if role == "waypoint" else 0.0
-        one = Waypoint(*place, draw(heights), draw(references), draw(speeds), role, radius)
+        height, reference = draw(heights), draw(references)
+        if reference == "ground" and role != "landing" and height is not None:
+            # (nothing flies below the ground)
+            height = abs(height)
+        one = Waypoint(*place, height, reference, draw(speeds), role, radius)
         waypoints.append(one)
     height = draw(altitudes) if autopilot else draw(heights)
     home = Home(draw(longitudes), draw(latitudes.filter(lambda one: one != 0.0)), height)

@@ -29,6 +29,9 @@ ROLES: Final[tuple[Role, ...]] = get_args(Role)
 MOST_WAYPOINTS: Final = 250_000
 #: Least and greatest altitude, metres: below the shore of the Dead Sea, and at the edge of space.
 ALTITUDES: Final = (-1e3, 1e5)
+#: Least altitude of a flight above each reference, metres: nothing flies below the ground or the place of take-off, and
+#: the lowest land, at the Dead Sea, is about 440 m below the sea.
+LEAST_FLOWN: Final[dict[Reference, float]] = {"home": 0.0, "ground": 0.0, "sea": -500.0, "ellipsoid": -500.0}
 #: Greatest speed (m/s), and greatest radius of a circle around a waypoint (m).
 MOST_SPEED, MOST_RADIUS = 1e4, 1e6
 _LONGEST_NAME: Final = 200
@@ -59,7 +62,7 @@ class Waypoint:
     x, y
         Longitude and latitude, degrees; or x and y, map units, in a plan whose `coordinates` are ``"plane"``.
     altitude
-        Metres above `reference`; None if the plan has no altitude here.
+        Metres above `reference`; None if the plan has no altitude here. Above the ground, at least 0 in flight.
     reference
         ``"home"``: above the place of take-off; ``"ground"``: above the ground below; ``"sea"``: above mean sea level;
         ``"ellipsoid"``: above WGS84.
@@ -105,11 +108,21 @@ class Waypoint:
         for name, value, allowed in (("reference", self.reference, REFERENCES), ("role", self.role, ROLES)):
             if not is_one_of(value, allowed):
                 fault(name, f"it is {shown(value)}", f"choose one of {', '.join(allowed)}")
+        # (the ground may be lower than home)
+        if self.altitude is not None and self.reference == "ground" and self.role in {"take-off", "waypoint"}:
+            _check_flown(self.altitude, self.reference)
 
     @property
     def reach(self) -> float:
         """The distance from the waypoint within which the aircraft flies there, metres."""
         return max(self.loiter_radius, self.pass_radius)
+
+
+def _check_flown(altitude: float, reference: Reference) -> None:
+    """Check that the altitude of a flight is not below all ground."""
+    wrong, _, allowed = below_ground(altitude, reference).partition("; ")
+    if wrong:
+        fault("altitude", wrong, allowed)
 
 
 def finite(name: str, value: object, least: float, most: float, unit: str = "") -> float:
@@ -139,6 +152,23 @@ def _check_position(one: "Waypoint | Home") -> None:
         object.__setattr__(one, name, finite(name, getattr(one, name), -math.inf, math.inf))
     if one.altitude is not None:
         object.__setattr__(one, "altitude", finite("altitude", one.altitude, *ALTITUDES, " m"))
+
+
+def below_ground(altitude: float, reference: Reference) -> str:
+    """
+    Return why an altitude is below all ground, and the least that is allowed; empty if it is not.
+
+    Examples
+    --------
+    >>> below_ground(-5.0, "home"), below_ground(-400.0, "sea")
+    ('it is -5 m above home, below the ground; give at least 0 m', '')
+    """
+    least = LEAST_FLOWN[reference]
+    if not altitude < least:
+        return ""
+    where = "the ground" if least == 0.0 else "all land"
+    the = "" if reference in {"home", "ground"} else "the "
+    return f"it is {altitude:g} m above {the}{reference}, below {where}; give at least {least:g} m"
 
 
 def _check_types(plan: "FlightPlan") -> None:
@@ -267,7 +297,8 @@ class FlightPlan(ShortRepr):
         lonlat
             Longitudes and latitudes, degrees, shape ``(m, 2)`` with ``m >= 1``.
         altitude
-            Altitude of the flight, metres above `reference`; the landing is at 0 m above home.
+            Altitude of the flight, metres above `reference`: at least 0 above home and ground, -500 above the sea and
+            the ellipsoid. The landing is at 0 m above home.
         speed
             Speed of the flight, m/s.
         name
@@ -292,6 +323,8 @@ class FlightPlan(ShortRepr):
             fault("lonlat", f"it has the shape {places.shape}", "give a row a waypoint, shape (m, 2) with m at least 1")
         (east, north), *others = places.tolist()
         waypoints = [Waypoint(east, north, altitude, reference, role="take-off")]
+        if altitude is not None:
+            _check_flown(altitude, reference)
         # the last leg is flown at the altitude of the flight, and the descent is vertical
         waypoints += [Waypoint(x, y, altitude, reference, speed) for x, y in others]
         ground = None if altitude is None else 0.0

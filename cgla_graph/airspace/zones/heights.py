@@ -2,18 +2,25 @@
 
 import re
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
+from cgla_graph._validate import finite_number
+from cgla_graph.airspace.flight_plans.plan import Reference, below_ground
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.shapes import short
 from cgla_graph.airspace.zones.zone import Layer
-from cgla_graph.errors import FileFormatError
+from cgla_graph.errors import FileFormatError, ProblemError
 
 Range: TypeAlias = tuple[float, float]
 
+#: References of heights of flights, as plans write them.
+REFERENCES: Final[dict[str, Reference]] = {"AGL": "ground", "AMSL": "sea", "WGS84": "ellipsoid", "HOME": "home"}
+#: Greatest altitude, metres: the edge of space.
+MOST_ALTITUDE: Final = 1e5
 #: Bounds of the height of the WGS84 ellipsoid above mean sea level, metres: EGM96 is between -86 and 107.
 GEOID = (-87.0, 108.0)
 ALTITUDE = re.compile(r"([+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?)\s*(?:m\s*)?(AGL|AMSL|WGS84|HOME)?", re.IGNORECASE | re.ASCII)
+UNREAD: Final = "give metres above ground, as 100, or above the sea, as '450 AMSL'"
 
 
 @dataclass(frozen=True)
@@ -24,19 +31,47 @@ class Altitude:
     Parameters
     ----------
     metres
-        Metres above the reference.
+        Metres above the reference: at least 0 above the ground and home, and -500 above the sea and the ellipsoid, as
+        there is land down to -440 m; at most 100 000.
     reference
         The ground (AGL), mean sea level (AMSL), the ellipsoid (WGS84), or the start of the flight (HOME), which cannot
         be compared with limits of zones.
+
+    Raises
+    ------
+    FileFormatError
+        If the altitude is no number, or out of range, or there is no such reference.
 
     Examples
     --------
     >>> Altitude.of("450 AMSL"), Altitude.of(100)
     (Altitude(metres=450.0, reference='AMSL'), Altitude(metres=100.0, reference='AGL'))
+    >>> str(Altitude.of("-400 AMSL"))
+    '-400 m AMSL'
     """
 
     metres: float
     reference: Literal["AGL", "AMSL", "WGS84", "HOME"] = "AGL"
+
+    def __post_init__(self) -> None:
+        """Check the altitude."""
+        if self.reference not in REFERENCES:
+            msg = f"the reference of the altitude is {short(self.reference)}; give one of {', '.join(REFERENCES)}"
+            raise FileFormatError(msg)
+        try:
+            wrong = "" if abs(finite_number("altitude", self.metres)) <= MOST_ALTITUDE else UNREAD
+        except ProblemError:
+            wrong = UNREAD
+        if wrong:
+            msg = f"altitude is {short(self.metres)}; {wrong}"
+            raise FileFormatError(msg)
+        if wrong := below_ground(self.metres, REFERENCES[self.reference]):
+            msg = f"altitude {wrong.removeprefix('it ')}"
+            raise FileFormatError(msg)
+
+    def __str__(self) -> str:
+        """Return the altitude with unit and reference."""
+        return f"{self.metres:.6g} m {self.reference}"
 
     @classmethod
     def of(cls, value: "str | float | Altitude") -> "Altitude":
@@ -46,13 +81,13 @@ class Altitude:
         Raises
         ------
         FileFormatError
-            If it is neither.
+            If it is neither, or out of range.
         """
         if isinstance(value, Altitude):
             return value
         match = None if isinstance(value, bool) else ALTITUDE.fullmatch(str(value).strip())
-        if match is None or not abs(float(match[1])) <= 1e5:  # noqa: PLR2004 - the edge of space
-            msg = f"altitude is {short(value)}; give metres above ground, as 100, or above the sea, as '450 AMSL'"
+        if match is None or not abs(float(match[1])) <= MOST_ALTITUDE:
+            msg = f"altitude is {short(value)}; {UNREAD}"
             raise FileFormatError(msg)
         return cls(float(match[1]), (match[2] or "AGL").upper())  # type: ignore[arg-type]
 

@@ -223,6 +223,9 @@ def test_kinds_are_closed_or_open() -> None:
         ({"altitude": True}, "altitude is true"),
         ({"altitude": float("nan")}, "altitude is"),
         ({"altitude": "100 FL"}, "altitude is '100 FL'"),
+        ({"altitude": -5}, "altitude is -5 m above ground, below the ground; give at least 0 m"),
+        ({"altitude": "-0.5 HOME"}, "altitude is -0.5 m above home"),
+        ({"altitude": "-501 AMSL"}, "altitude is -501 m above the sea, below all land; give at least -500 m"),
         ({"at": "2026-08-01T12:00"}, "with its zone"),
         ({"at": datetime(2026, 8, 1)}, "with its zone"),  # noqa: DTZ001 - that is the fault
         ({"at": "noon"}, "it is 'noon'"),
@@ -238,6 +241,11 @@ def test_what_cannot_be_applied(how: dict[str, object], said: str) -> None:
 def test_altitudes_are_read() -> None:
     assert Altitude.of("450m amsl") == Altitude(450.0, "AMSL")
     assert Altitude.of(Altitude(1.0)) == Altitude.of(1) == Altitude.of("1.0 AGL")
+    # the shores of the Dead Sea
+    assert str(Altitude.of("-430 AMSL")) == "-430 m AMSL"
+    for wrong in ((-1.0, "AGL"), (float("nan"), "AGL"), (2e5, "AMSL"), (1.0, "FL")):
+        with pytest.raises(FileFormatError, match="altitude"):
+            Altitude(*wrong)  # type: ignore[arg-type]
 
 
 def test_a_file_that_is_not_valid_then_says_so() -> None:
