@@ -22,8 +22,10 @@ from cgla_graph.mission.world import TimedArea as TimedArea
 from cgla_graph.mission.world import TimedThreat as TimedThreat
 from cgla_graph.mission.world import World as World
 from cgla_graph.model.cost_model import CostModel as CostModel
+from cgla_graph.model.failure_model import FailureModel as FailureModel
 from cgla_graph.model.graph import GeometricGraph as GeometricGraph
 from cgla_graph.model.ground_risk import ground_risk as ground_risk
+from cgla_graph.model.ground_risk import people_of as people_of
 from cgla_graph.model.ground_risk import risk_weight as risk_weight
 from cgla_graph.model.lattice import Lattice as Lattice
 from cgla_graph.model.no_fly import NoFlyArea as NoFlyArea

@@ -65,6 +65,7 @@ MOVED = {
     "mission.recorder": "mission.agent",
     "mission.sensing": "mission.belief",
     "model.projection": "model.earth",
+    "model.unchanged": "model.isolated",
     "random_map": "scenarios.random_map",
     "solvers.continuous.b_spline": "solvers.continuous.evolutionary",
     "steps": "model.solver",

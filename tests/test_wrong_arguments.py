@@ -120,6 +120,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {"people": RASTER, "unit": "people/km2", "failures_per_hour": 1.0, "speed": 1.0, "lethal_area": 1.0,
          "fatality": 1.0},
     ),
+    "FailureModel": (cg.FailureModel, {"failures_per_hour": 1.0, "speed": 1.0, "lethal_area": 1.0, "fatality": 1.0}),
+    "people_of": (cg.people_of, {"problem": None}),
     "risk_weight": (cg.risk_weight, {"prevented_fatality": 1.0, "metre": 1.0}),
     "flyable": (cg.flyable, {"solution": None, "turn_radius": 0.1, "start_heading": None, "goal_heading": None}),
     "save": (STRAIGHT.save, {"file": "out.csv"}),

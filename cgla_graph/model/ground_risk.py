@@ -1,51 +1,37 @@
-"""Risk to people on the ground per metre flown, and the risk weight from prices."""
+"""Risk to people on the ground per metre flown, its layer of people, and the risk weight from prices."""
 
-from typing import Literal, TypeAlias, get_args
+from typing import get_args
 
 from cgla_graph._text import shown
 from cgla_graph._validate import instance, is_one_of, positive_number
 from cgla_graph.errors import ProblemError
+from cgla_graph.model.failure_model import FailureModel, People
+from cgla_graph.model.problem import Problem, problem_wanted
 from cgla_graph.model.risk_raster import RasterRisk
-
-#: Units of the density of people.
-People: TypeAlias = Literal["people/km2", "people/m2"]
-#: Square metres of the area in each unit.
-AREAS = {"people/km2": 1e6, "people/m2": 1.0}
-SECONDS_AN_HOUR = 3600.0
 
 
 def ground_risk(
     people: RasterRisk,
     *,
-    unit: People,
+    unit: People | None = None,
     failures_per_hour: float,
     speed: float,
     lethal_area: float,
     fatality: float = 1.0,
 ) -> RasterRisk:
     """
-    Turn people on the ground into expected fatalities per metre flown.
+    Turn people on the ground into expected fatalities per metre flown, by `FailureModel`.
 
-    An aircraft that fails with a rate per hour and comes down where it is hits the people on its lethal area:
-    ``failures_per_hour / 3600 / speed * lethal_area * people * fatality`` a metre. This is the model of Weibel and
-    Hansman (AIAA 3rd Unmanned Unlimited, 2004) and of the quantitative ground risk in JARUS SORA 2.5, Annex F.
+    The risk keeps its layer of people and its model: `RasterRisk.people`, in people per km2, and `RasterRisk.failures`.
 
     Parameters
     ----------
     people
         Density of people, on a map in metres.
     unit
-        Its unit: ``people/km2``, or ``people/m2`` (as `RasterRisk.from_file` gives with ``kind="count"``).
-    failures_per_hour
-        Losses of control that end in a crash, per flight hour, above 0. Without data, take SORA's targets: 0.1 at SAIL
-        I, a tenth of that with each level, 1e-6 at SAIL VI.
-    speed
-        Ground speed, metres a second, above 0.
-    lethal_area
-        Area on which people are hit by the aircraft when it comes down, square metres, above 0. SORA 2.5, Annex F: 6.5
-        up to 1 m of characteristic dimension, 65 up to 3 m, 650 up to 8 m.
-    fatality
-        Probability that a person who is hit dies, above 0 and at most 1; the default is the worst case.
+        Its unit, ``people/km2`` or ``people/m2``; None if the raster has it (as those of counts have).
+    failures_per_hour, speed, lethal_area, fatality
+        As in `FailureModel`.
 
     Returns
     -------
@@ -55,7 +41,7 @@ def ground_risk(
     Raises
     ------
     ProblemError
-        If a number is out of range, or the unit is unknown.
+        If a number is out of range, the unit is unknown or not that of the raster, or the raster is a risk already.
 
     Examples
     --------
@@ -63,22 +49,72 @@ def ground_risk(
 
     >>> town = RasterRisk([[1000.0]], bounds=(0, 0, 1000, 1000))
     >>> risk = ground_risk(town, unit="people/km2", failures_per_hour=1e-3, speed=20, lethal_area=6.5, fatality=0.5)
-    >>> f"{risk.greatest * 1000:.3g} fatalities"
-    '4.51e-08 fatalities'
+    >>> f"{risk.greatest * 1000:.3g} fatalities over {risk.people.greatest:g} people per km2"
+    '4.51e-08 fatalities over 1000 people per km2'
     """
     instance("people", people, RasterRisk, "a RasterRisk of people")
-    if not is_one_of(unit, get_args(People)):
+    if unit is not None and not is_one_of(unit, get_args(People)):
         msg = f"unknown unit {shown(unit)} of people; choose one of {', '.join(get_args(People))}"
         raise ProblemError(msg)
-    chance = positive_number("fatality", fatality)
-    if chance > 1.0:
-        msg = f"fatality is {chance:g}; it is a probability, at most 1"
+    model = FailureModel(failures_per_hour, speed, lethal_area, fatality)
+    if unit is not None and people.unit is None:
+        # (the scale of a raster without a unit is part of the people)
+        nodata = None if people.nodata is None else people.nodata * people.scale
+        settings = {**people.settings, "unit": unit, "scale": 1.0, "nodata": nodata}
+        people = RasterRisk(people.values * people.scale, people.bounds, **settings)
+    if unit is not None and unit != people.unit:
+        msg = f"unit is {shown(unit)}, but the raster has {people.unit}; leave out unit"
         raise ProblemError(msg)
-    per_metre = (
-        positive_number("failures_per_hour", failures_per_hour) / SECONDS_AN_HOUR / positive_number("speed", speed)
-    )
-    factor = per_metre * positive_number("lethal_area", lethal_area) * chance / AREAS[unit]
-    return people.scaled(factor)
+    return people.flown_over_by(model)
+
+
+def people_of(problem: Problem) -> RasterRisk | None:
+    """
+    Return the layer of people below a problem, people per km2, whatever the scale of its risk.
+
+    Raises
+    ------
+    ProblemError
+        If there are several layers on different cells.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField
+    >>> town = RasterRisk([[0.002]], bounds=(0, 0, 9, 9), unit="people/m2", scale=4.5e-7)
+    >>> people_of(Problem((1, 1), (2, 2), RiskField(rasters=[town]), bounds=(0, 0, 9, 9))).greatest
+    2000.0
+    >>> people_of(Problem((0, 0), (1, 1))) is None
+    True
+    """
+    instance("problem", problem, Problem, problem_wanted)
+    layers = people_layers(problem)
+    if len(layers) > 1:
+        boxes = " and ".join(str(layer.bounds) for layer in layers[:2])
+        msg = f"the rasters of people lie on different cells, in {boxes}; join them in one raster"
+        raise ProblemError(msg)
+    return layers[0] if layers else None
+
+
+def people_layers(problem: Problem) -> list[RasterRisk]:
+    """
+    Return the layers of people below a problem, people per km2; layers on the same cells are added up.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField
+    >>> day = RasterRisk([[5.0]], bounds=(0, 0, 9, 9), unit="people/km2")
+    >>> field = RiskField(rasters=[day, day.scaled(3.0), RasterRisk([[7.0]], bounds=(0, 0, 9, 9))])
+    >>> [layer.greatest for layer in people_layers(Problem((1, 1), (2, 2), field, bounds=(0, 0, 9, 9)))]
+    [10.0]
+    """
+    layers: dict[object, RasterRisk] = {}
+    for layer in (raster.people for raster in problem.field.rasters if raster.people is not None):
+        grid = layer.bounds, layer.cells.shape, layer.interpolation
+        if grid in layers:
+            cells = layers[grid].cells + layer.cells
+            layer = RasterRisk(cells, layer.bounds, **{**layer.settings, "origin": "lower", "nodata": None})  # noqa: PLW2901
+        layers[grid] = layer
+    return list(layers.values())
 
 
 def risk_weight(*, prevented_fatality: float, metre: float) -> float:

@@ -13,12 +13,22 @@ import shapely
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._text import shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray
-from cgla_graph._validate import bounds_box, choice, non_negative_number, number_array, point_array, positive_number
+from cgla_graph._validate import (
+    bounds_box,
+    choice,
+    instance,
+    non_negative_number,
+    number_array,
+    point_array,
+    positive_number,
+)
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_raster_kernels as kernels
 from cgla_graph.model.earth import LocalProjection
-from cgla_graph.model.raster_file import Coordinates, Kind, cells_in_metres, read_cells
+from cgla_graph.model.failure_model import PER_KM2, FailureModel, People
+from cgla_graph.model.raster_file import Coordinates, Kind, RasterCells, cells_in_metres, read_cells
 
 Interpolation: TypeAlias = Literal["bilinear", "nearest"]
 Origin: TypeAlias = Literal["upper", "lower"]
@@ -34,9 +44,11 @@ ROUND = 64
 @dataclass(frozen=True, eq=False)
 class RasterRisk:
     """
-    Risk per unit length on a grid of cells.
+    Risk per unit length on a grid of cells, and the people that it is of, if they are known.
 
-    Outside its bounds a raster has no risk; the edges belong to the raster.
+    Outside its bounds a raster has no risk; the edges belong to the raster. With a `unit`, the values are people, and
+    with `failures` as well, the risk is that of the people: expected fatalities per metre. No factor changes the
+    people: `scale` is one of the risk alone.
 
     Parameters
     ----------
@@ -51,15 +63,20 @@ class RasterRisk:
     origin
         Where row 0 is: ``upper``, at ``y_max`` (as in pictures and GeoTIFF), or ``lower``, at ``y_min``.
     scale
-        Factor from values to risk per unit length, above 0.
+        Factor of the risk per unit length, above 0.
     nodata
         Value of cells that are NaN, before scaling. None: NaN is refused.
+    unit
+        Of values that are people, on a map in metres: ``people/km2`` or ``people/m2``. None: the values have a unit of
+        their own.
+    failures
+        The aircraft that fails above the people (`ground_risk`); it needs the `unit`.
 
     Raises
     ------
     ProblemError
         If a value is negative or infinite, or NaN without `nodata`, if all are NaN, if the shape is not that of a
-        raster or has more than 20 million cells, or a setting is malformed.
+        raster or has more than 20 million cells, or a setting is malformed, or there are failures but no unit.
 
     Examples
     --------
@@ -68,6 +85,9 @@ class RasterRisk:
     array([6., 4., 3., 0.])
     >>> RasterRisk([[0, 0, 0], [0, 6, 2]], bounds=(0, 0, 3, 2), interpolation="nearest").density((1.9, 0.9))
     array(6.)
+    >>> town = RasterRisk([[0.002]], bounds=(0, 0, 9, 9), unit="people/m2")
+    >>> town.people.greatest, town.scaled(5.0).people == town.people
+    (2000.0, True)
     """
 
     values: FloatArray
@@ -76,6 +96,8 @@ class RasterRisk:
     origin: Origin
     scale: float
     nodata: float | None
+    unit: People | None
+    failures: FailureModel | None
 
     def __init__(
         self,
@@ -86,13 +108,21 @@ class RasterRisk:
         origin: Origin = "upper",
         scale: float = 1.0,
         nodata: float | None = None,
+        unit: People | None = None,
+        failures: FailureModel | None = None,
     ) -> None:
         """Check everything, and keep a copy of the values."""
         for name, chosen, allowed in (
             ("interpolation", interpolation, get_args(Interpolation)),
             ("origin", origin, get_args(Origin)),
+            *([] if unit is None else [("unit", unit, get_args(People))]),
         ):
             choice(f"raster {name}", chosen, allowed)
+        if failures is not None:
+            instance("failures", failures, FailureModel, "a FailureModel, or None")
+            if unit is None:
+                msg = "the raster has a model of failures, but its values have no unit; give unit='people/km2'"
+                raise ProblemError(msg)
         given = _checked(values, "give nodata=… to say what it stands for" if nodata is None else None)
         for name, one in {
             "values": given,
@@ -101,6 +131,8 @@ class RasterRisk:
             "origin": origin,
             "scale": positive_number("raster scale", scale),
             "nodata": None if nodata is None else non_negative_number("raster nodata", nodata),
+            "unit": unit,
+            "failures": failures,
         }.items():
             object.__setattr__(self, name, one)
         if not self.greatest <= GREATEST:
@@ -118,6 +150,7 @@ class RasterRisk:
         origin: Origin = "upper",
         scale: float = 1.0,
         nodata: float | None = None,
+        unit: People | None = None,
         coordinates: Coordinates | None = None,
         projection: LocalProjection | None = None,
     ) -> "RasterRisk":
@@ -133,14 +166,16 @@ class RasterRisk:
         bounds
             The outer edges of the outer cells, unless the file gives them (GeoTIFF and ``.asc`` do).
         kind
-            ``density``: values are per unit of length or area. ``count``: each value is the total of its cell, such as
-            people; it is divided by the cell's area, in map units squared.
+            ``density``: values are per unit of length or area. ``count``: each value is the number of people of its
+            cell; it is divided by the cell's area, in map units squared (of a plane, these count as metres).
         interpolation, origin
             As in `RasterRisk`.
         scale
-            Factor of the densities, above 0.
+            Factor of the risk, above 0. It does not change the people.
         nodata
             Value of cells without data, in the file's own units, before scaling. None: they are refused.
+        unit
+            Of densities of people: ``people/km2`` or ``people/m2``. None: a unit of their own, or people if counted.
         coordinates
             ``plane`` or ``lonlat`` (degrees); None takes those that a GeoTIFF declares, else a plane.
         projection
@@ -168,7 +203,7 @@ class RasterRisk:
         cells = read_cells(path, most=MOST_CELLS, bounds=bounds, coordinates=coordinates, origin=origin)
         laid = cells_in_metres(path, cells, kind=kind, nodata=nodata, projection=projection, most=MOST_CELLS)
         try:
-            return cls(laid.values, laid.bounds, interpolation=interpolation, scale=scale, nodata=nodata)
+            return laid_out(laid, kind, nodata, unit=unit, interpolation=interpolation, scale=scale)
         except ProblemError as error:
             msg = f"{path}: {error}"
             raise ProblemError(msg) from error
@@ -180,11 +215,16 @@ class RasterRisk:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the arguments: the read-only cells are made again."""
-        given = {name: getattr(self, name) for name in ("interpolation", "origin", "scale", "nodata")}
-        return partial(RasterRisk, **given), (self.values, self.bounds)
+        return partial(RasterRisk, **self.settings), (self.values, self.bounds)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The arguments other than values and bounds."""
+        names = ("interpolation", "origin", "scale", "nodata", "unit", "failures")
+        return {name: getattr(self, name) for name in names}
 
     def __eq__(self, other: object) -> bool:
-        """Whether both are the same risk, to the last bit."""
+        """Whether both are the same risk, to the last bit, of the same people."""
         return isinstance(other, RasterRisk) and self._digest == other._digest
 
     def __hash__(self) -> int:
@@ -194,16 +234,37 @@ class RasterRisk:
     @cached_property
     def _digest(self) -> bytes:
         """Digest of the risk, for equality."""
-        settings = repr((self.bounds, self.interpolation, self.cells.shape)).encode()
+        per_person = None if self.unit is None else self.factor / PER_KM2[self.unit]
+        told = (self.bounds, self.interpolation, self.cells.shape, per_person, self.failures)
+        settings = repr(told).encode()
         return hashlib.sha256(settings + np.ascontiguousarray(self.cells).tobytes()).digest()
 
     @cached_property
     def cells(self) -> FloatArray:
         """Risk per unit length of each cell, shape ``(rows, columns)``, row 0 at ``y_min``; read-only."""
-        filled = np.where(self.missing, 0.0 if self.nodata is None else self.nodata, self.values) * self.scale
+        filled = np.where(self.missing, 0.0 if self.nodata is None else self.nodata, self.values) * self.factor
         cells: FloatArray = np.ascontiguousarray(filled[::-1] if self.origin == "upper" else filled)
         cells.flags.writeable = False
         return cells
+
+    @property
+    def factor(self) -> float:
+        """Factor from values to risk per unit length: the scale, times that of the model of failures."""
+        if self.unit is None or self.failures is None:
+            return self.scale
+        return self.scale * self.failures.per_metre(self.unit)
+
+    @cached_property
+    def people(self) -> "RasterRisk | None":
+        """The people that the risk is of, people per km2, whatever its scale; None if the values have no unit."""
+        if self.unit is None:
+            return None
+        per_km2 = PER_KM2[self.unit]
+        if per_km2 == self.factor == 1.0:
+            return self
+        nodata = None if self.nodata is None else self.nodata * per_km2
+        settings = {**self.settings, "scale": 1.0, "nodata": nodata, "unit": "people/km2", "failures": None}
+        return RasterRisk(self.values * per_km2, self.bounds, **settings)
 
     @property
     def missing(self) -> BoolArray:
@@ -278,7 +339,7 @@ class RasterRisk:
 
     def scaled(self, factor: float) -> "RasterRisk":
         """
-        Return a raster whose risk is multiplied by a factor.
+        Return a raster whose risk is multiplied by a factor; the people stay the same.
 
         Raises
         ------
@@ -290,14 +351,38 @@ class RasterRisk:
         >>> RasterRisk([[2.0]], bounds=(0, 0, 1, 1)).scaled(3.0).greatest
         6.0
         """
-        return RasterRisk(
-            self.values,
-            self.bounds,
-            interpolation=self.interpolation,
-            origin=self.origin,
-            scale=self.scale * positive_number("factor", factor),
-            nodata=self.nodata,
-        )
+        settings = {**self.settings, "scale": self.scale * positive_number("factor", factor)}
+        return RasterRisk(self.values, self.bounds, **settings)
+
+    def flown_over_by(self, model: FailureModel) -> "RasterRisk":
+        """
+        Return the risk of an aircraft that fails above the people of this raster: expected fatalities per metre.
+
+        Raises
+        ------
+        ProblemError
+            If the values have no unit, or there is a factor besides their unit: a scale, or another model.
+
+        Examples
+        --------
+        >>> town = RasterRisk([[1000.0]], bounds=(0, 0, 1000, 1000), unit="people/km2")
+        >>> f"{town.flown_over_by(FailureModel(1e-3, speed=20, lethal_area=6.5)).greatest:.3g} per metre"
+        '9.03e-11 per metre'
+        """
+        wrong = ""
+        if self.unit is None:
+            wrong = f"its values have no unit, and may be people; give one of {', '.join(get_args(People))} (unit)"
+        elif self.failures is not None:
+            wrong = f"it is the risk of {self.failures} already; give its people, as raster.people"
+        elif self.scale != 1.0:
+            wrong = (
+                f"it has a scale of {self.scale:g}, a second factor beside the model of failures; leave out the scale "
+                "(the people are raster.people)"
+            )
+        if wrong:
+            msg = f"a raster cannot become the risk of failures: {wrong}"
+            raise ProblemError(msg)
+        return RasterRisk(self.values, self.bounds, **{**self.settings, "failures": model})
 
     def header(self, offset: int) -> list[float]:
         """Return the header for kernels (`risk_raster_kernels`); the values begin at `offset`."""
@@ -321,6 +406,45 @@ class RasterRisk:
     def lines(self) -> FloatArray:
         """The values that kernels read: the cells, with a frame that repeats the outermost if bilinear."""
         return np.pad(self.cells, 1, mode="edge") if self.interpolation == "bilinear" else self.cells
+
+
+def laid_out(
+    cells: RasterCells,
+    kind: Kind,
+    nodata: float | None,
+    *,
+    unit: People | None = None,
+    **settings: Any,  # noqa: ANN401 - of RasterRisk
+) -> RasterRisk:
+    """
+    Make a raster of cells of a file in metres; counts are people.
+
+    Parameters
+    ----------
+    cells
+        As `cgla_graph.model.raster_file.cells_in_metres` returns them.
+    kind, nodata, unit
+        As in `RasterRisk.from_file`.
+    **settings
+        Other settings of `RasterRisk`.
+
+    Raises
+    ------
+    ProblemError
+        If counts have another unit, or as `RasterRisk` raises it.
+
+    Examples
+    --------
+    >>> raster = laid_out(RasterCells(np.array([[0.5]]), (0, 0, 10, 10), "plane"), "count", None)
+    >>> raster.unit, float(raster.people.cells[0, 0])
+    ('people/m2', 500000.0)
+    """
+    if kind == "count":
+        if unit is not None:
+            msg = f"unit is {shown(unit)}, but the values are counts: people of whole cells; leave out one of the two"
+            raise ProblemError(msg)
+        unit = "people/m2"
+    return RasterRisk(cells.values, cells.bounds, nodata=nodata, unit=unit, **settings)
 
 
 def raster_array(rasters: Sequence[RasterRisk]) -> FloatArray:

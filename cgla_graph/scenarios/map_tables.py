@@ -20,10 +20,11 @@ from cgla_graph.airspace.zones.geojson import Area
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.clearance import ROUNDING
 from cgla_graph.model.earth import LocalProjection, geodesic_length, places_around, project_on_map, projected_bounds
+from cgla_graph.model.failure_model import FailureModel, People
 from cgla_graph.model.lattice import Lattice, LatticeKind
 from cgla_graph.model.raster_file import Kind, RasterCells, cells_in_metres, read_cells
 from cgla_graph.model.risk import Reading, Threat
-from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, RasterRisk
+from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, RasterRisk, laid_out
 from cgla_graph.scenarios.area_tables import (
     MapZones,
     NoFlyTable,
@@ -98,12 +99,34 @@ class RandomThreatsTable(Table):
         return drawn_threats(stream, self.count, bounds, self.spread, self.peak, clear=self.clear, ends=ends)
 
 
+class GroundRiskTable(Table):
+    """An aircraft that fails above people."""
+
+    failures_per_hour: float = Field(gt=0, description="losses of control that end in a crash, per flight hour")
+    speed: float = Field(gt=0, description="ground speed, metres per second")
+    lethal_area: float | None = Field(None, gt=0, description="where people are hit, square metres")
+    dimension: float | None = Field(
+        None, gt=0, description="characteristic dimension, metres: the lethal area is that of SORA 2.5, Annex F"
+    )
+    fatality: float = Field(1.0, gt=0, le=1, description="probability that a person who is hit dies")
+
+    def build(self) -> FailureModel:
+        """Return the model."""
+        return FailureModel.of_aircraft(**dict(self))
+
+
 class RasterTable(Table):
     """Risk on a grid of cells, in a file beside this one."""
 
     file: str = Field(min_length=1, description="path of a .tif, .asc, .csv, .csv.gz, .npy or .npz, from this file")
-    kind: Kind = Field("density", description="count: values are of whole cells, and divided by their areas")
+    kind: Kind = Field("density", description="count: values are people of whole cells, and divided by their areas")
     scale: float = Field(1.0, gt=0, description="what densities are multiplied by to give risk per unit length")
+    unit: People | None = Field(
+        None, description="of densities of people, on a map in metres (counts are people of cells); no scale changes it"
+    )
+    ground_risk: GroundRiskTable | None = Field(
+        None, description="the aircraft that fails above the people: risk is in expected fatalities per metre"
+    )
     interpolation: Interpolation = "bilinear"
     origin: Origin = Field("upper", description="where row 0 is, of a .csv, .npy or .npz")
     nodata: float | None = Field(
@@ -475,9 +498,11 @@ class MapBuilder:
                 projection=self.projection,
                 most=MOST_CELLS,
             )
-            raster = RasterRisk(
-                laid.values, laid.bounds, interpolation=entry.interpolation, scale=entry.scale, nodata=entry.nodata
+            raster = laid_out(
+                laid, entry.kind, entry.nodata, unit=entry.unit, interpolation=entry.interpolation, scale=entry.scale
             )
+            if entry.ground_risk is not None:
+                raster = raster.flown_over_by(entry.ground_risk.build())
         west, south, east, north = self.bounds
         x_min, y_min, x_max, y_max = raster.bounds
         if x_max <= west or east <= x_min or y_max <= south or north <= y_min:

@@ -1,5 +1,6 @@
 """Writer of scenario files from problems built in Python; reading one restores the same problem."""
 
+import dataclasses
 import io
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -195,8 +196,10 @@ def _threat(threat: Threat) -> dict[str, float]:
 
 
 def _raster(file: str, raster: RasterRisk) -> dict[str, Any]:
-    usual = {"scale": 1.0, "nodata": None, "interpolation": "bilinear", "origin": "upper"}
+    usual = {"scale": 1.0, "nodata": None, "interpolation": "bilinear", "origin": "upper", "unit": None}
     given = {key: getattr(raster, key) for key, value in usual.items() if getattr(raster, key) != value}
+    if raster.failures is not None:
+        given["ground_risk"] = dataclasses.asdict(raster.failures)
     return {"file": file, **given, "bounds": list(raster.bounds)}
 
 

@@ -6,6 +6,7 @@ JSON cannot express tuples, infinity or a lattice: each becomes an object with o
 """
 
 import base64
+import dataclasses
 import json
 import math
 import zlib
@@ -23,6 +24,7 @@ from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError, StudyError
 from cgla_graph.model.earth import LocalProjection
+from cgla_graph.model.failure_model import FailureModel
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
@@ -489,6 +491,9 @@ def _raster_document(raster: RasterRisk) -> Document:
         "origin": raster.origin,
         "scale": raster.scale,
         "nodata": raster.nodata,
+        # without people the document equals that of earlier versions
+        **({} if raster.unit is None else {"unit": raster.unit}),
+        **({} if raster.failures is None else {"failures": dataclasses.asdict(raster.failures)}),
     }
 
 
@@ -504,7 +509,8 @@ def _raster(text: str) -> RasterRisk:
     rows, columns = given["shape"]
     values = np.frombuffer(data, dtype="<f8").reshape(rows, columns)
     settings = {key: given[key] for key in ("interpolation", "origin", "scale", "nodata")}
-    return RasterRisk(values, given["bounds"], **settings)
+    failures = FailureModel(**given["failures"]) if "failures" in given else None
+    return RasterRisk(values, given["bounds"], **settings, unit=given.get("unit"), failures=failures)
 
 
 def _hexadecimal(geometry: BaseGeometry) -> str:

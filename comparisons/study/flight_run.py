@@ -249,6 +249,7 @@ def _field_parts(field: RiskField) -> dict[str, Any]:
                 raster.interpolation,
                 raster.values.shape,
                 hashlib.sha256(np.ascontiguousarray(raster.cells, dtype="<f8").tobytes()).hexdigest(),
+                *([] if raster.unit is None else [raster.unit, raster.failures]),
             ]
             for raster in field.rasters
         ]

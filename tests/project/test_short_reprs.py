@@ -52,7 +52,22 @@ def instances() -> dict[str, Any]:
     )
     entrant = comparisons.Entrant.parse("rrt-star:iterations=500")
     made: list[Any] = [
-        *(threats[0], raster, field, problem, solution, lattice, graph, uavs[0], timed[0], closed, world, mission),
+        *(
+            cg.FailureModel(1e-3, 20.0, 6.5),
+            threats[0],
+            raster,
+            field,
+            problem,
+            solution,
+            lattice,
+            graph,
+            uavs[0],
+            timed[0],
+            closed,
+            world,
+            mission,
+        ),
+        cg.FailureModel(1e-3, 20.0, 6.5),
         *(cg.GraphProblem(grid, 0, 1599), cg.CostModel(field, 10.0, area), cg.NoFlyArea(area)),
         *(problem.evaluate(path), cg.cost_matrix(grid, target=0), cg.lower_bound(simple, 0.05), mission.fly()),
         *(cg.Sharing(), cg.VirtualObstacle(), cg.Status.FOUND, cg.MissionStatus.ARRIVED, cg.CglaError("wrong")),
