@@ -14,7 +14,8 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
-from cgla_graph.airspace.zones.applying import Applied, ZoneAccount, ZoneRecord
+from cgla_graph.airspace.zones.account import ZoneAccount, ZoneRecord
+from cgla_graph.airspace.zones.applying import Applied
 from cgla_graph.airspace.zones.ground import read_ground
 from cgla_graph.airspace.zones.heights import Altitude
 from cgla_graph.airspace.zones.reading import is_geojson, read_zones

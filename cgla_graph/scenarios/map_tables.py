@@ -15,7 +15,8 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import shown
 from cgla_graph._types import Bounds, Point
-from cgla_graph.airspace.zones.applying import OUTSIDE, ZoneRecord
+from cgla_graph.airspace.zones.account import ZoneRecord
+from cgla_graph.airspace.zones.applying import OUTSIDE
 from cgla_graph.airspace.zones.geojson import Area
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.clearance import ROUNDING

@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import file_path, four_numbers, instance, items, non_negative_number, point
-from cgla_graph.airspace.zones.applying import ZoneAccount, ZoneRecord
+from cgla_graph.airspace.zones.account import ZoneAccount, ZoneRecord
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cgla_graph.airspace.zones.applying import ZoneRecord
+from cgla_graph.airspace.zones.account import ZoneRecord
 from cgla_graph.comparisons import console, files
 from cgla_graph.errors import CglaError
 from cgla_graph.scenarios.scenario import Scenario

@@ -16,7 +16,8 @@ from cgla_graph.airspace.flight_plans.area_outline import ClosedArea
 from cgla_graph.airspace.flight_plans.plan import FlightPlan
 from cgla_graph.airspace.plan_check.own_fence import fence_area
 from cgla_graph.airspace.plan_check.plan_heights import PlanHeights
-from cgla_graph.airspace.zones.applying import Applied, Verdict, ZoneAccount
+from cgla_graph.airspace.zones.account import ZoneAccount
+from cgla_graph.airspace.zones.applying import Applied, Verdict
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near
 from cgla_graph.airspace.zones.zone import Limits, NoArea

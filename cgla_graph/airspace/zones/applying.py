@@ -1,7 +1,7 @@
 """States of zones at an altitude and a time: closed, open or left out, with the reason for every zone."""
 
-from collections import Counter
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import Literal, TypeAlias, get_args
@@ -9,122 +9,37 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 import shapely
 
-from cgla_graph._types import Bounds
+from cgla_graph._types import Bounds, Point
+from cgla_graph._validate import non_negative_number, point
+from cgla_graph.airspace.zones.account import State, ZoneAccount, ZoneRecord
+from cgla_graph.airspace.zones.columns import Columns, LowLayer
 from cgla_graph.airspace.zones.ground import Ground
-from cgla_graph.airspace.zones.heights import Altitude, meets
+from cgla_graph.airspace.zones.heights import Altitude, meets, vertical_clearance_of
 from cgla_graph.airspace.zones.periods import moment_from
 from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near, short
 from cgla_graph.airspace.zones.sun import round_outwards, sun_over
-from cgla_graph.airspace.zones.zone import SPELLINGS, TREATMENTS, Format, NoArea, Validity, Zone, label_of
+from cgla_graph.airspace.zones.zone import (
+    SPELLINGS,
+    TREATMENTS,
+    Format,
+    Layer,
+    NoArea,
+    Validity,
+    Zone,
+)
 from cgla_graph.errors import FileFormatError
-from cgla_graph.model.earth import LocalProjection, project_area
-
-State: TypeAlias = Literal["closed", "open", "left out"]
-STATES: tuple[State, ...] = get_args(State)
+from cgla_graph.model.earth import LocalProjection, project_area, require_degrees
 
 Lines: TypeAlias = Literal["closed", "open"]
 
 OUTSIDE = "outside the map"
 #: Names of closed lines that a note has, at most.
 MOST_NAMED = 5
+#: Metres around a take-off or landing within which areas are looked at, beyond the clearance.
+_AROUND = 1000.0
+#: Least length of a degree of latitude, metres; and a latitude beyond which a box must contain all meridians.
+LEAST_DEGREE, NEAR_POLE = 110_500.0, 85.0
 NOT_COMPARED = "closed because heights above different things cannot be compared without the ground's elevation"
-
-
-@dataclass(frozen=True)
-class ZoneRecord:
-    """
-    State of a zone, with the reason.
-
-    Attributes
-    ----------
-    file, identifier, name, kind
-        Data of the zone; `kind` is in the words of the file, and empty for a point or line.
-    state
-        ``closed``, ``open`` or ``left out``.
-    reason
-        Reason for the state, in a few words.
-    limits
-        Floors and ceilings of its layers.
-    authority
-        Contact of the authority.
-    remark
-        Remark for pilots, may be empty.
-    """
-
-    file: str
-    identifier: str
-    name: str
-    kind: str
-    state: State
-    reason: str
-    limits: str = ""
-    authority: str = ""
-    remark: str = ""
-
-    @property
-    def label(self) -> str:
-        """Its identifier, and its name if it differs."""
-        return label_of(self.identifier, self.name)
-
-
-@dataclass(frozen=True)
-class ZoneAccount:
-    """
-    States of all zones of some files.
-
-    Attributes
-    ----------
-    records
-        One record per zone, in the order of the files.
-    remarks
-        Remarks on the files.
-
-    Examples
-    --------
-    >>> record = ZoneRecord("zones.json", "A", "", "PROHIBITED", "closed", "PROHIBITED")
-    >>> ZoneAccount((record,)).summary()
-    '1 zone: 1 closed (1 PROHIBITED)'
-    """
-
-    records: tuple[ZoneRecord, ...]
-    remarks: tuple[str, ...] = ()
-
-    def count(self, state: State) -> int:
-        """Count the zones in a state."""
-        return sum(record.state == state for record in self.records)
-
-    def reasons(self, state: State) -> Counter[str]:
-        """Count the reasons of a state."""
-        return Counter(record.reason for record in self.records if record.state == state)
-
-    def summary(self) -> str:
-        """Return the number of zones in each state and the reasons, in one line."""
-        parts = []
-        for state in STATES:
-            counted = self.reasons(state)
-            if counted:
-                why = ", ".join(f"{count} {reason}" for reason, count in counted.most_common())
-                parts.append(f"{counted.total()} {state} ({why})")
-        return f"{len(self.records)} zone{'s' * (len(self.records) != 1)}: {', '.join(parts)}"
-
-    def notes(self) -> list[str]:
-        """Return remarks for pilots, for example which zones are closed because heights could not be compared."""
-        found = list(self.remarks)
-        counted = Counter(record.remark for record in self.records if record.remark and record.state == "closed")
-        for remark, count in counted.items():
-            first = next(record for record in self.records if record.remark == remark)
-            more = f" and {count - 1} more" if count > 1 else ""
-            found.append(f"{first.identifier}{more}: {remark}")
-        return found
-
-    def document(self) -> dict[str, object]:
-        """Return the account as JSON."""
-        return {
-            "count": len(self.records),
-            **{state.replace(" ", "_"): self.count(state) for state in STATES},
-            "notes": self.notes(),
-            "list": [dict(vars(record)) for record in self.records],
-        }
 
 
 @dataclass(frozen=True)
@@ -140,6 +55,9 @@ class Verdict:
         As in `ZoneRecord`.
     area
         The closed area, degrees; None if there is none.
+    low
+        Layers that are not at the altitude of the flight, but between the ground and it: they count where it takes off
+        or lands.
     """
 
     zone: Zone | NoArea
@@ -147,6 +65,7 @@ class Verdict:
     reason: str
     remark: str = ""
     area: AreaShape | None = None
+    low: tuple[Layer, ...] = ()
 
     def record(self) -> ZoneRecord:
         """Return the record of the zone."""
@@ -178,10 +97,19 @@ class Applied:
         State and closed area of each zone, in the order of the files.
     remarks
         Remarks on the files.
+    altitude
+        Altitude of the flight; None for all heights.
+    ground
+        Elevations; None if unknown.
+    vertical_clearance
+        Metres by which floors and ceilings are widened.
     """
 
     verdicts: tuple[Verdict, ...]
     remarks: tuple[str, ...] = ()
+    altitude: Altitude | None = None
+    ground: Ground | None = None
+    vertical_clearance: float = 0.0
 
     @property
     def closed(self) -> list[Verdict]:
@@ -190,7 +118,9 @@ class Applied:
 
     def account(self) -> ZoneAccount:
         """Return the records of all zones, with a remark for each file that has closed lines on the map."""
-        return ZoneAccount(tuple(one.record() for one in self.verdicts), (*self.remarks, *self._of_lines()))
+        altitude = "" if self.altitude is None else str(self.altitude)
+        records = tuple(one.record() for one in self.verdicts)
+        return ZoneAccount(records, (*self.remarks, *self._of_lines()), altitude, self.vertical_clearance)
 
     def _of_lines(self) -> Iterator[str]:
         """Yield for each file how many closed lines are left out, and their names."""
@@ -219,11 +149,13 @@ class Applied:
             if isinstance(zone, NoArea) and zone.layers and not any(part_near(one.area, box) for one in zone.layers):
                 return replace(verdict, reason=OUTSIDE)
             area = None if verdict.area is None else part_near(verdict.area, box)
-            if verdict.area is None or area is verdict.area:
+            if area is verdict.area and not verdict.low:
                 return verdict
-            if area is None:
-                return replace(verdict, state="left out", reason=OUTSIDE, remark="", area=None)
-            return replace(verdict, area=area)
+            parts = [(layer, part_near(layer.area, box)) for layer in verdict.low]
+            low = tuple(replace(layer, area=part) for layer, part in parts if part is not None)
+            if verdict.area is not None and area is None:
+                return replace(verdict, state="left out", reason=OUTSIDE, remark="", area=None, low=low)
+            return replace(verdict, area=area, low=low)
 
         return replace(self, verdicts=tuple(map(cut, self.verdicts)))
 
@@ -246,6 +178,74 @@ class Applied:
         """
         areas = [one.area for one in self.verdicts if one.area is not None]
         return shapely.GeometryCollection([project_area(area, projection) for area in areas])
+
+    def columns(self, projection: LocalProjection, box: Bounds | None = None) -> Columns | None:
+        """
+        Return the layers that count only where a flight takes off or lands; None at all heights, where none is below.
+
+        Parameters
+        ----------
+        projection
+            Projection from degrees to metres.
+        box
+            West, south, east, north, degrees: layers are cut off outside. None for all.
+        """
+        if self.altitude is None:
+            return None
+        pairs = [(one.zone, layer) for one in self.verdicts if isinstance(one.zone, Zone) for layer in one.low]
+        parts = [(*pair, pair[1].area if box is None else part_near(pair[1].area, box)) for pair in pairs]
+        low = [LowLayer(zone, layer, project_area(area, projection)) for zone, layer, area in parts if area is not None]
+        return Columns(low, self.altitude, projection, self.ground, self.vertical_clearance)
+
+    def closed_at(self, ends: Iterable[Point], clearance: float = 0.0) -> "Applied":
+        """
+        Return the zones with those layers closed through which a flight takes off or lands.
+
+        Parameters
+        ----------
+        ends
+            Longitudes and latitudes where it takes off or lands.
+        clearance
+            Horizontal distance that it keeps there, metres.
+
+        Examples
+        --------
+        >>> from cgla_graph.airspace.zones.zone import Limit
+        >>> zone = Zone("A", "", "PROHIBITED", (Layer(shapely.box(6, 49, 7, 50), upper=Limit(50.0, "AGL")),))
+        >>> high = Zones((zone,)).apply(altitude=80)
+        >>> [high.closed_at([place]).account().summary() for place in ((5.9, 49.5), (6.1, 49.5))]
+        ['1 zone: 1 open (1 not at this altitude)', '1 zone: 1 closed (1 PROHIBITED)']
+        """
+        through: set[int] = set()
+        for end in ends:
+            x, y = point("a place of take-off or landing", end)
+            require_degrees("a place of take-off or landing", np.array([[x, y]]))
+            box = _box_around(x, y, clearance + _AROUND)
+            projection = LocalProjection(x, y)
+            closed = self.within(box).no_fly(projection)
+            if columns := self.columns(projection, box):
+                through |= {id(one.layer) for one, _ in columns.met((0.0, 0.0), clearance, closed=closed)}
+
+        def shut(one: Verdict) -> Verdict:
+            met = [layer for layer in one.low if id(layer) in through]
+            if not met or isinstance(one.zone, NoArea):
+                return one
+            limits = "; ".join(dict.fromkeys(str(layer.limits) for layer in met))
+            remark = "; ".join(filter(None, [one.remark, f"a take-off or landing goes through it ({limits})"]))
+            area = joined([*([] if one.area is None else [one.area]), *(layer.area for layer in met)])
+            rest = tuple(layer for layer in one.low if id(layer) not in through)
+            return replace(one, state="closed", reason=one.zone.kind, remark=remark, area=area, low=rest)
+
+        return replace(self, verdicts=tuple(map(shut, self.verdicts)))
+
+
+def _box_around(x: float, y: float, distance: float) -> Bounds:
+    """Return a box in degrees that contains all places at a distance from a place, metres."""
+    high = distance / LEAST_DEGREE
+    if abs(y) + high >= NEAR_POLE:
+        return x - 180.0, -90.0, x + 180.0, 90.0
+    wide = min(180.0, high / math.cos(math.radians(abs(y) + high)))
+    return x - wide, y - high, x + wide, y + high
 
 
 @dataclass(frozen=True)
@@ -296,6 +296,9 @@ class Zones:
         treat: Mapping[str, str] | None = None,
         ground: Ground | None = None,
         lines: Lines = "open",
+        vertical_clearance: float = 0.0,
+        ends: Iterable[Point] = (),
+        clearance: float = 0.0,
     ) -> Applied:
         """
         Return the state of each zone at an altitude and a time.
@@ -313,13 +316,23 @@ class Zones:
             a comparison is closed.
         lines
             Whether closed lines, which are no areas, are ``closed``: then what they enclose is a zone.
+        vertical_clearance
+            Vertical distance that the flight keeps: metres by which floors and ceilings are widened.
+        ends
+            Longitudes and latitudes of take-offs and landings. At an altitude, a layer below it counts where the flight
+            takes off or lands: it is closed if one of these is inside of it, or nearer than the clearance.
+        clearance
+            Horizontal distance that take-offs and landings keep, metres.
 
         Raises
         ------
         FileFormatError
-            If the altitude, the time, a kind or `lines` is not valid.
+            If the altitude, the time, a kind, `lines` or the vertical clearance is not valid.
+        ProblemError
+            If an end is no place on the Earth, or the clearance is no number of at least 0.
         """
         flight = None if altitude is None else Altitude.of(altitude)
+        higher = vertical_clearance_of(vertical_clearance)
         moment = _moment(at)
         treated = {**TREATMENTS, **treatments_of(treat or {})}
         if lines not in get_args(Lines):
@@ -327,10 +340,11 @@ class Zones:
             raise FileFormatError(msg)
         shut = [one for one in self.no_areas if one.layers and lines == "closed"]
         zones = (*self.zones, *(one.closed for one in shut))
-        verdicts = [_verdict(zone, flight, moment, treated, ground) for zone in zones]
+        verdicts = [_verdict(zone, flight, moment, treated, ground, higher) for zone in zones]
         others = [Verdict(one, "left out", one.reason) for one in self.no_areas if one not in shut]
         late = [] if moment is None else [one.remark(moment) for one in self.validities]
-        return Applied((*verdicts, *others), tuple(filter(None, late)))
+        applied = Applied((*verdicts, *others), tuple(filter(None, late)), flight, ground, higher)
+        return applied.closed_at(ends, non_negative_number("clearance", clearance))
 
 
 def treatments_of(given: Mapping[str, str]) -> dict[str, str]:
@@ -375,18 +389,29 @@ def _applies(zone: Zone, moment: datetime) -> bool:
 
 
 def _verdict(
-    zone: Zone, flight: Altitude | None, moment: datetime | None, treated: Mapping[str, str], ground: Ground | None
+    zone: Zone,
+    flight: Altitude | None,
+    moment: datetime | None,
+    treated: Mapping[str, str],
+    ground: Ground | None,
+    vertical_clearance: float,
 ) -> Verdict:
     """Return the state of a zone."""
     if treated[zone.kind] == "open":
         return Verdict(zone, "open", zone.kind)
     if moment is not None and zone.periods and not _applies(zone, moment):
         return Verdict(zone, "open", "not at this time")
-    met = [(layer, answer) for layer in zone.layers if (answer := meets(layer, flight, ground)) is not False]
+
+    def met_by(layer: Layer, *, column: bool = False) -> bool | None:
+        return meets(layer, flight, ground, vertical_clearance=vertical_clearance, from_ground=column)
+
+    answers = [(layer, met_by(layer)) for layer in zone.layers]
+    met = [(layer, answer) for layer, answer in answers if answer is not False]
+    low = tuple(layer for layer, answer in answers if answer is False and met_by(layer, column=True) is not False)
     if not met:
-        return Verdict(zone, "open", "not at this altitude")
+        return Verdict(zone, "open", "not at this altitude", low=low)
     # no remark if one layer is known to be closed, even if others could not be compared
     unknown = all(answer is None for _, answer in met)
     remarks = [NOT_COMPARED] if unknown else []
     remarks += dict.fromkeys(layer.remark for layer, _ in met if layer.remark)
-    return Verdict(zone, "closed", zone.kind, "; ".join(remarks), joined([layer.area for layer, _ in met]))
+    return Verdict(zone, "closed", zone.kind, "; ".join(remarks), joined([layer.area for layer, _ in met]), low)

@@ -4,7 +4,8 @@ import re
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
-from cgla_graph._validate import finite_number
+from cgla_graph._types import Bounds
+from cgla_graph._validate import finite_number, non_negative_number
 from cgla_graph.airspace.flight_plans.plan import Reference, below_ground
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.shapes import short
@@ -17,6 +18,8 @@ Range: TypeAlias = tuple[float, float]
 REFERENCES: Final[dict[str, Reference]] = {"AGL": "ground", "AMSL": "sea", "WGS84": "ellipsoid", "HOME": "home"}
 #: Greatest altitude, metres: the edge of space.
 MOST_ALTITUDE: Final = 1e5
+#: Heights beyond a floor or ceiling by at most this count as within, metres, because sums of altitudes are rounded.
+ROUNDING: Final = 1e-9
 #: Bounds of the height of the WGS84 ellipsoid above mean sea level, metres: EGM96 is between -86 and 107.
 GEOID = (-87.0, 108.0)
 ALTITUDE = re.compile(r"([+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?)\s*(?:m\s*)?(AGL|AMSL|WGS84|HOME)?", re.IGNORECASE | re.ASCII)
@@ -92,7 +95,15 @@ class Altitude:
         return cls(float(match[1]), (match[2] or "AGL").upper())  # type: ignore[arg-type]
 
 
-def meets(layer: Layer, flight: Altitude | None, ground: Ground | None) -> bool | None:
+def meets(
+    layer: Layer,
+    flight: Altitude | None,
+    ground: Ground | None,
+    *,
+    vertical_clearance: float = 0.0,
+    from_ground: bool = False,
+    near: Bounds | None = None,
+) -> bool | None:
     """
     Return whether a flight is in a layer somewhere; None if unknown.
 
@@ -104,6 +115,12 @@ def meets(layer: Layer, flight: Altitude | None, ground: Ground | None) -> bool 
         Altitude of the flight; None for all heights.
     ground
         Elevations to compare heights above ground with heights above the sea.
+    vertical_clearance
+        Metres by which floor and ceiling are widened.
+    from_ground
+        Whether the aircraft is anywhere between the ground and its altitude, as where it takes off or lands.
+    near
+        West, south, east, north of a box around the place of the flight, degrees; None: anywhere in the layer.
 
     Examples
     --------
@@ -112,19 +129,49 @@ def meets(layer: Layer, flight: Altitude | None, ground: Ground | None) -> bool 
     >>> layer = Layer(shapely.box(6, 49, 7, 50), upper=Limit(450.0, "AMSL"))
     >>> [meets(layer, Altitude.of(flight), None) for flight in ("400 AMSL", "500 AMSL", "100 AGL")]
     [True, False, None]
+    >>> low = Layer(shapely.box(6, 49, 7, 50), upper=Limit(50.0, "AGL"))
+    >>> [meets(low, Altitude.of(80), None, from_ground=column) for column in (False, True)]
+    [False, True]
     """
     if flight is None:
         return True
     answers: list[bool | None] = []
     seen: list[Range | None] = []
     for limit, sign in layer.limits.bounded:
-        if limit.reference != flight.reference and not seen:
-            seen.append(None if ground is None else ground.range_over(layer.area))
-        more = height_offset(flight.reference, limit.reference, seen[0] if seen else None)
+        # (a column is below a ceiling that is not below the ground)
+        at_ground = from_ground and sign < 0.0
+        metres, reference = (0.0, "AGL") if at_ground else (flight.metres, flight.reference)
+        if limit.reference != reference and not seen:
+            around = None
+            if ground is not None:
+                around = ground.range_over(layer.area) if near is None else ground.range_in(near)
+            seen.append(around)
+        more = height_offset(reference, limit.reference, seen[0] if seen else None)
         # the greatest possible height decides whether it is above a floor, the least whether it is below a ceiling
         end = None if more is None else more[1 if sign > 0.0 else 0]
-        answers.append(None if end is None else sign * (flight.metres + end - limit.metres) >= 0.0)
+        answers.append(None if end is None else sign * (metres + end - limit.metres) + vertical_clearance >= -ROUNDING)
     return False if False in answers else None if None in answers else True
+
+
+def vertical_clearance_of(value: object) -> float:
+    """
+    Return a vertical clearance as a float, metres.
+
+    Raises
+    ------
+    FileFormatError
+        If it is no number of at least 0.
+
+    Examples
+    --------
+    >>> vertical_clearance_of(30)
+    30.0
+    """
+    try:
+        return non_negative_number("vertical_clearance", value)
+    except ProblemError as error:
+        msg = f"{error}; give metres by which floors and ceilings of zones are widened"
+        raise FileFormatError(msg) from error
 
 
 def height_offset(reference: str, other: str, ground: Range | None, home: Range | None = None) -> Range | None:
