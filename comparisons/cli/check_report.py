@@ -121,7 +121,8 @@ def _crossing_lines(checked: PlanCheck) -> Iterator[str]:
             yield f"it climbs or descends inside {name}, at {here}, {first}{high}"
             continue
         if one.is_beside:
-            yield f"leg {one.leg + 1} may reach into {name} from {first}, as it passes or circles a waypoint{high}"
+            why = "as it passes or circles a waypoint, or cuts a corner"
+            yield f"leg {one.leg + 1} may reach into {name} from {first}, {why}{high}"
             continue
         along = " to ".join(_far(checked, far) for far in one.along)
         yield f"leg {one.leg + 1} is {inside} inside {name}, from {first} to {last}, {along}{unit} along the plan{high}"

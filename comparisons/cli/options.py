@@ -230,6 +230,14 @@ class PlanOptions:
         Text,
         option("--home LON,LAT", "where it takes off, or LON,LAT,METRES above the sea (default: as the plan says)"),
     ] = None
+    acceptance_radius: Annotated[
+        Number,
+        option(
+            "--acceptance-radius M",
+            "distance at which waypoints without one are passed, metres (default: corners may be cut at 10, PX4's "
+            "NAV_ACC_RAD, or 2, ArduPilot's WPNAV_RADIUS; unknown of a fixed wing)",
+        ),
+    ] = None
 
     def settings(self) -> dict[str, Any]:
         """
@@ -255,7 +263,12 @@ class PlanOptions:
             except ValueError as error:
                 msg = f"--home is {shown(self.home)}; give LON,LAT in degrees, or LON,LAT,METRES above the sea"
                 raise CglaError(msg) from error
-        return {"return_altitude": self.return_altitude, "loiter_radius": self.loiter_radius, "home": home}
+        return {
+            "return_altitude": self.return_altitude,
+            "loiter_radius": self.loiter_radius,
+            "home": home,
+            "acceptance_radius": self.acceptance_radius,
+        }
 
 
 @dataclass(frozen=True, repr=False, eq=False)

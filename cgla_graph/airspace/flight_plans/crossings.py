@@ -18,7 +18,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import FloatArray, IntArray, Point
 from cgla_graph.airspace.flight_plans.area_outline import ClosedArea, Outline, Piece
 from cgla_graph.airspace.flight_plans.simultaneous_areas import HeightOverlap, SimultaneousAreas
-from cgla_graph.airspace.flight_plans.wide_legs import wide_legs
+from cgla_graph.airspace.flight_plans.wide_legs import cut_corners, wide_legs
 
 #: Legs whose crossings are listed, at most. Beyond, a leg that crosses counts, even if only by a rounding.
 MOST_LISTED = 10_000
@@ -76,6 +76,8 @@ class Crossings:
         Numbers of all legs that cross an area, shape ``(n,)``, in order.
     beside
         Numbers of the legs that may reach into an area beside them, shape ``(n,)``, in order.
+    cut
+        Numbers of those that do only if the corner before them is cut.
     rounded
         Numbers of the legs that cross an area by no more than a rounding, shape ``(n,)``; they do not count.
     clearances
@@ -87,6 +89,7 @@ class Crossings:
     found: tuple[Crossing, ...]
     legs: IntArray
     beside: IntArray
+    cut: IntArray
     rounded: IntArray
     clearances: FloatArray
 
@@ -98,6 +101,7 @@ def crossings_of(
     rounding: float = 0.0,
     radii: Sequence[float] = (),
     reaches: Sequence[float] = (),
+    cuts: Sequence[float] = (),
     heights: HeightOverlap | None = None,
 ) -> Crossings:
     """
@@ -115,6 +119,9 @@ def crossings_of(
         Radii of the circles that are flown around the waypoints, map units, 0 for none; empty if there is no circle.
     reaches
         Distances within which the waypoints are passed, map units, at least the radii; empty if all are flown over.
+    cuts
+        Distances from the waypoints at which corners may be cut, map units; empty if none is. (Clearances are those of
+        corners that are not cut.)
     heights
         The parts of the legs at the height of each area, where alone the area counts; None if areas count everywhere.
 
@@ -133,7 +140,7 @@ def crossings_of(
     outline = Outline(shapely.GeometryCollection([one.shape for one in areas]))
     lookup = _AreaLookup(areas)
     if outline.area.is_empty:
-        return Crossings((), _NONE, _NONE, _NONE, np.full(len(starts), np.inf))
+        return Crossings((), _NONE, _NONE, _NONE, _NONE, np.full(len(starts), np.inf))
     crosses = np.asarray(outline.area.crosses(starts, ends))
     clearances = np.zeros(len(starts))
     clearances[~crosses] = outline.distances(starts[~crosses], ends[~crosses])
@@ -168,10 +175,15 @@ def crossings_of(
         new = [area for area in wide.areas if (leg, area) not in seen]
         found += [_beside(leg, area, areas[area].shape, starts[leg], ends[leg], float(before[leg])) for area in new]
         beside += [leg] if new else []
+    cut = []
+    for leg, met in cut_corners(route, areas, cuts, reaches, rounding=rounding, heights=heights):
+        new = [area for area in met if (leg, area) not in seen and leg not in beside]
+        found += [_beside(leg, area, areas[area].shape, starts[leg], ends[leg], float(before[leg])) for area in new]
+        cut += [leg] if new else []
     found.sort(key=lambda one: (one.along, one.area))
-    return Crossings(
-        tuple(found), legs, np.array(beside, dtype=np.int64), np.array(rounded, dtype=np.int64), clearances
-    )
+    wide_or_cut = np.array(sorted([*beside, *cut]), dtype=np.int64)
+    numbers = np.array(cut, dtype=np.int64), np.array(rounded, dtype=np.int64)
+    return Crossings(tuple(found), legs, wide_or_cut, *numbers, clearances)
 
 
 _NONE = np.zeros(0, dtype=np.int64)

@@ -39,6 +39,7 @@ def read_plan(
     return_altitude: float | None = None,
     loiter_radius: float | None = None,
     home: tuple[float, ...] | None = None,
+    acceptance_radius: float | None = None,
 ) -> FlightPlan:
     r"""
     Read a flight plan; the format is recognised by the content, not by the name.
@@ -48,10 +49,11 @@ def read_plan(
     path
         A QGroundControl plan (``.plan``), waypoints (``.waypoints``, QGC WPL 110), KML or KMZ, GPX, GeoJSON, CSV, or a
         JSON file with a path as `Solution.save` writes it.
-    return_altitude, loiter_radius, home
+    return_altitude, loiter_radius, home, acceptance_radius
         What the file of an autopilot leaves open (`cgla_graph.airspace.flight_plans.given.Given`): the height of the
         return to home, metres above home (None: 60 m, the default of PX4); the radius of circles without one, metres
-        (0: it hovers); longitude and latitude of home, degrees.
+        (0: it hovers); longitude and latitude of home, degrees; the distance at which waypoints without one are passed,
+        metres (None: corners may be cut by the default of the autopilot).
 
     Returns
     -------
@@ -74,7 +76,7 @@ def read_plan(
     ...     read_plan(file).lonlat.tolist()
     [[24.9, 60.2], [25.0, 60.2]]
     """
-    given = Given(return_altitude, loiter_radius, home)
+    given = Given(return_altitude, loiter_radius, home, acceptance_radius)
     return plan_of_bytes(read_bytes(path), os.fspath(path), given)
 
 

@@ -11,6 +11,12 @@ from cgla_graph.airspace.flight_plans.plan import MOST_RADIUS, Home, check_place
 #: copters climb to 15 m, which is below that of PX4.)
 RETURN_ALTITUDE: Final = (60.0, "PX4's default (RTL_RETURN_ALT)")
 PLANE_ALTITUDE: Final = (100.0, "ArduPilot's default of planes (RTL_ALTITUDE)")
+#: Distances from a waypoint at which autopilots turn to the next one where the file leaves it open, metres, and their
+#: sources, by MAV_AUTOPILOT (3 is ArduPilot, 12 is PX4). (PX4 says of its own that it is not that of a fixed wing.)
+ACCEPTANCE: Final = {
+    3: (2.0, "ArduPilot's default of multirotors (WPNAV_RADIUS)"),
+    12: (10.0, "PX4's default (NAV_ACC_RAD)"),
+}
 #: How to give a home, for messages.
 GIVE_HOME: Final = "set it in the ground station, or give --home LON,LAT"
 
@@ -29,6 +35,10 @@ class Given:
         Radius of circles that the file leaves to the aircraft, metres; 0 if it hovers there; None if unknown.
     home
         Longitude and latitude of the take-off, degrees, or these and metres above the sea; None for that of the file.
+    acceptance_radius
+        Distance from a waypoint at which the aircraft may turn to the next one where the file leaves it to the
+        autopilot, metres; 0 if it flies over it. None for the default of multirotors of the file's autopilot, else that
+        of PX4, 10 m (its parameter ``NAV_ACC_RAD``); unknown for a fixed wing and a VTOL.
 
     Raises
     ------
@@ -46,10 +56,15 @@ class Given:
     return_altitude: float | None = None
     loiter_radius: float | None = None
     home: tuple[float, ...] | None = None
+    acceptance_radius: float | None = None
 
     def __post_init__(self) -> None:
         """Check the numbers, and store them as plain floats."""
-        for name, most in (("return_altitude", 1e5), ("loiter_radius", MOST_RADIUS)):
+        for name, most in (
+            ("return_altitude", 1e5),
+            ("loiter_radius", MOST_RADIUS),
+            ("acceptance_radius", MOST_RADIUS),
+        ):
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, finite(name, value, 0.0, most, " m"))
@@ -65,6 +80,12 @@ class Given:
             return self.return_altitude, f"{self.return_altitude:g} m above home, as given"
         height, source = PLANE_ALTITUDE if is_ardupilot_plane else RETURN_ALTITUDE
         return height, f"{height:g} m above home, {source}; --return-altitude M gives another"
+
+    @staticmethod
+    def turns_at(autopilot: object) -> tuple[float, str]:
+        """Return how far from a waypoint a multirotor may turn by its autopilot's default, metres, and the source."""
+        radius, source = ACCEPTANCE[autopilot if type(autopilot) is int and autopilot in ACCEPTANCE else 12]
+        return radius, f"{radius:g} m, {source}; --acceptance-radius M gives another"
 
     def home_of(self, home: Home | None) -> Home | None:
         """Return the given home, else that of the file."""

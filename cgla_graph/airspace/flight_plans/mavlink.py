@@ -2,9 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
+import numpy as np
+
+from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.airspace.flight_plans.fence import Fence
 from cgla_graph.airspace.flight_plans.given import GIVE_HOME, Given
 from cgla_graph.airspace.flight_plans.mavlink_commands import LAND_START, STILL, UNSUPPORTED
@@ -19,6 +22,7 @@ from cgla_graph.airspace.flight_plans.plan import (
     first_remarks,
     located,
 )
+from cgla_graph.model.earth import wrapped
 
 #: Commands (MAV_CMD) that fly to a place.
 WAYPOINT, LOITER_UNLIMITED, LOITER_TURNS, LOITER_TIME, RETURN, LAND, TAKE_OFF = 16, 17, 18, 19, 20, 21, 22
@@ -41,6 +45,8 @@ _FLOWN: Final[dict[int, Role]] = {
 _RADIUS: Final = {LOITER_UNLIMITED: 2, LOITER_TURNS: 2, LOITER_TIME: 2, LOITER_TO_ALTITUDE: 1}
 #: Parameters of a waypoint, counted from 0, within which the aircraft passes it: to accept it, and to pass it by.
 _PASSES: Final = (1, 2)
+#: Turns that are none, radians.
+_STRAIGHT: Final = 1e-3
 #: Headings of the transition of a VTOL's take-off (VTOL_TRANSITION_HEADING) that do not lead to the next waypoint.
 _OTHER_HEADINGS: Final = {2.0, 3.0, 4.0}
 #: MAV_TYPE of aircraft that circle above home when they return, and MAV_AUTOPILOT_ARDUPILOTMEGA.
@@ -140,6 +146,7 @@ def plan_of(
         reader.take(item)
     if not reader.waypoints:
         fault("the mission", "it has no item that flies to a place", "give at least one waypoint")
+    reader.turn()
     unknown = reader.unknown
     if home is None:
         unknown.insert(0, f"home is not set: the file does not say where the aircraft comes from; {GIVE_HOME}")
@@ -168,6 +175,9 @@ class _Reader:
         self.ended_by = ""
         #: places to which the aircraft may return instead of home
         self.elsewhere: list[str] = []
+        #: items of the waypoints, by their numbers, whose distance the file leaves to the autopilot
+        self.left_open: dict[int, str] = {}
+        self.autopilot = autopilot
 
     def take(self, item: Item) -> None:
         if not 0 <= item.frame <= _LAST_FRAME:
@@ -317,9 +327,63 @@ class _Reader:
             return 0.0
         known = [abs(item.numbers[index]) for index in _PASSES if not math.isnan(item.numbers[index])]
         radius = max(known, default=0.0)
-        if radius > 0.0:
+        if radius == 0.0 and self.given.acceptance_radius is None:
+            self.left_open[len(self.waypoints)] = item.where
+        elif radius == 0.0:
+            return self.given.acceptance_radius or 0.0
+        else:
             self.remarks.append(f"{item.where}: its parameters 2 and 3 let it pass the waypoint at up to {radius:g} m")
         return radius
+
+    def turn(self) -> None:
+        """Say how far from their waypoints corners may be cut, where the file leaves it to the autopilot."""
+        before = [] if self.home is None else [(self.home.x, self.home.y)]
+        places = np.array([*before, *((one.x, one.y) for one in self.waypoints)])
+        open_at = [
+            number for number in (np.flatnonzero(turning(places)) - len(before)).tolist() if number in self.left_open
+        ]
+        if not open_at:
+            return
+        first = self.left_open[open_at[0]]
+        where = f"{first} and {len(open_at) - 1} more" if len(open_at) > 1 else first
+        if self.circles_home:
+            wrong = "the aircraft turns there on an arc, and the file does not say how far from the waypoint"
+            remedy = "give that distance (parameter 2), or --acceptance-radius M"
+            self.unknown.append(f"{where}: {wrong}; {remedy}")
+            return
+        radius, source = Given.turns_at(self.autopilot)
+        early = "it may turn to the next waypoint early, and cut the corner"
+        self.remarks.append(f"{where}: {early}: within {source}")
+        for number in open_at:
+            self.waypoints[number] = replace(self.waypoints[number], acceptance=radius)
+
+
+def turning(lonlat: FloatArray) -> BoolArray:
+    """
+    Return at which of some places a route turns, shape ``(m,)``; nowhere at its ends, and where it stays in a place.
+
+    Parameters
+    ----------
+    lonlat
+        Places, shape ``(m, 2)``, degrees.
+
+    Examples
+    --------
+    >>> turning(np.array([(24.0, 60.0), (24.1, 60.0), (24.1, 60.0), (24.1, 60.1), (24.1, 60.2)])).tolist()
+    [False, True, True, False, False]
+    """
+    found = np.zeros(len(lonlat), dtype=bool)
+    # places in a row that are equal are one
+    group = np.concatenate([[0], np.cumsum((lonlat[1:] != lonlat[:-1]).any(axis=1))])
+    places = lonlat[np.unique(group, return_index=True)[1]]
+    if len(places) < 3:  # noqa: PLR2004 - two legs
+        return found
+    steps = np.diff(places, axis=0)
+    steps[:, 0] = wrapped(steps[:, 0]) * np.cos(np.radians(0.5 * (places[1:, 1] + places[:-1, 1])))
+    angles = np.arctan2(steps[:, 1], steps[:, 0])
+    turns = np.abs(np.angle(np.exp(1j * np.diff(angles)))) > _STRAIGHT
+    found[:] = np.concatenate([[False], turns, [False]])[group]
+    return found
 
 
 def items_of(plan: FlightPlan, where: str) -> list[Item]:

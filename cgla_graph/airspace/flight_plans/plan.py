@@ -74,6 +74,9 @@ class Waypoint:
         Radius of the circle that is flown around the waypoint, metres; 0 for none.
     pass_radius
         The aircraft passes the waypoint at this distance or less, metres; 0 if it flies over it.
+    acceptance
+        By the default of its autopilot, the aircraft turns to the next waypoint at this distance from the waypoint or
+        less, metres: it may cut the corner. (It is no part of the plan: plans that differ in it are equal.)
 
     Raises
     ------
@@ -94,6 +97,7 @@ class Waypoint:
     role: Role = "waypoint"
     loiter_radius: float = 0.0
     pass_radius: float = 0.0
+    acceptance: float = field(default=0.0, compare=False)
 
     def __post_init__(self) -> None:
         """Check the numbers, and store them as plain floats."""
@@ -103,7 +107,7 @@ class Waypoint:
             if speed == 0.0:
                 fault("speed", "it is 0", "give one above 0 m/s, or none")
             object.__setattr__(self, "speed", speed)
-        for name in ("loiter_radius", "pass_radius"):
+        for name in ("loiter_radius", "pass_radius", "acceptance"):
             object.__setattr__(self, name, finite(name, getattr(self, name), 0.0, MOST_RADIUS, " m"))
         for name, value, allowed in (("reference", self.reference, REFERENCES), ("role", self.role, ROLES)):
             if not is_one_of(value, allowed):

@@ -51,8 +51,9 @@ def tags_of(one: Waypoint | Home) -> dict[str, str | float]:
         found[SPEED] = one.speed
     if one.loiter_radius:
         found[RADIUS] = one.loiter_radius
-    if one.pass_radius:
-        found[PASS_RADIUS] = one.pass_radius
+    if radius := max(one.pass_radius, one.acceptance):
+        # (files for viewers have no autopilot whose default would count)
+        found[PASS_RADIUS] = radius
     return found
 
 

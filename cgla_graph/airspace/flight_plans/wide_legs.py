@@ -1,8 +1,8 @@
 """
-Legs between waypoints that the aircraft does not fly over but passes at a distance, or circles.
+Legs between waypoints that the aircraft does not fly over but passes at a distance, circles, or cuts the corner of.
 
 Such a leg begins and ends anywhere within a distance of its waypoints: it is inside the convex hull of two discs. What
-is in the hull may be flown through.
+is in the hull may be flown through. A corner that is cut is left on its inner side only.
 """
 
 import math
@@ -106,6 +106,79 @@ def wide_legs(
             near = [number for number in near if _overlap(inner, shapes[number])]
             met = tuple(number for number in near if heights is None or len(heights.on_leg(leg, number)))
         yield WideLeg(leg, met, trees.distance(leg, hull))
+
+
+def cut_corners(
+    route: FloatArray,
+    areas: Sequence[ClosedArea],
+    cuts: Sequence[float],
+    reaches: Sequence[float] = (),
+    *,
+    rounding: float = 0.0,
+    heights: HeightOverlap | None = None,
+) -> Iterator[tuple[int, tuple[int, ...]]]:
+    """
+    Yield the legs that may reach into an area because the corner before them is cut, and the numbers of these areas.
+
+    The aircraft flies straight to a waypoint until it is within some distance of it, and from there straight, or along
+    the leg, to the next one. So it is in the convex hull of the waypoint, the next one, and the places where it may
+    have come within that distance.
+
+    Parameters
+    ----------
+    route, areas, rounding, heights
+        As in `wide_legs`.
+    cuts
+        The distance from each waypoint at which the corner may be cut, map units; empty if none is.
+    reaches
+        As in `wide_legs`: legs to and from these are reported there.
+
+    Examples
+    --------
+    >>> corner = ClosedArea("inside of the corner", shapely.box(-9.0, 0.0, -0.0, 9.0))
+    >>> route = np.array([(-9.0, -1.0), (1.0, -1.0), (1.0, 9.0)])
+    >>> [list(cut_corners(route, [corner], [0.0, cut, 0.0])) for cut in (1.0, 3.0)]
+    [[], [(1, (0,))]]
+    """
+    numbers = [number for number in range(1, min(len(cuts), len(route) - 1)) if cuts[number] > 0.0]
+    if not numbers or not areas:
+        return
+    shapes = np.array([one.shape for one in areas], dtype=object)
+    tree = shapely.STRtree(shapes)
+    lines = shapely.linestrings(np.stack([route[numbers], route[[number + 1 for number in numbers]]], axis=1))
+    radii = 1.01 * np.array([cuts[number] for number in numbers])
+    close = set(tree.query(lines, predicate="dwithin", distance=radii)[0].tolist())
+    for number in (numbers[index] for index in sorted(close)):
+        hull = _cut(route, number, cuts, reaches)
+        near = [area for area in sorted(tree.query(hull).tolist()) if _overlap(hull, shapes[area])]
+        inner = shapely.buffer(hull, -rounding) if near and rounding > 0.0 else hull
+        near = [area for area in near if _overlap(inner, shapes[area])]
+        met = tuple(area for area in near if heights is None or len(heights.on_leg(number, area)))
+        if met:
+            yield number, met
+
+
+def _cut(route: FloatArray, number: int, cuts: Sequence[float], reaches: Sequence[float]) -> BaseGeometry:
+    """Return a polygon around all places that are flown through from a corner that is cut to the next waypoint."""
+    here, cut = route[number], cuts[number]
+    came = here - route[number - 1]
+    length = float(np.hypot(*came))
+    before = max(cuts[number - 1], reaches[number - 1] if len(reaches) else 0.0)
+    if length <= 2.0 * max(cut, before) or (len(reaches) and reaches[number - 1] > 0.0):
+        # it may come from any side
+        around = shapely.get_coordinates(_disc(here, cut))
+    else:
+        # it comes along a line that may have left the corner before at up to that distance, on one side of it
+        turn = math.asin(before / length) if before > 0.0 else 0.0
+        x, y = (route[number - 1] - route[max(number - 2, 0)]).tolist()
+        side = float(x * came[1] - y * came[0])
+        back = math.atan2(-came[1], -came[0])
+        turns = [0.0, math.copysign(turn, -side)] if abs(side) > 1e-3 * length * cut else [-turn, turn]
+        middle = 0.5 * (turns[0] + turns[1])
+        far = cut / math.cos(0.5 * (turns[1] - turns[0]))
+        corners = [(back + one, cut) for one in turns] + [(back + middle, far)]
+        around = np.array([here + radius * np.array([math.cos(one), math.sin(one)]) for one, radius in corners])
+    return shapely.convex_hull(shapely.MultiPoint(np.vstack([around, here, route[number + 1]])))
 
 
 class _Trees:

@@ -49,6 +49,7 @@ def check(
     return_altitude: float | None = None,
     loiter_radius: float | None = None,
     home: tuple[float, ...] | None = None,
+    acceptance_radius: float | None = None,
     k: float | None = None,
     clearance: float | None = None,
     tolerance: float | None = TOLERANCE,
@@ -76,7 +77,7 @@ def check(
     ground
         Elevations, or the file of a raster of them, metres above sea level; needed to compare heights above ground with
         heights above sea or home.
-    return_altitude, loiter_radius, home
+    return_altitude, loiter_radius, home, acceptance_radius
         What the file of a plan may leave open, as in `cgla_graph.read_plan`. Only for plans that are files.
     k, clearance
         Risk weight and clearance instead of the map's own; 0 without a map.
@@ -117,7 +118,12 @@ def check(
         raise ProblemError(msg)
     if on is not None and not hasattr(on, "areas"):
         instance("on", on, Problem, problem_wanted)
-    given = {"return_altitude": return_altitude, "loiter_radius": loiter_radius, "home": home}
+    given = {
+        "return_altitude": return_altitude,
+        "loiter_radius": loiter_radius,
+        "home": home,
+        "acceptance_radius": acceptance_radius,
+    }
     held, name = _plan_of(plan, on, given)
     listed: Any = zones
     if not isinstance(listed, Zones | str | os.PathLike):
@@ -203,6 +209,7 @@ def _legs_of(plan: FlightPlan, name: str, on: PlanMap) -> PlanCheck:
             rounding=on.rounding,
             radii=on.radii([one.loiter_radius for one in plan.waypoints]).tolist(),
             reaches=on.radii([one.reach for one in plan.waypoints]).tolist(),
+            cuts=on.radii([one.acceptance for one in plan.waypoints]).tolist(),
             heights=on.heights,
         ),
         gaps=_gaps(on, starts, ends),

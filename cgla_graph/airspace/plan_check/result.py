@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -19,6 +19,12 @@ from cgla_graph.model.earth import degrees_of
 
 #: Reasons for which it is not known where a plan flies that a verdict names, at most.
 _MOST_UNKNOWN = 3
+
+#: What a leg reaches into because the corner before it is cut, and what to do.
+_WHERE_CUT: Final = (
+    "into an area where the corner before is cut, as the autopilot may by default; keep a clearance, or give "
+    "--acceptance-radius M (0 if waypoints are flown over)"
+)
 
 
 @dataclass(frozen=True)
@@ -42,7 +48,8 @@ class Leg:
     crosses, leaves_map, too_near
         Whether it crosses an area, leaves the map, or comes nearer to an area than the required clearance.
     reaches
-        Whether it may reach into an area beside it, because it passes a waypoint at a distance or circles it.
+        Whether it may reach into an area beside it, because it passes a waypoint at a distance, circles it or cuts the
+        corner.
     """
 
     number: int
@@ -241,12 +248,14 @@ class PlanCheck(Plottable):
         areas = len({self.on.areas[one.area].name for one in self.crossings.found if not one.is_beside})
         upright = "inside an area where it goes up or down"
         near = self.near & ~self.crossing & ~self.beside
+        cut = int(self.beside[self.crossings.cut].sum())
         faults = (
             (int(self.crossing.sum()), "leg", ("crosses", "cross"), f"{counted(areas, 'area')}"),
             (len(self.circles), "circle", ("reaches", "reach"), "into an area"),
             (len(self.uprights), "place", ("lies", "lie"), upright),
             (int(self.outside.sum()), "leg", ("leaves", "leave"), "the map"),
-            (int(self.beside.sum()), "leg", ("may reach", "may reach"), "into an area beside the straight line"),
+            (int(self.beside.sum()) - cut, "leg", ("may reach", "may reach"), "into an area beside the straight line"),
+            (cut, "leg", ("may reach", "may reach"), _WHERE_CUT),
             (int(near.sum()), "leg", ("comes", "come"), "nearer to an area than asked for"),
         )
         said = [f"{counted(n, thing)} {verbs[n != 1]} {rest}" for n, thing, verbs, rest in faults if n]

@@ -220,9 +220,15 @@ def test_surveys_and_items_that_do_not_fly_give_remarks() -> None:
     assert plan.lonlat.tolist() == [[24.0, 60.0], [24.1, 60.1], [24.1, 60.2], [24.1, 60.2], [24.0, 60.0]]
     assert [one.role for one in plan.waypoints] == ["take-off", "waypoint", "waypoint", "waypoint", "landing"]
     said = "\n".join(plan.remarks)
-    for words in ("survey", "CAM_TRIGG", "DIGICAM", "60 m above home, PX4's default"):
+    for words in (
+        "survey",
+        "CAM_TRIGG",
+        "DIGICAM",
+        "60 m above home, PX4's default",
+        "item 2.1 and 1 more: it may turn",
+    ):
         assert words in said
-    assert len(plan.remarks) == 4
+    assert len(plan.remarks) == 5
 
 
 def test_circles_speeds_and_curves_are_read() -> None:

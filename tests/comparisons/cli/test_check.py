@@ -82,14 +82,19 @@ def test_a_plan_of_ours_is_clean_and_close_to_the_best(cgla: Call) -> None:
     for kind in ("plan", "gpx"):
         more = ("--solver", "visibility-graph", *([] if kind == "plan" else ["--clearance", 30]))
         cgla("plan", "bay.geojson", *ends, *more, "--export", f"mine.{kind}", "--altitude", 80)
-        answer = cgla("check", f"mine.{kind}", "--zones", "bay.geojson", *more[2:], "--json")
+        over = ["--acceptance-radius", 0] if kind == "plan" else []
+        answer = cgla("check", f"mine.{kind}", "--zones", "bay.geojson", *more[2:], *over, "--json")
         assert answer.code == 0, answer.out
         found = answer.document()
         assert (found["clean"], found["crossings"]) == (True, [])
         assert 0.0 <= found["best"]["gap"] < 0.01
         assert found["best"]["lower_bound"] <= found["cost"] == found["length"]
-    said = lines_of(cgla("check", "mine.plan", "bay.geojson"))
+    said = lines_of(cgla("check", "mine.plan", "bay.geojson", "--acceptance-radius", 0))
     assert "within a rounding" in said["verdict"]
+    # autopilots cut corners
+    cut = cgla("check", "mine.plan", "bay.geojson")
+    assert (cut.code, "10 m, PX4's default" in cut.out) == (1, True)
+    assert "where the corner before is cut" in lines_of(cut)["verdict"]
     # the bay has neither floor nor ceiling
     assert "note" not in said
     assert "--altitude" in lines_of(cgla("check", "around.csv", "bay.geojson"))["note"]
