@@ -207,7 +207,7 @@ def put_on_map(
     problem = dataclasses.replace(chosen.problem, no_fly=None, **changes)
     projection = problem.projection
     route = _on_plane(plan, flown, name, chosen)
-    areas = _own_areas(chosen)
+    areas = own_areas(chosen)
     around = widened(problem.bounds, 2.0 * WIDER[-1])
     fences = [] if projection is None else [fence_area(one, projection, around) for one in plan.fence]
     areas += [one for one in fences if one is not None]
@@ -280,8 +280,16 @@ def _stops(plan: FlightPlan) -> tuple[tuple[int, ...], FloatArray]:
     return tuple((np.nonzero(moved)[0] + first).tolist()), flown[moved]
 
 
-def _own_areas(on: NamedMap) -> list[ClosedArea]:
-    """Return the no-fly areas of a map, with their names if they have one."""
+def own_areas(on: NamedMap) -> list[ClosedArea]:
+    """
+    Return the no-fly areas of a map, with their names if they have one.
+
+    Examples
+    --------
+    >>> import shapely
+    >>> own_areas(PlainMap("map", "", Problem((0, 0), (1, 1), no_fly=shapely.box(0.4, 0.4, 0.6, 0.6))))[0].name
+    'no-fly area 0'
+    """
     no_fly = on.problem.no_fly
     parts = [] if no_fly is None else list(getattr(no_fly, "geoms", [no_fly]))
     names = {shape.wkb: name for name, shape in on.areas}
