@@ -71,6 +71,7 @@ def touched_areas(
     Examples
     --------
     >>> from cgla_graph.airspace.volumes.volumes import volumes
+    >>> import shapely
     >>> from cgla_graph.airspace.zones.zone import Limit, Zone
     >>> over = Layer(shapely.box(24.05, 59, 24.06, 61), lower=Limit(70.0, "AGL"))
     >>> flight = volumes([(24.0, 60.0), (24.1, 60.0)], height=60, speed=15, dimension=0.8, pitch=30)

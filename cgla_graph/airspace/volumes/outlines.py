@@ -41,7 +41,8 @@ def flown_lines(routes: Sequence[FloatArray], projection: LocalProjection | None
     5.0
     """
     parts: list[BaseGeometry] = []
-    for route in routes:
+    for places in routes:
+        route = places[np.concatenate([[True], (np.diff(places, axis=0) != 0.0).any(axis=1)])]
         parts.append(shapely.LineString(route) if len(route) > 1 else shapely.Point(route[0]))
         if projection is not None and len(route) > 1:
             first, last = projection.inverse(route[:-1]), projection.inverse(route[1:])
