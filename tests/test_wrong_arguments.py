@@ -142,6 +142,16 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {"plan": STRAIGHT.path, "on": PROBLEM, "zones": (), "altitude": None, "at": None, "treat": None, "ground": None,
          "k": None, "clearance": None, "tolerance": None, "through": 1},
     ),
+    "volumes": (
+        cg.volumes,
+        {"flight": STRAIGHT, "settings": None, "height": 60.0, "altitude": None, "above": "home", "ground": None,
+         "projection": None, "name": "", "arc_tolerance": None, "speed": 9.0, "dimension": 1.0, "pitch": 30.0},
+    ),
+    "VolumeSettings": (
+        cg.VolumeSettings,
+        {"speed": 9.0, "dimension": 1.0, "pitch": 30.0, "roll": None, "width": None, "gnss_error": 3.0,
+         "reaction_time": 1.0, "buffer": "1:1", "contingency_width": None},
+    ),
     "FlightPlan": (
         cg.FlightPlan, {"waypoints": PLAN.waypoints, "home": None, "name": "", "coordinates": "lonlat"},
     ),

@@ -75,6 +75,7 @@ def instances() -> dict[str, Any]:
         comparisons.Study([scenario] * 30, [entrant] * 30),
         cg.Waypoint(24.0, 60.0),
         cg.FlightPlan(tuple(cg.Waypoint(24.0 + 1e-4 * i, 60.0) for i in range(900))),
+        cg.VolumeSettings(speed=15.0, dimension=0.8, pitch=30.0, buffer="ballistic", width=25.0, gnss_error=2.0),
         Front(tuple(FrontPoint(i, i + 1, i, solution) for i in range(50)), cg.Status.OPTIMAL),
         FrontPoint(1.0, 2.0, 1.5, solution),
     ]

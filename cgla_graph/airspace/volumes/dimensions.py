@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, Final, Literal, TypeAlias, get_args
 
-from cgla_graph._text import figure
+from cgla_graph._text import ShortRepr, figure
 from cgla_graph._validate import choice, non_negative_number, positive_number
 from cgla_graph.errors import ProblemError
 
@@ -31,8 +31,8 @@ STOPS, LEVELS = 0.5, 0.3
 LEAST_WIND: Final = 3.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class VolumeSettings:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class VolumeSettings(ShortRepr):
     """
     Facts about an aircraft and its flight from which the volumes follow.
 
@@ -50,7 +50,8 @@ class VolumeSettings:
         Instead of `pitch` or `roll`: width of the contingency volume beside the flight geography, and its height above
         it, metres.
     width
-        Whole width of the flight geography, metres; None for the least one, three times `dimension`.
+        Whole width of the flight geography, metres, at least three times `dimension`; None for that, or for twice the
+        errors of the position if these are more.
     gnss_error, position_error, map_error, height_error
         Errors of the position by satellites, of holding it, of the map, and of the height, metres.
     reaction_time
@@ -148,7 +149,9 @@ class VolumeSettings:
     @property
     def half_width(self) -> float:
         """Half the width of the flight geography, metres."""
-        return 0.5 * (LEAST_GEOGRAPHY * self.dimension if self.width is None else self.width)
+        if self.width is not None:
+            return 0.5 * self.width
+        return max(0.5 * LEAST_GEOGRAPHY * self.dimension, self.gnss_error + self.position_error)
 
     @property
     def manoeuvre(self) -> float:
@@ -246,8 +249,8 @@ class VolumeSettings:
             source = "default" if value == defaults[name] else "given"
             said.append(f"{words} {figure(value, 6)} {unit} ({source})")
         if self.width is None:
-            least = LEAST_GEOGRAPHY * self.dimension
-            said.append(f"width of the flight geography {figure(least, 6)} m (default: the least)")
+            rule = f"the greater of {LEAST_GEOGRAPHY:g} dimensions and twice the errors of the position"
+            said.append(f"width of the flight geography {figure(2.0 * self.half_width, 6)} m (default: {rule})")
         return [*said, f"ground risk buffer {self.buffer} ({'default' if self.buffer == '1:1' else 'given'})"]
 
     @property

@@ -5,6 +5,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import NoneType
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -15,7 +16,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._display import Plottable
 from cgla_graph._text import figure, shown
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import non_negative_number
+from cgla_graph._validate import instance, non_negative_number
 from cgla_graph.airspace.flight_plans.fence import Fence, FenceShape
 from cgla_graph.airspace.flight_plans.formats import read_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Waypoint
@@ -293,8 +294,12 @@ def volumes(
     --------
     >>> flight = volumes([(24.0, 60.0), (24.1, 60.0)], height=60, speed=15, dimension=0.8, pitch=30)
     >>> [round(reach, 1) for reach in flight.dimensions.reaches]
-    [1.2, 43.1, 130.6]
+    [6.0, 47.9, 135.4]
     """
+    instance("settings", settings, (VolumeSettings, NoneType), "VolumeSettings(speed=…, dimension=…, pitch=…)")
+    instance("ground", ground, (Ground, str, os.PathLike, NoneType), "elevations, or the file of a raster of them")
+    instance("projection", projection, (LocalProjection, NoneType), "a LocalProjection")
+    instance("name", name, str, "a text")
     if settings is None:
         settings = _settings(facts)
     elif facts:

@@ -200,6 +200,13 @@ def test_circles_and_waypoints_passed_at_a_distance_are_inside() -> None:
     assert found.contains(shapely.Point(24.01, 60.0012))
 
 
+@pytest.mark.parametrize(("facts", "half"), [({}, 6.0), ({"dimension": 9.0}, 13.5), ({"width": 3.0}, 1.5)])
+def test_flight_geography_is_as_wide_as_the_errors_of_the_position(facts: dict[str, Any], half: float) -> None:
+    settings = VolumeSettings(**{**COPTER, **facts})
+    assert settings.half_width == half
+    assert bool(settings.notes) is (half < 6.0)
+
+
 @pytest.mark.parametrize("start", [24.0, 179.97, -180.0])
 def test_files_say_the_same_to_independent_readers(tmp_path: Path, start: float) -> None:
     turned = (start + 0.06 + 180.0) % 360.0 - 180.0
