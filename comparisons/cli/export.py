@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, TypeVar, get_args
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference
+from cgla_graph.airspace.flight_plans.vehicles import AUTOPILOTS, VEHICLES, Autopilot, Vehicle, for_vehicle
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.cli.options import ExportOptions
 from cgla_graph.errors import CglaError, OutputError
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Values of ``--above``; altitudes above the ellipsoid are not exported.
 ABOVE: tuple[Reference, ...] = tuple(one for one in get_args(Reference) if one != "ellipsoid")
+Word = TypeVar("Word", bound=str)
+
 #: Autopilots need an altitude.
 _AUTOPILOTS = (".plan", ".waypoints")
 
@@ -39,12 +42,16 @@ class Export:
         ``"home"``, ``"ground"`` or ``"sea"``.
     speed
         Metres per second; None if left to the aircraft.
+    vehicle, autopilot
+        The aircraft; None for a multirotor, or a fixed wing if turns have a radius.
     """
 
     targets: Sequence[Path] = ()
     altitude: float | None = None
     above: Reference = "home"
     speed: float | None = None
+    vehicle: Vehicle | None = None
+    autopilot: Autopilot = "any"
 
     def check_map(self, scenario: "Scenario | MissionSpec") -> None:
         """
@@ -78,14 +85,16 @@ class Export:
         from cgla_graph.airspace.flight_plans.formats import text_of_plan
         from cgla_graph.turning.flyable import Flyable
 
-        lonlat, name = solution.lonlat, scenario.name
+        lonlat, name, usual = solution.lonlat, scenario.name, VEHICLES[0]
         if isinstance(solution, Flyable) and solution.projection is not None:
             waypoints, within = solution.waypoints(arc_tolerance)
             lonlat = degrees_of(waypoints, solution.projection)
             said = f"turns of {solution.turn_radius:g} m or more, within {within:.3g} m"
-            name = f"{name}: {said}"
+            name, usual = f"{name}: {said}", "fixed-wing"
             console.say(f"exported waypoints: {len(waypoints)}; {said} of the arcs")
-        plan = self._plan(lonlat, name)
+        plan = self._plan(lonlat, name, usual)
+        for remark in plan.remarks:
+            console.say(f"exported plan: {remark}")
         texts = [text_of_plan(plan, str(target)) for target in self.targets]
         return [files.write_text(target, text) for target, text in zip(self.targets, texts, strict=True)]
 
@@ -122,8 +131,9 @@ class Export:
                 texts.append((file, text_of_plan(plan, str(file))))
         return [files.write_text(file, text) for file, text in texts]
 
-    def _plan(self, lonlat: FloatArray, name: str) -> FlightPlan:
-        return FlightPlan.along(lonlat, altitude=self.altitude, reference=self.above, speed=self.speed, name=name)
+    def _plan(self, lonlat: FloatArray, name: str, usual: Vehicle = "multirotor") -> FlightPlan:
+        plan = FlightPlan.along(lonlat, altitude=self.altitude, reference=self.above, speed=self.speed, name=name)
+        return for_vehicle(plan, self.vehicle or usual, self.autopilot)
 
 
 def read_export(export: ExportOptions, *, zones: bool = False) -> Export:
@@ -155,8 +165,10 @@ def read_export(export: ExportOptions, *, zones: bool = False) -> Export:
             msg = f"--export {target}: an autopilot needs an altitude; give --altitude M, metres above home"
             raise CglaError(msg)
         files.make_folder(target.parent)
-    for option, value in {"--altitude": altitude, "--above": above, "--speed": export.speed}.items():
-        if value is not None and not targets and not (zones and option != "--speed"):
+    of_zones = {"--altitude": altitude, "--above": above}
+    of_plans = {"--speed": export.speed, "--vehicle": export.vehicle, "--autopilot": export.autopilot}
+    for option, value in {**of_zones, **of_plans}.items():
+        if value is not None and not targets and not (zones and option in of_zones):
             msg = f"{option} needs a plan to write: give its file (--export NAME.plan), or leave {option} out"
             raise CglaError(msg)
     if above is not None and above not in ABOVE:
@@ -165,4 +177,15 @@ def read_export(export: ExportOptions, *, zones: bool = False) -> Export:
     reference: Reference = next((one for one in ABOVE if one == above), "home")
     # check the numbers before the work
     FlightPlan.along([(0.0, 0.0)], altitude=altitude, reference=reference, speed=export.speed)
-    return Export(targets, altitude, reference, export.speed)
+    vehicle = None if export.vehicle is None else _word("--vehicle", export.vehicle, VEHICLES)
+    autopilot = AUTOPILOTS[0] if export.autopilot is None else _word("--autopilot", export.autopilot, AUTOPILOTS)
+    return Export(targets, altitude, reference, export.speed, vehicle, autopilot)
+
+
+def _word(option: str, given: str, allowed: Sequence[Word]) -> Word:
+    """Return a given word, which has to be one of the allowed ones."""
+    found = next((one for one in allowed if one == given.strip().lower()), None)
+    if found is None:
+        msg = f"{option} is {shown(given)}; give one of {', '.join(allowed)}"
+        raise CglaError(msg)
+    return found

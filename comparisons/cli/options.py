@@ -354,6 +354,17 @@ class ExportOptions:
     altitude: AltitudeOption = None
     above: AboveOption = None
     speed: SpeedOption = None
+    vehicle: Annotated[
+        Text,
+        option(
+            "--vehicle KIND",
+            "of exported plans: multirotor, helicopter, fixed-wing or vtol (default: multirotor, and fixed-wing with "
+            "--turn-radius): how it takes off and lands",
+        ),
+    ] = None
+    autopilot: Annotated[
+        Text, option("--autopilot NAME", "of exported plans: any, ardupilot or px4 (default: any)")
+    ] = None
 
 
 @dataclass(frozen=True, repr=False, eq=False)

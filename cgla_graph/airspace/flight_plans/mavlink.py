@@ -22,6 +22,7 @@ from cgla_graph.airspace.flight_plans.plan import (
     first_remarks,
     located,
 )
+from cgla_graph.airspace.flight_plans.vehicles import FIXED_WING, VTOLS
 from cgla_graph.model.earth import wrapped
 
 #: Commands (MAV_CMD) that fly to a place.
@@ -44,13 +45,13 @@ _FLOWN: Final[dict[int, Role]] = {
 #: Which parameter of a command, counted from 0, is the radius of the circle that it flies.
 _RADIUS: Final = {LOITER_UNLIMITED: 2, LOITER_TURNS: 2, LOITER_TIME: 2, LOITER_TO_ALTITUDE: 1}
 #: Parameters of a waypoint, counted from 0, within which the aircraft passes it: to accept it, and to pass it by.
-_PASSES: Final = (1, 2)
+PASSES: Final = (1, 2)
 #: Turns that are none, radians.
 _STRAIGHT: Final = 1e-3
 #: Headings of the transition of a VTOL's take-off (VTOL_TRANSITION_HEADING) that do not lead to the next waypoint.
 _OTHER_HEADINGS: Final = {2.0, 3.0, 4.0}
-#: MAV_TYPE of aircraft that circle above home when they return, and MAV_AUTOPILOT_ARDUPILOTMEGA.
-_FIXED_WING, _VTOLS, _ARDUPILOT = 1, range(19, 26), 3
+#: MAV_AUTOPILOT_ARDUPILOTMEGA.
+_ARDUPILOT: Final = 3
 #: Frames (MAV_FRAME) of places on the Earth, and the references of their altitudes.
 FRAMES: Final[dict[int, Reference]] = {0: "sea", 5: "sea", 3: "home", 6: "home", 10: "ground", 11: "ground"}
 #: The frame that is written for each reference of altitudes.
@@ -59,9 +60,9 @@ FRAME_OF: Final[dict[Reference, int]] = {"sea": 0, "home": 3, "ground": 10}
 MISSION_FRAME = 2
 _LAST_FRAME = 21
 #: Types of MAV_CMD_DO_CHANGE_SPEED for forward flight: speed through the air, and over the ground.
-_AIRSPEED, _GROUNDSPEED = 0, 1
+AIRSPEED, GROUNDSPEED = 0, 1
 #: Its values for "as before" and for the aircraft's own speed.
-_SAME_SPEED, _USUAL_SPEED = -1.0, -2.0
+_SAME_SPEED, USUAL_SPEED = -1.0, -2.0
 
 
 @dataclass(frozen=True)
@@ -157,6 +158,8 @@ def plan_of(
         remarks=tuple(first_remarks(reader.remarks)),
         unknown=tuple(unknown),
         fence=tuple(fence),
+        vehicle=vehicle if type(vehicle) is int else None,
+        autopilot=autopilot if type(autopilot) is int else None,
     )
 
 
@@ -165,7 +168,7 @@ class _Reader:
 
     def __init__(self, home: Home | None, remarks: list[str], given: Given, vehicle: object, autopilot: object) -> None:
         self.home, self.remarks, self.given, self.vehicle = home, remarks, given, vehicle
-        self.circles_home = vehicle == _FIXED_WING or (type(vehicle) is int and vehicle in _VTOLS)
+        self.circles_home = vehicle == FIXED_WING or (type(vehicle) is int and vehicle in VTOLS)
         #: the height of a return, metres above home, and its source
         self.climb = given.climbs_to(is_ardupilot_plane=self.circles_home and autopilot == _ARDUPILOT)
         self.waypoints: list[Waypoint] = []
@@ -205,14 +208,14 @@ class _Reader:
     def _change_speed(self, item: Item) -> None:
         """Change the speed of the next waypoints, if the item sets that of forward flight."""
         kind, speed = item.numbers[0], item.numbers[1]
-        if kind not in {_AIRSPEED, _GROUNDSPEED}:
+        if kind not in {AIRSPEED, GROUNDSPEED}:
             self.remarks.append(f"{item.where}: a speed of type {kind:g} is not that of forward flight: left out")
         elif speed > 0.0:
-            if kind == _AIRSPEED:
+            if kind == AIRSPEED:
                 self.remarks.append(f"{item.where}: {speed:g} m/s is through the air; taken as over the ground")
             # (a waypoint checks the range of its speed)
             self.speed = Waypoint(0.0, 0.0, speed=speed).speed
-        elif speed == _USUAL_SPEED:
+        elif speed == USUAL_SPEED:
             self.speed = None
         elif speed != _SAME_SPEED:
             fault(item.where, f"the speed is {speed:g}", "give one above 0 m/s, -1 (as before) or -2 (as usual)")
@@ -265,7 +268,7 @@ class _Reader:
             self.unknown.append(f"{item.where}: it is at home, and the file does not say where that is; {GIVE_HOME}")
             return
         altitude = item.numbers[6]
-        if item.command == TAKE_OFF and self.vehicle == _FIXED_WING and not self._has_place(item):
+        if item.command == TAKE_OFF and self.vehicle == FIXED_WING and not self._has_place(item):
             wrong = "a take-off without a place, and the aircraft does not climb vertically"
             self.unknown.append(f"{item.where}: {wrong}; give its latitude and longitude")
         if item.command == SPLINE:
@@ -325,7 +328,7 @@ class _Reader:
         """Return the distance at which a waypoint may be passed, 0 if it is flown over."""
         if item.command != WAYPOINT:
             return 0.0
-        known = [abs(item.numbers[index]) for index in _PASSES if not math.isnan(item.numbers[index])]
+        known = [abs(item.numbers[index]) for index in PASSES if not math.isnan(item.numbers[index])]
         radius = max(known, default=0.0)
         if radius == 0.0 and self.given.acceptance_radius is None:
             self.left_open[len(self.waypoints)] = item.where
@@ -384,63 +387,3 @@ def turning(lonlat: FloatArray) -> BoolArray:
     turns = np.abs(np.angle(np.exp(1j * np.diff(angles)))) > _STRAIGHT
     found[:] = np.concatenate([[False], turns, [False]])[group]
     return found
-
-
-def items_of(plan: FlightPlan, where: str) -> list[Item]:
-    """
-    Return the mission that flies a plan: the inverse of `plan_of`.
-
-    Parameters
-    ----------
-    plan
-        The plan.
-    where
-        Name of the file in messages.
-
-    Raises
-    ------
-    PlanError
-        If the plan has no longitudes and latitudes, or a waypoint is at 0, 0 (which autopilots read as no place), has
-        no altitude, or has one above the ellipsoid (which autopilots do not support).
-
-    Examples
-    --------
-    >>> plan = FlightPlan.along([(24.0, 60.0), (24.1, 60.0), (24.1, 60.1)], altitude=80, speed=15)
-    >>> [item.command for item in items_of(plan, "mine.plan")]
-    [22, 178, 16, 16, 21]
-    """
-    if plan.coordinates != "lonlat":
-        fault(where, "the plan is in a plane", "only one with longitudes and latitudes can be flown")
-    items: list[Item] = []
-    speed: float | None = None
-    for index, one in enumerate(plan.waypoints):
-        if one.speed != speed:
-            value = _USUAL_SPEED if one.speed is None else one.speed
-            numbers = (float(_GROUNDSPEED), value, -1.0, 0.0, 0.0, 0.0, 0.0)
-            items.append(Item(f"waypoint {index}", MISSION_FRAME, CHANGE_SPEED, numbers))
-            speed = one.speed
-        if (one.x, one.y) == (0.0, 0.0):
-            fault(f"{where}: waypoint {index}", "it is at 0, 0, which some autopilots read as no place", "move it")
-        if one.reference not in FRAME_OF:
-            wrong = "its altitude is above the ellipsoid"
-            fault(f"{where}: waypoint {index}", wrong, "give it above home, ground or sea")
-        items.append(_item(one, f"{where}: waypoint {index}"))
-    return items
-
-
-def _item(one: Waypoint, where: str) -> Item:
-    """Return the item that flies to a waypoint."""
-    command = {"take-off": TAKE_OFF, "landing": LAND, "waypoint": WAYPOINT, "touch-down": PAYLOAD_PLACE}[one.role]
-    numbers = [0.0, 0.0, 0.0, math.nan]
-    if one.pass_radius > 0.0:
-        if one.role != "waypoint" or one.loiter_radius > 0.0:
-            fault(where, "it has a circle or a role, and is passed at a distance", "only other waypoints can be")
-        numbers[_PASSES[0]] = one.pass_radius
-    if one.loiter_radius > 0.0:
-        if one.role != "waypoint":
-            fault(where, f"a {one.role} has a circle", "only a waypoint can have one")
-        # once around
-        command, numbers[0], numbers[2] = LOITER_TURNS, 1.0, one.loiter_radius
-    if one.altitude is None:
-        fault(where, "it has no altitude", "give all of them one (--altitude M), as an autopilot needs it")
-    return Item(where, FRAME_OF[one.reference], command, (*numbers, one.y, one.x, one.altitude))

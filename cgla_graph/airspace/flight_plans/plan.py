@@ -237,6 +237,8 @@ class FlightPlan(ShortRepr):
         it open, with what to give. Such a plan is not clean, and is not written to another file.
     fence
         The areas that the aircraft must stay inside of, and those that it must stay out of.
+    vehicle, autopilot
+        Numbers of MAV_TYPE and MAV_AUTOPILOT of the aircraft that the plan is for; None if it is for any.
 
     Raises
     ------
@@ -257,6 +259,8 @@ class FlightPlan(ShortRepr):
     remarks: tuple[str, ...] = field(default=(), compare=False)
     unknown: tuple[str, ...] = ()
     fence: tuple[Fence, ...] = ()
+    vehicle: int | None = field(default=None, compare=False)
+    autopilot: int | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         """Check the plan as a whole."""

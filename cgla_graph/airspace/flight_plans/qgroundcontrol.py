@@ -13,7 +13,8 @@ from typing import Any, Final
 from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.given import Given
 from cgla_graph.airspace.flight_plans.landing_patterns import PATTERNS, pattern_items
-from cgla_graph.airspace.flight_plans.mavlink import FRAMES, Item, items_of, plan_of
+from cgla_graph.airspace.flight_plans.mavlink import FRAMES, Item, plan_of
+from cgla_graph.airspace.flight_plans.mission_items import items_of
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Reference, check_place, fault, located
 from cgla_graph.airspace.flight_plans.qgc_fence import fence_document, read_fence
 
@@ -191,7 +192,7 @@ def write(plan: FlightPlan, where: str) -> str:
     Raises
     ------
     PlanError
-        If an autopilot cannot fly it (see `cgla_graph.airspace.flight_plans.mavlink.items_of`).
+        If an autopilot cannot fly it (see `cgla_graph.airspace.flight_plans.mission_items.items_of`).
     """
     items = items_of(plan, where)
     first = plan.waypoints[0]
@@ -200,12 +201,12 @@ def write(plan: FlightPlan, where: str) -> str:
     speed = next((one.speed for one in plan.waypoints if one.speed is not None), None)
     mission = {
         "cruiseSpeed": speed or _CRUISE,
-        "firmwareType": _FIRMWARE,
+        "firmwareType": _FIRMWARE if plan.autopilot is None else plan.autopilot,
         "globalPlanAltitudeMode": _ALTITUDE_MODES[references.pop()] if len(references) == 1 else _MIXED,
         "hoverSpeed": speed or _HOVER,
         "items": [_document(item, number) for number, item in enumerate(items, start=1)],
         "plannedHomePosition": [home.y, home.x, home.altitude or 0.0],
-        "vehicleType": _VEHICLE,
+        "vehicleType": _VEHICLE if plan.vehicle is None else plan.vehicle,
         "version": 2,
     }
     document: dict[str, Any] = {

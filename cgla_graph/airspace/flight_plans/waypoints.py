@@ -5,7 +5,8 @@ from typing import Final
 
 from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.given import Given
-from cgla_graph.airspace.flight_plans.mavlink import WAYPOINT, Item, items_of, plan_of
+from cgla_graph.airspace.flight_plans.mavlink import WAYPOINT, Item, plan_of
+from cgla_graph.airspace.flight_plans.mission_items import items_of
 from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, check_place, decimal, fault, located
 from cgla_graph.untrusted.numbers import plain_numbers
 
@@ -118,7 +119,7 @@ def write(plan: FlightPlan, where: str) -> str:
     Raises
     ------
     PlanError
-        If an autopilot cannot fly it (see `cgla_graph.airspace.flight_plans.mavlink.items_of`).
+        If an autopilot cannot fly it (see `cgla_graph.airspace.flight_plans.mission_items.items_of`).
 
     Examples
     --------

@@ -12,7 +12,7 @@ from plan_files import mine
 from pymavlink.dialects.v20 import ardupilotmega
 
 from cgla_graph.airspace.flight_plans.formats import write_plan
-from cgla_graph.airspace.flight_plans.mavlink import items_of
+from cgla_graph.airspace.flight_plans.mission_items import items_of
 
 pytest.importorskip("mavsdk", reason="there is no wheel of MAVSDK for this platform")
 pytestmark = pytest.mark.slow
