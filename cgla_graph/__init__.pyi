@@ -1,6 +1,8 @@
 from cgla_graph import comparisons as comparisons
 from cgla_graph import solvers as solvers
 from cgla_graph._progress import progress as progress
+from cgla_graph.airspace.endurance.aircraft import Aircraft as Aircraft
+from cgla_graph.airspace.endurance.flight_time import flight_time as flight_time
 from cgla_graph.airspace.flight_plans.formats import read_plan as read_plan
 from cgla_graph.airspace.flight_plans.formats import write_plan as write_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan as FlightPlan

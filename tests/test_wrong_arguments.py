@@ -140,7 +140,18 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "check": (
         cg.check,
         {"plan": STRAIGHT.path, "on": PROBLEM, "zones": (), "altitude": None, "at": None, "treat": None, "ground": None,
-         "k": None, "clearance": None, "tolerance": None, "through": 1},
+         "k": None, "clearance": None, "tolerance": None, "through": 1, "aircraft": None},
+    ),
+    "Aircraft": (
+        cg.Aircraft,
+        {"speed": 9.0, "wind": (0, 0), "power": 9.0, "battery": 9.0, "reserve": 0.1, "climb_rate": 9.0,
+         "descent_rate": 9.0},
+    ),
+    "flight_time": (
+        cg.flight_time,
+        {"flight": STRAIGHT, "aircraft": None, "speed": 9.0, "wind": (0, 0), "power": 9.0, "battery": 9.0,
+         "reserve": 0.1, "climb_rate": 9.0, "descent_rate": 9.0, "altitude": 9.0, "above": "home",
+         "ground_speed": 9.0},
     ),
     "volumes": (
         cg.volumes,
@@ -159,7 +170,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Waypoint": (
         cg.Waypoint,
         {"x": 1.0, "y": 1.0, "altitude": None, "reference": "home", "speed": None, "role": "waypoint",
-         "loiter_radius": 0.0},
+         "loiter_radius": 0.0, "turns": 0.0, "stay": 0.0},
     ),
     "Uav": (
         cg.Uav,

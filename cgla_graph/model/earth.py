@@ -565,6 +565,30 @@ def geodesic_between(starts: FloatArray, ends: FloatArray, share: float) -> Floa
     return np.column_stack([longitude, latitude])
 
 
+def geodesic_steps(lonlat: FloatArray) -> FloatArray:
+    """
+    Return the steps between places in order, metres east and north, shape ``(m - 1, 2)``.
+
+    Each is as long as the geodesic, in its direction halfway.
+
+    Parameters
+    ----------
+    lonlat
+        Longitudes and latitudes, degrees, shape ``(m, 2)``.
+
+    Examples
+    --------
+    >>> geodesic_steps(np.array([[24.0, 60.0], [26.0, 60.0], [26.0, 61.0]])).round().tolist()
+    [[111596.0, 0.0], [0.0, 111421.0]]
+    """
+    if len(lonlat) < 2:  # noqa: PLR2004 - two ends
+        return np.zeros((0, 2))
+    middles = geodesic_between(lonlat[:-1], lonlat[1:], 0.5)
+    lengths = _geod().inv(*lonlat[:-1].T, *lonlat[1:].T)[2]
+    angles = np.radians(_geod().inv(*middles.T, *lonlat[1:].T)[0])
+    return np.asarray(lengths[:, None] * np.column_stack([np.sin(angles), np.cos(angles)]))
+
+
 def geodesic_points(place: Point, azimuths: FloatArray, distance: float) -> FloatArray:
     """
     Return the points at a distance from a point of the Earth in some directions, degrees, shape ``(n, 2)``.

@@ -159,6 +159,46 @@ def _speeds(begin: FloatArray, end: FloatArray, speed: float, blows: float) -> t
     return slowest, speed + blows if with_wind else float(speeds.max())
 
 
+def ground_speeds(steps: FloatArray, airspeed: float, wind: Point = (0.0, 0.0)) -> FloatArray:
+    """
+    Return the ground speeds along straight steps, by the wind triangle; 0 where the wind does not allow the step.
+
+    Parameters
+    ----------
+    steps
+        Steps east and north (x and y), map units, shape ``(n, 2)``.
+    airspeed, wind
+        As of `timed`; here the wind may be as fast as the aircraft, which then flies some ways only.
+
+    Returns
+    -------
+    speeds
+        Map units a second, shape ``(n,)``: ``g = w . u + sqrt(v^2 - (w x u)^2)`` along the unit vector ``u`` of a step;
+        the airspeed for a step of length 0.
+
+    Raises
+    ------
+    ProblemError
+        If the airspeed is not above 0, or the wind is no pair of numbers.
+
+    Examples
+    --------
+    >>> ways = np.array([(100.0, 0.0), (-100.0, 0.0), (0.0, 100.0)])
+    >>> ground_speeds(ways, 10, wind=(6, 0)).tolist(), ground_speeds(ways, 10, wind=(26, 0)).tolist()
+    ([16.0, 4.0, 8.0], [36.0, 0.0, 0.0])
+    """
+    speed = positive_number("airspeed", airspeed)
+    east, north = point("wind", wind)
+    lengths = np.hypot(*steps.T)
+    long = np.where(lengths > 0.0, lengths, 1.0)
+    across = (east * steps[:, 1] - north * steps[:, 0]) / long
+    ahead = (steps @ np.array([east, north])) / long
+    # (a square root of below 0: the wind across the step is faster than the aircraft)
+    square = speed**2 - across**2
+    speeds = np.maximum(ahead + np.sqrt(np.maximum(square, 0.0)), 0.0)
+    return np.where(lengths > 0.0, np.where(square > 0.0, speeds, 0.0), speed)
+
+
 def times_along(points: FloatArray, airspeed: float, wind: Point = (0.0, 0.0)) -> FloatArray:
     """
     Return the times at which the waypoints of a polyline are reached, ``(m,)``, seconds (errors as `timed`).
@@ -168,12 +208,7 @@ def times_along(points: FloatArray, airspeed: float, wind: Point = (0.0, 0.0)) -
     >>> times_along(np.array([[0.0, 0.0], [100.0, 0.0], [0.0, 0.0]]), 10, wind=(6, 0)).tolist()
     [0.0, 6.25, 31.25]
     """
-    pieces = np.zeros((len(points) - 1, N_COLUMNS))
-    pieces[:, [X0, Y0]], pieces[:, [X1, Y1]] = points[:-1], points[1:]
-    timed(Curve(pieces[:0]), airspeed, wind=wind)
-    steps = pieces[:, [X1, Y1]] - pieces[:, [X0, Y0]]
-    long = np.hypot(*steps.T)
-    across = np.divide(wind[0] * steps[:, 1] - wind[1] * steps[:, 0], long, out=np.zeros_like(long), where=long > 0.0)
-    ahead = steps @ np.array(wind)
-    seconds = (long * np.sqrt(airspeed**2 - across**2) - ahead) / (airspeed**2 - math.hypot(*wind) ** 2)
+    timed(Curve(np.zeros((0, N_COLUMNS))), airspeed, wind=wind)
+    steps = np.diff(points, axis=0)
+    seconds = np.hypot(*steps.T) / ground_speeds(steps, airspeed, wind)
     return np.concatenate([[0.0], np.cumsum(seconds)])

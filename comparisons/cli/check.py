@@ -10,6 +10,7 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import (
     BoundsOption,
     ClearanceOption,
+    FlightTimeOptions,
     KOption,
     OutputOptions,
     PlanOptions,
@@ -19,6 +20,7 @@ from cgla_graph.comparisons.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from cgla_graph.airspace.endurance.aircraft import Aircraft
     from cgla_graph.scenarios.scenario import Scenario
 
 
@@ -33,6 +35,7 @@ def check(
     zone_options: ZoneOptions,
     raster: RasterOptions,
     plan_options: PlanOptions,
+    times: FlightTimeOptions,
     against: Annotated[
         list[str] | None,
         typer.Argument(metavar="[MAP]", help="a scenario or a raster of risk, as for plan, and files of zones"),
@@ -57,7 +60,8 @@ def check(
     Check any flight plan: which zones its legs cross, and how much better a plan could be.
 
     Prints length, risk, cost and clearance of each leg, its crossings with zones and their lengths, and a proven
-    bracket of the least cost of a clean plan between the same ends. With --out, draws it (NAME-check.*). Exits with 1
+    bracket of the least cost of a clean plan between the same ends. With --speed, --power and --battery, says how long
+    the flight takes, and whether the battery lasts. With --out, draws it (NAME-check.*). Exits with 1
     unless the plan is clean.
     """
     from cgla_graph.airspace.plan_check.check import check as check_plan
@@ -65,9 +69,10 @@ def check(
 
     asked = None if no_certificate or tolerance == 0.0 else tolerance
     kinds = output.pictures("png")
-    settings, given = zone_options.settings(), plan_options.settings()
+    settings, given, aircraft = zone_options.settings(), plan_options.settings(), _aircraft(times)
     spec, zone_files = _maps_and_zones(plan_file, against or [], risk, zones or [])
-    _require_meaning(spec, zone_files, bounds, raster, settings)
+    alone = {} if aircraft is None else {"altitude": None}
+    _require_meaning(spec, zone_files, bounds, raster, {**settings, **alone})
     on = None if spec is None else _opened(plan_file, spec, bounds, raster, given)
     folder = output.folder()
     with console.running_solvers():
@@ -81,6 +86,7 @@ def check(
             clearance=clearance,
             tolerance=asked,
             through=through,
+            aircraft=aircraft,
         )
     if zone_options.zones_list is not None:
         zone_options.report([checked.on], as_json=True)
@@ -93,6 +99,15 @@ def check(
         console.out_files([] if zone_options.zones_list is None else [zone_options.zones_list])
     if not checked.is_clean:
         raise typer.Exit(console.MISSING)
+
+
+def _aircraft(times: FlightTimeOptions) -> "Aircraft | None":
+    """Return the aircraft that options describe; None without any."""
+    if times == FlightTimeOptions():
+        return None
+    from cgla_graph.comparisons.cli.flight_time import read_aircraft
+
+    return read_aircraft(times)
 
 
 def _maps_and_zones(

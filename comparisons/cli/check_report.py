@@ -52,6 +52,7 @@ def print_checked(checked: PlanCheck) -> None:
         + (f", required: at least {asked:g}{unit}" if asked > 0.0 else ""),
         "flat map": distortion_note(on.problem.projection, [on.route]),
         "geodesic": _geodesic_line(checked),
+        **({} if checked.flight is None else checked.flight.lines(" m/s" if _unit(checked) else " a second")),
         "best": _best_line(checked),
         "through": _through_line(checked),
         "verdict": "; ".join(checked.verdict),

@@ -321,7 +321,7 @@ class BudgetOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class FlyableOptions:
-    """Options of paths of lines and arcs, and of their time of flight."""
+    """Options of paths of lines and arcs."""
 
     turn_radius: Annotated[
         Number, option("--turn-radius R", "make the path flyable: lines and arcs, none tighter than R")
@@ -333,11 +333,27 @@ class FlyableOptions:
     arc_tolerance: Annotated[
         Number, option("--arc-tolerance D", "distance of exported waypoints from arcs, at most (default: R / 100)")
     ] = None
+
+
+@dataclass(frozen=True, repr=False)
+class FlightTimeOptions:
+    """Options of the time and energy of a flight."""
+
+    speed: SpeedOption = None
     wind: Annotated[
         Text, option("--wind EAST,NORTH", "velocity of the air, metres per second, for the time of flight")
     ] = None
     power: Annotated[Number, option("--power W", "power of the aircraft, watts, for the energy of flight")] = None
-    speed: SpeedOption = None
+    battery: Annotated[
+        Text, option("--battery WH", "energy of the battery, watt-hours (ampere-hours times volts): says if it lasts")
+    ] = None
+    reserve: Annotated[Text, option("--reserve P%", "part of the battery that is left at the end (default: 20%)")] = (
+        None
+    )
+    climb_rate: Annotated[
+        Number, option("--climb-rate V", "vertical speed of climbs, metres per second (default: climbs are left out)")
+    ] = None
+    descent_rate: Annotated[Number, option("--descent-rate V", "the same of descents")] = None
 
 
 @dataclass(frozen=True, repr=False)

@@ -4,7 +4,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,6 +12,7 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import (
     BudgetOptions,
     ExportOptions,
+    FlightTimeOptions,
     FlyableOptions,
     GroundRiskOptions,
     MapOptions,
@@ -28,6 +29,7 @@ from cgla_graph.comparisons.cli.options import (
 
 if TYPE_CHECKING:
     from cgla_graph.comparisons.cli.export import Export
+    from cgla_graph.comparisons.cli.flight_time import Endurance
     from cgla_graph.comparisons.cli.flyable import Flying
     from cgla_graph.comparisons.study.entrant import Entrant
     from cgla_graph.comparisons.study.runner import Run
@@ -40,6 +42,7 @@ def plan(
     output: OutputOptions,
     export: ExportOptions,
     flyable: FlyableOptions,
+    times: FlightTimeOptions,
     budget: BudgetOptions,
     ground: GroundRiskOptions,
     proof: ProofOptions,
@@ -58,21 +61,24 @@ def plan(
     Prints its numbers, and how far it is from the best possible; with --out, writes its waypoints (CSV, and GeoJSON
     on lon/lat maps) and a picture; with --export, a plan for ground stations and viewers. With --max-risk or
     --max-length, a budget replaces the weight k; with --max-density, no cell of a raster within half the --corridor
-    is above it. With --turn-radius, the path consists of lines and arcs, bent until it costs least.
+    is above it. With --turn-radius, the path consists of lines and arcs, bent until it costs least. With --speed, it
+    says how long the flight takes, with --power its energy, with --battery whether the battery lasts.
     For the file of a graph, use cgla graph plan.
     """
     from cgla_graph.comparisons.study.options import read_entrant, read_tolerance
     from cgla_graph.comparisons.study.rows import plan_document
 
-    flying = _flying(flyable, budget)
-    exported = _exports(export, flying, zoned=any(zones.may_count(one, maps) for one in scenario))
+    endurance = _endurance(times, export, profile, curved=flyable.turn_radius is not None)
+    flying = _flying(flyable, budget, endurance)
+    zoned_map = any(zones.may_count(one, maps) for one in scenario)
+    exported = _exports(export, zoned=zoned_map or endurance is not None)
     tolerance = read_tolerance(proof.tolerance, certify=not proof.no_certificate)
     entrant = read_entrant(solver, refine=refine)
     opened = open_map("plan", scenario, maps, zones, raster, k=_price_of_risk(maps.k, ground))
     opened = _below_density(opened, ground)
     if exported is not None:
         exported.check_map(opened)
-    zoned = zones.report([opened], as_json=output.as_json, exported=bool(export.export))
+    zoned = zones.report([opened], as_json=output.as_json, exported=bool(export.export) or endurance is not None)
     folder, kinds = output.folder(), output.pictures("png")
     _check_profile(profile)
     within: PlanWithin | None = None
@@ -89,20 +95,24 @@ def plan(
             run = flying.flown(run)
         if ground.max_density is not None and not run.solution.status.has_path:
             run = _with_proof(run)
-    written = _written(run, folder, kinds, profile, flying, exported)
+    flight = None if endurance is None else endurance.of(run)
+    written = _written(run, folder, kinds, profile, flying, endurance, exported)
     if output.as_json:
-        more = {} if within is None else {"within": within.document()}
+        more: dict[str, Any] = {} if within is None else {"within": within.document()}
         flown = {} if flying is None else {"flyable": flying.document(run)}
         files = [str(file) for group in written for file in group]
+        if flight is not None:
+            more["flight"] = flight.document()
         console.out_json({**plan_document(run), "files": files, **more, **flown, **zoned})
     else:
         lines = {} if flying is None else flying.lines(run)
+        lines |= {} if flight is None else flight.lines(" m/s" if opened.projection else " a second")
         _print(run, lines if within is None else {**lines, **status_within(within)})
         if within is not None:
             print_within(opened, within)
         for group in written:
             console.out_files(group)
-    if not run.solution.status.has_path:
+    if not run.solution.status.has_path or (flight is not None and flight.faults):
         raise typer.Exit(console.MISSING)
 
 
@@ -137,20 +147,31 @@ def _solved(scenario: "Scenario", entrant: "Entrant", tolerance: float | None) -
     return Run(*names, solution=solution, certificate=solution.certificate, settings=settings)
 
 
-def _flying(flyable: FlyableOptions, budget: BudgetOptions) -> "Flying | None":
+def _endurance(
+    times: FlightTimeOptions, export: ExportOptions, profile: Path | None, *, curved: bool
+) -> "Endurance | None":
+    """Read the options of the time of flight; None without any."""
+    if times == FlightTimeOptions():
+        return None
+    from cgla_graph.comparisons.cli.flight_time import read_endurance
+
+    return read_endurance(times, export, profile, curved=curved)
+
+
+def _flying(flyable: FlyableOptions, budget: BudgetOptions, endurance: "Endurance | None") -> "Flying | None":
     """Read the options of flyable paths; None without any."""
-    said = {name: value for name, value in vars(flyable).items() if name != "speed" and value is not None}
-    if not said:
+    if all(value is None for value in vars(flyable).values()):
         return None
     from cgla_graph.comparisons.cli.flyable import read_flying
 
-    return read_flying(flyable, limited=budget != BudgetOptions())
+    aircraft = None if endurance is None else endurance.aircraft
+    return read_flying(flyable, limited=budget != BudgetOptions(), aircraft=aircraft)
 
 
-def _exports(export: ExportOptions, flying: "Flying | None", *, zoned: bool) -> "Export | None":
+def _exports(export: ExportOptions, *, zoned: bool) -> "Export | None":
     """Read the options of flight plans to write; None without any."""
-    if flying is not None and not export.export:
-        # here, the speed is that of the flyable path
+    if not export.export:
+        # without a plan to write, the speed only counts for times
         export = dataclasses.replace(export, speed=None)
     if export == ExportOptions():
         return None
@@ -165,6 +186,7 @@ def _written(
     kinds: Sequence[str],
     profile: Path | None,
     flying: "Flying | None",
+    endurance: "Endurance | None",
     exported: "Export | None",
 ) -> list[list[Path]]:
     """Write all files, if there is a path; return them in groups, one per folder or file."""
@@ -176,7 +198,7 @@ def _written(
     if profile is not None:
         from cgla_graph.plots.profile import write_profile
 
-        clock = None if flying is None else flying.clock
+        clock = None if endurance is None else endurance.clock
         written.append([write_profile(profile, run.scenario, run.solution.path, clock)])
     if exported is not None:
         tolerance = None if flying is None else flying.tolerance

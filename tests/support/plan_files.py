@@ -32,7 +32,10 @@ def flight_plans(draw: st.DrawFn, *, autopilot: bool) -> FlightPlan:
         if reference == "ground" and role != "landing" and height is not None:
             # (nothing flies below the ground)
             height = abs(height)
-        one = Waypoint(*place, height, reference, draw(speeds), role, radius)
+        # (autopilots fly a circle once or more)
+        turns = draw(st.floats(1.0 if autopilot else 0.0, 100.0)) if radius > 0.0 else 0.0
+        stay = draw(st.just(0.0) | st.floats(0.0, 1e5)) if role != "landing" else 0.0
+        one = Waypoint(*place, height, reference, draw(speeds), role, radius, 0.0, turns, stay)
         waypoints.append(one)
     height = draw(altitudes) if autopilot else draw(heights)
     home = Home(draw(longitudes), draw(latitudes.filter(lambda one: one != 0.0)), height)
@@ -44,7 +47,7 @@ def mine() -> FlightPlan:
     waypoints = (
         Waypoint(24.94, 60.17, 80.0, role="take-off"),
         Waypoint(24.96, 60.18, 80.0, speed=12.0),
-        Waypoint(24.98, 60.181, 90.5, "sea", 12.0, loiter_radius=60.0),
+        Waypoint(24.98, 60.181, 90.5, "sea", 12.0, loiter_radius=60.0, turns=2.0),
         Waypoint(24.99, 60.19, 0.0, "home", 9.5, "landing"),
     )
     return FlightPlan(waypoints, Home(24.94, 60.17, 14.25), "over the bay")

@@ -10,7 +10,7 @@ import numpy as np
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.airspace.flight_plans.fence import Fence
 from cgla_graph.airspace.flight_plans.given import GIVE_HOME, Given
-from cgla_graph.airspace.flight_plans.mavlink_commands import LAND_START, STILL, UNSUPPORTED
+from cgla_graph.airspace.flight_plans.mavlink_commands import DELAY, LAND_START, STILL, UNSUPPORTED
 from cgla_graph.airspace.flight_plans.plan import (
     FlightPlan,
     Home,
@@ -160,6 +160,7 @@ def plan_of(
         fence=tuple(fence),
         vehicle=vehicle if type(vehicle) is int else None,
         autopilot=autopilot if type(autopilot) is int else None,
+        untimed=tuple(reader.untimed),
     )
 
 
@@ -173,6 +174,7 @@ class _Reader:
         self.climb = given.climbs_to(is_ardupilot_plane=self.circles_home and autopilot == _ARDUPILOT)
         self.waypoints: list[Waypoint] = []
         self.unknown: list[str] = []
+        self.untimed: list[str] = []
         self.speed: float | None = None
         #: the part of the mission that ended the flight, or empty
         self.ended_by = ""
@@ -187,6 +189,8 @@ class _Reader:
             fault(item.where, f"its frame is {item.frame}", f"MAV_FRAME has 0 to {_LAST_FRAME}")
         if item.command == LAND_START:
             self.elsewhere.append("the start of the landing (DO_LAND_START)")
+        if item.command == DELAY and self._delay(item):
+            return
         if item.command in STILL:
             named = f"{STILL[item.command]} (command {item.command})"
             self.remarks.append(f"{item.where}: {named} does not fly to a place: left out")
@@ -204,6 +208,19 @@ class _Reader:
             self._return(item)
         else:
             self._fly(item)
+
+    def _delay(self, item: Item) -> bool:
+        """Stay at the last waypoint; return False before the take-off, where the aircraft is on the ground."""
+        if not self.waypoints or self.ended_by:
+            return False
+        seconds = item.numbers[0]
+        if seconds >= 0.0:
+            with located(item.where):
+                last = self.waypoints[-1]
+                self.waypoints[-1] = replace(last, stay=last.stay + seconds)
+        else:
+            self.untimed.append(f"{item.where}: it stays until a time of day")
+        return True
 
     def _change_speed(self, item: Item) -> None:
         """Change the speed of the next waypoints, if the item sets that of forward flight."""
@@ -282,7 +299,7 @@ class _Reader:
         reference = item.reference or FRAMES[item.frame]
         radii = self._radius(item), self._pass_radius(item)
         with located(item.where):
-            self.waypoints.append(Waypoint(*place, known, reference, self.speed, role, *radii))
+            self.waypoints.append(Waypoint(*place, known, reference, self.speed, role, *radii, *self._time_there(item)))
         if role == "landing":
             self.ended_by = "the landing"
         elif item.command == LOITER_UNLIMITED:
@@ -323,6 +340,16 @@ class _Reader:
             return 0.0
         self.remarks.append(f"{item.where}: it may fly {own}: {self.given.loiter_radius:g} m, as given")
         return self.given.loiter_radius
+
+    def _time_there(self, item: Item) -> tuple[float, float]:
+        """Return how often the circle of an item is flown (0 if it does not say), and how long it stays, seconds."""
+        first = item.numbers[0]
+        known = 0.0 if math.isnan(first) else abs(first)
+        if item.command == LOITER_UNLIMITED:
+            self.untimed.append(f"{item.where}: it circles without an end")
+        if item.command == LOITER_TURNS:
+            return known, 0.0
+        return 0.0, known if item.command in {WAYPOINT, SPLINE, LOITER_TIME} else 0.0
 
     def _pass_radius(self, item: Item) -> float:
         """Return the distance at which a waypoint may be passed, 0 if it is flown over."""

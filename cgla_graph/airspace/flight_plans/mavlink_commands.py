@@ -4,10 +4,12 @@ from typing import Final
 
 #: The start of the landing, to which aircraft may return.
 LAND_START: Final = 189
+#: A stay at the last waypoint.
+DELAY: Final = 93
 #: Commands that only move a camera, a relay or the aircraft's nose, or only wait.
 STILL: Final = {
     80: "NAV_ROI",
-    93: "NAV_DELAY",
+    DELAY: "NAV_DELAY",
     112: "CONDITION_DELAY",
     114: "CONDITION_DISTANCE",
     115: "CONDITION_YAW",

@@ -7,6 +7,7 @@ from cgla_graph.airspace.flight_plans.mavlink import (
     FRAME_OF,
     GROUNDSPEED,
     LAND,
+    LOITER_TIME,
     LOITER_TURNS,
     MISSION_FRAME,
     PASSES,
@@ -18,7 +19,7 @@ from cgla_graph.airspace.flight_plans.mavlink import (
     WAYPOINT,
     Item,
 )
-from cgla_graph.airspace.flight_plans.mavlink_commands import LAND_START
+from cgla_graph.airspace.flight_plans.mavlink_commands import DELAY, LAND_START
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint, fault
 from cgla_graph.airspace.flight_plans.vehicles import FIXED_WING, VTOLS
 
@@ -65,6 +66,9 @@ def items_of(plan: FlightPlan, where: str) -> list[Item]:
         if plan.vehicle == FIXED_WING and is_approach and one.role == "waypoint":
             items.append(Item(f"waypoint {index}", MISSION_FRAME, LAND_START, (0.0,) * 7))
         items.append(_item(one, f"{where}: waypoint {index}", is_vtol=plan.vehicle in VTOLS))
+        if one.stay > 0.0 and items[-1].command not in {WAYPOINT, LOITER_TIME, LAND, VTOL_LAND}:
+            numbers = (one.stay, -1.0, -1.0, -1.0, 0.0, 0.0, 0.0)
+            items.append(Item(f"waypoint {index}", MISSION_FRAME, DELAY, numbers))
     return items
 
 
@@ -84,8 +88,12 @@ def _item(one: Waypoint, where: str, *, is_vtol: bool) -> Item:
     if one.loiter_radius > 0.0:
         if one.role != "waypoint":
             fault(where, f"a {one.role} has a circle", "only a waypoint can have one")
-        # once around
-        command, numbers[0], numbers[2] = LOITER_TURNS, 1.0, one.loiter_radius
+        numbers[2] = one.loiter_radius
+        # (once around if the plan does not say how long)
+        timed = one.stay > 0.0 and one.turns == 0.0
+        command, numbers[0] = (LOITER_TIME, one.stay) if timed else (LOITER_TURNS, one.turns or 1.0)
+    elif one.role == "waypoint":
+        numbers[0] = one.stay
     if one.altitude is None:
         fault(where, "it has no altitude", "give all of them one (--altitude M), as an autopilot needs it")
     return Item(where, FRAME_OF[one.reference], command, (*numbers, one.y, one.x, one.altitude))

@@ -34,6 +34,8 @@ ALTITUDES: Final = (-1e3, 1e5)
 LEAST_FLOWN: Final[dict[Reference, float]] = {"home": 0.0, "ground": 0.0, "sea": -500.0, "ellipsoid": -500.0}
 #: Greatest speed (m/s), and greatest radius of a circle around a waypoint (m).
 MOST_SPEED, MOST_RADIUS = 1e4, 1e6
+#: Greatest number of turns of a circle, and longest stay at a waypoint (s).
+MOST_TURNS, LONGEST_STAY = 1e6, 1e9
 _LONGEST_NAME: Final = 200
 
 
@@ -74,6 +76,10 @@ class Waypoint:
         Radius of the circle that is flown around the waypoint, metres; 0 for none.
     pass_radius
         The aircraft passes the waypoint at this distance or less, metres; 0 if it flies over it.
+    turns
+        How often the circle is flown; 0 if the plan does not say so.
+    stay
+        How long the aircraft stays at the waypoint, or on its circle, seconds.
     acceptance
         By the default of its autopilot, the aircraft turns to the next waypoint at this distance from the waypoint or
         less, metres: it may cut the corner. (It is no part of the plan: plans that differ in it are equal.)
@@ -97,6 +103,8 @@ class Waypoint:
     role: Role = "waypoint"
     loiter_radius: float = 0.0
     pass_radius: float = 0.0
+    turns: float = 0.0
+    stay: float = 0.0
     acceptance: float = field(default=0.0, compare=False)
 
     def __post_init__(self) -> None:
@@ -109,6 +117,8 @@ class Waypoint:
             object.__setattr__(self, "speed", speed)
         for name in ("loiter_radius", "pass_radius", "acceptance"):
             object.__setattr__(self, name, finite(name, getattr(self, name), 0.0, MOST_RADIUS, " m"))
+        object.__setattr__(self, "turns", finite("turns", self.turns, 0.0, MOST_TURNS))
+        object.__setattr__(self, "stay", finite("stay", self.stay, 0.0, LONGEST_STAY, " s"))
         for name, value, allowed in (("reference", self.reference, REFERENCES), ("role", self.role, ROLES)):
             if not is_one_of(value, allowed):
                 fault(name, f"it is {shown(value)}", f"choose one of {', '.join(allowed)}")
@@ -239,6 +249,9 @@ class FlightPlan(ShortRepr):
         The areas that the aircraft must stay inside of, and those that it must stay out of.
     vehicle, autopilot
         Numbers of MAV_TYPE and MAV_AUTOPILOT of the aircraft that the plan is for; None if it is for any.
+    untimed
+        Why it is not known how long the flight takes: a sentence for each stay of which the file does not say how long
+        it is. Circles without turns or a stay, and touch-downs, are not named here.
 
     Raises
     ------
@@ -261,6 +274,7 @@ class FlightPlan(ShortRepr):
     fence: tuple[Fence, ...] = ()
     vehicle: int | None = field(default=None, compare=False)
     autopilot: int | None = field(default=None, compare=False)
+    untimed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the plan as a whole."""

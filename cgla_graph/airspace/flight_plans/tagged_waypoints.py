@@ -24,8 +24,8 @@ from cgla_graph.untrusted.numbers import plain_numbers
 HOME: Final = "home"
 #: Names of the tags, in the order in which they are written.
 ROLE, ALTITUDE, REFERENCE, SPEED = "role", "altitude", "altitude_reference", "speed"
-RADIUS, PASS_RADIUS = "loiter_radius", "pass_radius"
-NAMES: Final = (ROLE, ALTITUDE, REFERENCE, SPEED, RADIUS, PASS_RADIUS)
+RADIUS, PASS_RADIUS, TURNS, STAY = "loiter_radius", "pass_radius", "turns", "stay"
+NAMES: Final = (ROLE, ALTITUDE, REFERENCE, SPEED, RADIUS, PASS_RADIUS, TURNS, STAY)
 #: Characters of a number, at most: the least double has 1077.
 _LONGEST = 1200
 
@@ -49,12 +49,10 @@ def tags_of(one: Waypoint | Home) -> dict[str, str | float]:
     found[REFERENCE] = one.reference
     if one.speed is not None:
         found[SPEED] = one.speed
-    if one.loiter_radius:
-        found[RADIUS] = one.loiter_radius
-    if radius := max(one.pass_radius, one.acceptance):
-        # (files for viewers have no autopilot whose default would count)
-        found[PASS_RADIUS] = radius
-    return found
+    # (files for viewers have no autopilot whose default acceptance would count)
+    numbers = {RADIUS: one.loiter_radius, PASS_RADIUS: max(one.pass_radius, one.acceptance)}
+    numbers |= {TURNS: one.turns, STAY: one.stay}
+    return {**found, **{name: value for name, value in numbers.items() if value}}
 
 
 def text_tags(one: Waypoint | Home) -> dict[str, str]:
@@ -92,7 +90,8 @@ def waypoint_of(place: tuple[float, float], tags: Mapping[str, object], where: s
     >>> waypoint_of((24.0, 60.0), {"role": "home", "altitude": "12"}, "row 1")
     Home(x=24.0, y=60.0, altitude=12.0)
     """
-    numbers = {name: number_of(tags.get(name), f"{where}: {name}") for name in (ALTITUDE, SPEED, RADIUS, PASS_RADIUS)}
+    named = (name for name in NAMES if name not in {ROLE, REFERENCE})
+    numbers = {name: number_of(tags.get(name), f"{where}: {name}") for name in named}
     role = word_of(tags.get(ROLE), f"{where}: {ROLE}") or "waypoint"
     reference = word_of(tags.get(REFERENCE), f"{where}: {REFERENCE}")
     with located(where):
@@ -106,8 +105,7 @@ def waypoint_of(place: tuple[float, float], tags: Mapping[str, object], where: s
             cast("Reference", reference or "home"),
             numbers[SPEED],
             cast("Role", role),
-            numbers[RADIUS] or 0.0,
-            numbers[PASS_RADIUS] or 0.0,
+            *(numbers[name] or 0.0 for name in (RADIUS, PASS_RADIUS, TURNS, STAY)),
         )
 
 

@@ -4,6 +4,7 @@ import dataclasses
 import os
 from collections.abc import Mapping, Sequence
 from datetime import datetime
+from types import NoneType
 from typing import Any, cast
 
 import numpy as np
@@ -12,6 +13,8 @@ from numpy.typing import ArrayLike
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import instance, items, point_array, positive_number
+from cgla_graph.airspace.endurance.aircraft import Aircraft
+from cgla_graph.airspace.endurance.flight_time import FlightTime, flight_time
 from cgla_graph.airspace.flight_plans.crossings import crossings_of, geodesic_gaps
 from cgla_graph.airspace.flight_plans.formats import read_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint
@@ -55,6 +58,7 @@ def check(
     tolerance: float | None = TOLERANCE,
     through: int = MOST_PROVEN,
     max_cells: int = MAX_CELLS,
+    aircraft: Aircraft | None = None,
 ) -> PlanCheck:
     """
     Check a flight plan leg by leg, and prove how much better any plan could be.
@@ -87,6 +91,9 @@ def check(
         Legs, at most, for which the bound of plans through the same waypoints is proven.
     max_cells
         Cells of a grid of a proof, at most, about 300 bytes each.
+    aircraft
+        For time and energy of the flight (`cgla_graph.flight_time`): a plan that the wind does not allow, or whose
+        battery does not last, as far as is known, is not clean. None for none.
 
     Returns
     -------
@@ -116,6 +123,7 @@ def check(
     if not isinstance(cast("object", through), int) or through < 0:
         msg = f"through is {shown(through)}; give how many legs are proven at most, 0 or more"
         raise ProblemError(msg)
+    instance("aircraft", aircraft, (Aircraft, NoneType), "Aircraft(speed=…)")
     if on is not None and not hasattr(on, "areas"):
         instance("on", on, Problem, problem_wanted)
     given = {
@@ -132,7 +140,9 @@ def check(
     if on is None and not has_zones and not held.fence:
         msg = f"{name}: there is nothing to check it against; give zones, or a map (on)"
         raise CglaError(msg)
-    for setting, value in (("altitude", altitude), ("at", at), ("treat", treat), ("ground", ground), ("lines", lines)):
+    # (an aircraft climbs to the altitude)
+    only = altitude if aircraft is None else None
+    for setting, value in (("altitude", only), ("at", at), ("treat", treat), ("ground", ground), ("lines", lines)):
         if value is not None and not has_zones:
             msg = f"{setting} needs zones; give their files (zones)"
             raise CglaError(msg)
@@ -145,9 +155,10 @@ def check(
     source = PlainMap("map", "", on) if isinstance(on, Problem) else on
     at_one_height = altitude is not None
     placed = put_on_map(held, name, source, applied, changes, ground=elevations, at_one_height=at_one_height)
-    if altitude is not None:
+    if altitude is not None and has_zones:
         placed = dataclasses.replace(placed, unknown=_higher(held, Altitude.of(altitude)))
     checked = _legs_of(held, name, placed)
+    checked = dataclasses.replace(checked, flight=_flight(held, aircraft, altitude))
     return checked if tolerance is None else _with_proofs(checked, tolerance, through, max_cells)
 
 
@@ -171,6 +182,15 @@ def _plan_of(
     on_earth = problem is None or problem.projection is not None
     waypoints = tuple(Waypoint(x, y) for x, y in places.tolist())
     return FlightPlan(waypoints, coordinates="lonlat" if on_earth else "plane"), "plan"
+
+
+def _flight(plan: FlightPlan, aircraft: Aircraft | None, altitude: str | float | Altitude | None) -> FlightTime | None:
+    """Return the time of a flight; one altitude is that of a plan without altitudes, if it is above the ground."""
+    if aircraft is None:
+        return None
+    one = None if altitude is None else Altitude.of(altitude)
+    is_above_ground = one is not None and one.reference in {"AGL", "HOME"}
+    return flight_time(plan, aircraft=aircraft, altitude=one.metres if one is not None and is_above_ground else None)
 
 
 def _higher(plan: FlightPlan, flight: Altitude) -> tuple[str, ...]:

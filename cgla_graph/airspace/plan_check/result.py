@@ -10,6 +10,7 @@ import numpy as np
 from cgla_graph._display import Plottable
 from cgla_graph._text import counted, json_number
 from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph.airspace.endurance.flight_time import FlightTime
 from cgla_graph.airspace.flight_plans.crossings import Crossing, Crossings
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, first_remarks
 from cgla_graph.airspace.plan_check.bracket import Through
@@ -94,6 +95,8 @@ class PlanCheck(Plottable):
         Why there is no bracket.
     through
         Bound of the cost of every clean plan through the same waypoints; None without one.
+    flight
+        Time and energy of the flight; None if no aircraft was given.
     """
 
     file: str
@@ -106,6 +109,7 @@ class PlanCheck(Plottable):
     best: Certificate | None = field(default=None, repr=False)
     no_best: str = ""
     through: Through | None = None
+    flight: FlightTime | None = None
 
     @property
     def k(self) -> float:
@@ -195,8 +199,13 @@ class PlanCheck(Plottable):
 
     @property
     def is_clean(self) -> bool:
-        """Whether the plan has no fault, and it is known everywhere where it flies."""
-        return self.is_straight and not self.unknown
+        """Whether the plan has no fault, it is known everywhere where it flies, and a battery lasts."""
+        return self.is_straight and not self.unknown and not self._not_flyable
+
+    @property
+    def _not_flyable(self) -> list[str]:
+        """Why the aircraft cannot fly it, or whether it can is not known."""
+        return [] if self.flight is None else self.flight.faults
 
     @property
     def unknown(self) -> list[str]:
@@ -260,7 +269,7 @@ class PlanCheck(Plottable):
         )
         said = [f"{counted(n, thing)} {verbs[n != 1]} {rest}" for n, thing, verbs, rest in faults if n]
         said += [f"where it flies is not known: {why}" for why in first_remarks(self.plan.unknown, _MOST_UNKNOWN)]
-        said += self.on.unknown
+        said += [*self.on.unknown, *self._not_flyable]
         return [f"not clean: {words}" for words in said]
 
     def degrees(self, places: FloatArray) -> list[list[float]] | None:
@@ -314,6 +323,7 @@ class PlanCheck(Plottable):
             "best": best,
             "through": through_waypoints,
             "no_best": self.no_best,
+            **({} if self.flight is None else {"flight": self.flight.document()}),
             **({} if on.zones is None else {"zones": {on.name: on.zones.document()}}),
         }
 

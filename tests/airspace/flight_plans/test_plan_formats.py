@@ -97,7 +97,7 @@ def test_pymavlink_reads_what_is_written(tmp_path_factory: pytest.TempPathFactor
     assert home is not None
     first, *items = [loader.item(index) for index in range(loader.count())]
     assert (first.seq, first.x, first.y, first.z) == (0, home.y, home.x, home.altitude)
-    flown = [item for item in items if item.command != 178]
+    flown = [item for item in items if item.command not in {178, 93}]
     assert [(item.y, item.x, item.z) for item in flown] == [(one.x, one.y, one.altitude) for one in plan.waypoints]
     assert [FRAMES[item.frame] for item in flown] == [one.reference for one in plan.waypoints]
     assert [item.seq for item in items] == list(range(1, len(items) + 1))
@@ -189,7 +189,7 @@ def test_plan_files_are_as_documented() -> None:
     assert (items[0]["Altitude"], items[0]["AltitudeMode"], items[0]["AMSLAltAboveTerrain"]) == (80.0, 1, None)
     assert items[1]["params"] == [1.0, 12.0, -1.0, 0.0, 0.0, 0.0, 0.0]
     # once around, with a radius of 60 m
-    assert items[3]["params"][:3] == [1.0, 0.0, 60.0]
+    assert items[3]["params"][:3] == [2.0, 0.0, 60.0]
     assert (items[3]["AltitudeMode"], mission["globalPlanAltitudeMode"]) == (2, 0)
 
 

@@ -50,7 +50,7 @@ def test_a_path_is_written_to_be_flown(cgla: Call, tmp_path: Path) -> None:
         (["--export", "mine.kml", "--altitude=-600", "--above", "sea"], ("altitude", "at least -500 m")),
         (["--export", "mine.kml", "--speed", "0"], ("speed",)),
         (["--export", "mine.kml", "--above", "clouds"], ("--above", "clouds", "home")),
-        (["--speed", "12"], ("--speed", "--export")),
+        (["--altitude", "80"], ("--altitude", "--export")),
     ],
 )
 def test_wrong_options_are_refused_before_the_work(

@@ -109,6 +109,24 @@ def test_turns(flight: dict[str, float], cgla: Call) -> None:
     assert document["flyable"] == found.document(flight.get("speed"), power=flight.get("power"))
 
 
+def test_flight_times(cgla: Call) -> None:
+    scenario, words = opened("degrees")
+    numbers = {"speed": 20.0, "power": 300.0, "climb_rate": 3.0, "descent_rate": 2.0}
+    more = [word for name, value in numbers.items() for word in (f"--{name.replace('_', '-')}", value)]
+    altitude = {"battery": 9000, "altitude": 80}
+    more += [word for name, value in altitude.items() for word in (f"--{name}", value)]
+    document = cgla("plan", *words, *more, "--wind", "3,-4", *LOOSE, "--json").document()
+    found = cg.flight_time(cg.solve(scenario.problem, tolerance=0.05), **numbers, **altitude, wind=(3, -4))
+    assert document["flight"] == found.document()
+    assert found.within_battery is True
+    # a plan commands the speed over the ground
+    exported = cgla("plan", *words, *more, "--wind", "3,-4", *LOOSE, "--export", "mine.plan", "--json").document()
+    plan = cg.read_plan("mine.plan")
+    same = cg.flight_time(plan, **numbers, battery=9000, wind=(3, -4))
+    assert exported["flight"]["seconds"] == pytest.approx(same.seconds, rel=1e-4)
+    assert exported["flight"]["seconds"] > document["flight"]["seconds"]
+
+
 def test_a_graph(cgla: Call) -> None:
     roads: nx.Graph[str] = nx.Graph()
     roads.add_weighted_edges_from([("a", "b", 2.0), ("b", "c", 1.0), ("a", "c", 5.0)])

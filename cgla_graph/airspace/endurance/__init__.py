@@ -1,0 +1,1 @@
+"""Time and energy of a flight in the wind, and whether a battery lasts."""
