@@ -428,28 +428,6 @@ def project_on_map(area: BaseGeometry, box: Bounds, projection: LocalProjection)
     return project_area(joined_with(area, closings), projection)
 
 
-def closed_on_map(area: BaseGeometry, box: Bounds, projection: LocalProjection) -> BaseGeometry:
-    """
-    Return a projected area as `project_on_map` returns it; one that does not meet the border stays as it is.
-
-    Examples
-    --------
-    >>> box = (24.0, 60.0, 25.0, 61.0)
-    >>> projection = LocalProjection.centred_on(box)
-    >>> area = project_area(shapely.box(24.4, 60.5, 24.5, 60.9), projection)
-    >>> closed_on_map(area, box, projection) is area
-    True
-    """
-
-    def around_origin(metres: FloatArray) -> FloatArray:
-        degrees = projection.inverse(metres)
-        degrees[:, 0] += 360.0 * np.round((projection.longitude - degrees[:, 0]) / 360.0)
-        return degrees
-
-    degrees = shapely.transform(area, around_origin)
-    return project_on_map(degrees, box, projection) if _sides_met(degrees, box) else area
-
-
 def _sides_met(area: BaseGeometry, box: Bounds) -> list[Bounds]:
     """Return a map's bounds, degrees, turned to where an area meets its border."""
     west, south, east, north = box

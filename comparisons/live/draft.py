@@ -4,23 +4,20 @@ import dataclasses
 import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-import numpy as np
 import shapely
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import shown
-from cgla_graph._types import Bounds
+from cgla_graph.comparisons.live.areas import WrittenPlaces, as_flat
 from cgla_graph.comparisons.report.maps import MOST_SAMPLES, RISK_SAMPLES, map_document
 from cgla_graph.comparisons.study.options import MapOptions, open_one
-from cgla_graph.errors import ProblemError, ScenarioError
-from cgla_graph.model.earth import closed_on_map, project_area
-from cgla_graph.model.no_fly import overlay_errors
+from cgla_graph.errors import CglaError, ProblemError, ScenarioError
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.plots.risk_samples import risk_samples
 from cgla_graph.scenarios.map_tables import MapBuilder
@@ -111,8 +108,8 @@ class LiveMap:
         The table of its file; None where it came from no scenario file.
     file
         That file; None for maps that are shipped, or no scenario file.
-    box
-        The bounds of a map in degrees; None without a table.
+    places
+        The numbers of that file for places on the page.
     """
 
     scenario: Scenario
@@ -120,7 +117,7 @@ class LiveMap:
     fixed: BaseGeometry | None = None
     table: ScenarioTable | None = None
     file: Path | None = None
-    box: Bounds | None = None
+    places: WrittenPlaces = field(default_factory=WrittenPlaces)
 
     @classmethod
     def open(cls, spec: str) -> "LiveMap":
@@ -152,15 +149,13 @@ class LiveMap:
             table = None
         problem = scenario.problem
         areas: list[list[list[float]]] = []
-        fixed, box = problem.no_fly, None
+        fixed, places = problem.no_fly, WrittenPlaces()
         if table is not None:
             builder = MapBuilder(table, Path(spec).parent)
-            box = None if builder.projection is None else builder.box
-            rings = {f"no_fly.polygons.{number}": ring for number, ring in enumerate(table.no_fly.polygons)}
-            drawn = builder.shapes(rings, (), "")
             if builder.projection is not None:
-                drawn = [project_area(shape, builder.projection) for shape in drawn]
-            areas = [_corners(shape) for shape in drawn]
+                places = WrittenPlaces(builder.projection, builder.box)
+            places.lay([table.start, table.goal, *([one.x, one.y] for one in [*table.threats, *builder.drawn()])])
+            areas = [places.lay_ring(ring) for ring in table.no_fly.polygons]
             others = builder.projected_no_fly[len(table.no_fly.polygons) :]
             fixed = shapely.GeometryCollection(others) if others else None
         few = len(areas) <= MOST_AREAS and all(len(area) <= MOST_CORNERS for area in areas)
@@ -177,7 +172,7 @@ class LiveMap:
             threats=[DraftThreat(x=t.x, y=t.y, spread=t.spread, peak=t.peak) for t in problem.field.threats],
             areas=areas,
         )
-        return cls(scenario, first, fixed, table, Path(spec) if is_file else None, box)
+        return cls(scenario, first, fixed, table, Path(spec) if is_file else None, places)
 
     def drawn(self, draft: Draft) -> Scenario:
         """
@@ -189,10 +184,12 @@ class LiveMap:
             If no path can be planned on it, for example with a start inside a no-fly area.
         """
         before = self.scenario.problem
-        threats = [Threat(one.x, one.y, spread=one.spread, peak=one.peak) for one in draft.threats]
+        places = [draft.start, draft.goal, *([one.x, one.y] for one in draft.threats)]
+        (x, y), (goal_x, goal_y), *centres = self.places.moved(places).tolist()
+        laid = zip(centres, draft.threats, strict=True)
+        threats = [Threat(at[0], at[1], spread=one.spread, peak=one.peak) for at, one in laid]
         with unwarned():
             field = RiskField(threats, rasters=before.field.rasters, improper=not before.field.is_proper)
-            (x, y), (goal_x, goal_y) = draft.start, draft.goal
             no_fly = self._no_fly(draft.areas)
             try:
                 problem = dataclasses.replace(
@@ -202,25 +199,40 @@ class LiveMap:
                 raise ProblemError(self._named(str(error), draft)) from error
         return dataclasses.replace(self.scenario, problem=problem)
 
+    def seen(self, draft: Draft) -> dict[str, Any]:
+        """Return what the areas of a draft close, as the page draws it: outlines or None each; and notes on them."""
+        outlines: list[list[list[float]] | None] = []
+        notes = []
+        for number, area in enumerate(draft.areas, start=1):
+            try:
+                closed = self.places.closed(area, area_name(number))
+            except CglaError:
+                outlines.append(None)
+                continue
+            outlines.append(None if closed.outline is None else [as_flat(ring) for ring in closed.outline])
+            notes += [closed.note] if closed.note else []
+        return {"areas": outlines, "notes": notes}
+
     def _named(self, message: str, draft: Draft) -> str:
-        """Add the name and the file of an area of the map that start or goal is inside of, if it has any."""
+        """Add the name and the file of the area that start or goal is inside of, if it has any."""
+        if "is inside the no-fly area;" not in message:
+            return message
         place = shapely.Point(draft.start if message.startswith("start") else draft.goal)
+        for number, area in enumerate(draft.areas, start=1):
+            if shapely.contains_properly(self.places.closed(area, area_name(number)).shape, place):
+                return message.replace("no-fly area;", f"{area_name(number)};")
         zones = self.scenario.zones
         files = {} if zones is None else {record.label: record.file for record in zones.records}
         inside = (name for name, shape in self.scenario.areas if shapely.contains_properly(shape, place))
         name = next(inside, None)
-        if name is None or "is inside the no-fly area;" not in message:
+        if name is None:
             return message
         of = f" of {Path(files[name]).name}" if name in files else ""
         return message.replace("no-fly area;", f"no-fly area {shown(name)}{of};")
 
     def _no_fly(self, areas: Iterable[Area]) -> BaseGeometry | None:
         """Unite fixed areas and areas of a draft."""
-        projection, box = self.scenario.problem.projection, self.box
-        drawn = list(polygons(areas))
-        if projection is not None and box is not None:
-            drawn = [closed_on_map(shape, box, projection) for shape in drawn]
-        every = [*drawn, *([] if self.fixed is None else [self.fixed])]
+        every = [*polygons(areas, self.places), *([] if self.fixed is None else [self.fixed])]
         return shapely.GeometryCollection(every) if every else None
 
     @cached_property
@@ -247,31 +259,34 @@ class LiveMap:
         }
 
 
-def _corners(shape: BaseGeometry) -> list[list[float]]:
-    """Return the corners of a polygon without repetition."""
-    found: list[list[float]] = shapely.get_coordinates(shapely.get_exterior_ring(shape))[:-1].tolist()
-    return found
-
-
-def polygons(areas: Iterable[Area]) -> list[BaseGeometry]:
+def polygons(areas: Iterable[Area], places: WrittenPlaces | None = None) -> list[BaseGeometry]:
     """
-    Return areas as valid polygons: a ring that crosses itself becomes the enclosed area, one without width is dropped.
+    Return what areas of a draft close, map units: each all that it encloses.
+
+    Raises
+    ------
+    CglaError
+        If an area encloses nothing, or no file can have it; the message names it.
 
     Examples
     --------
-    >>> [shape.area for shape in polygons([[[0, 0], [1, 1], [1, 0], [0, 1]], [[0, 0], [1, 1], [2, 2]]])]
-    [0.25, 0.25]
+    >>> [shape.area for shape in polygons([[[0, 0], [1, 1], [1, 0], [0, 1]], [[0, 0], [1, 0], [1, 1]]])]
+    [0.5, 0.5]
     """
-    with overlay_errors():
-        return [one for area in areas for one in _polygons_in(shapely.make_valid(shapely.Polygon(area)))]
+    laid = places or WrittenPlaces()
+    return [laid.closed(area, area_name(number)).shape for number, area in enumerate(areas, start=1)]
 
 
-def _polygons_in(shape: BaseGeometry) -> Iterator[BaseGeometry]:
-    if shape.geom_type == "Polygon":
-        yield from [shape] if shape.area > 0.0 else []
-    elif hasattr(shape, "geoms"):
-        for part in shape.geoms:
-            yield from _polygons_in(part)
+def area_name(number: int) -> str:
+    """
+    Return what the page calls an area, counted from 1.
+
+    Examples
+    --------
+    >>> area_name(2)
+    'no-fly area 2'
+    """
+    return f"no-fly area {number}"
 
 
 @contextmanager
@@ -280,9 +295,3 @@ def unwarned() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
-
-
-def flat(points: np.ndarray[Any, np.dtype[np.float64]]) -> list[float]:
-    """Return points as x, y, x, y, …."""
-    found: list[float] = np.asarray(points, dtype=np.float64).ravel().tolist()
-    return found

@@ -10,7 +10,8 @@ from cgla_graph._text import json_number
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph.certificate.certificate import LEAST_SHRINK, Grid, load_kernels, prove, rounding
 from cgla_graph.certificate.subsolution import Level, first_grid
-from cgla_graph.comparisons.live.draft import Draft, LiveMap, flat, unwarned
+from cgla_graph.comparisons.live.areas import as_flat
+from cgla_graph.comparisons.live.draft import Draft, LiveMap, unwarned
 from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import reason
@@ -169,7 +170,7 @@ class Planner:
             self._effort = min(self._effort + 1, len(FULL) - 1)
         elif full and seconds < SHORT:
             self._effort = max(self._effort - 1, 0)
-        return {**answer, "seconds": seconds, "full": full}
+        return {**answer, **self.live.seen(draft), "seconds": seconds, "full": full}
 
     def solver(self, draft: Draft, entrant: Entrant) -> dict[str, Any]:
         """Return the path of a fast solver."""
@@ -197,7 +198,7 @@ def nothing(error: str) -> dict[str, Any]:
 
 def _with_path(path: FloatArray, found: Solution | Evaluation) -> dict[str, Any]:
     numbers = {name: json_number(getattr(found, name)) for name in ("cost", "length", "risk", "clearance")}
-    return {**nothing(""), "error": None, "path": flat(path), **numbers}
+    return {**nothing(""), "error": None, "path": as_flat(path), **numbers}
 
 
 def _planned(scenario: Scenario, effort: Effort | None) -> dict[str, Any]:
@@ -244,7 +245,7 @@ def _tube(problem: Problem, last: tuple[int, int], runs: WholeArray) -> list[flo
     corners[:, 2:] -= corners[:, :2]
     # as precise as a picture shows them
     digits = 5 - math.ceil(math.log10(float((high - low).max())))
-    return flat(corners.round(digits))
+    return as_flat(corners.round(digits))
 
 
 def solved(scenario: Scenario, solution: Solution) -> dict[str, Any]:

@@ -1,16 +1,13 @@
 """Save a draft as TOML without overwriting other files."""
 
 import re
-from collections.abc import Iterable
 from pathlib import Path
-
-import numpy as np
-import shapely
 
 from cgla_graph._text import shown
 from cgla_graph.comparisons.files import write_text
-from cgla_graph.comparisons.live.draft import Draft, LiveMap, polygons, unwarned
+from cgla_graph.comparisons.live.draft import Draft, LiveMap, area_name, unwarned
 from cgla_graph.errors import OutputError
+from cgla_graph.scenarios.lonlat_box import bounds_of
 from cgla_graph.scenarios.map_tables import MapBuilder
 from cgla_graph.scenarios.scenario import ScenarioTable, scenario_from_toml
 from cgla_graph.scenarios.toml_text import toml_text
@@ -18,8 +15,6 @@ from cgla_graph.scenarios.writing import write_scenario
 
 #: Names of files that may be written: no folders, nothing hidden.
 NAME = re.compile(r"[\w][\w .+-]{0,99}\.toml")
-#: Digits behind the point of degrees: a centimetre.
-_DEGREES = 7
 
 
 def default_file(live: LiveMap) -> Path:
@@ -87,25 +82,20 @@ def draft_toml(live: LiveMap, table: ScenarioTable, draft: Draft) -> str:
     >>> scenario_from_toml(text, "again").problem.field == live.scenario.problem.field
     True
     """
-    projection = live.scenario.projection if table.coordinates == "lonlat" else None
-
-    def places(points: Iterable[Iterable[float]]) -> list[list[float]]:
-        array = np.array(list(points), dtype=np.float64).reshape(-1, 2)
-        found: list[list[float]] = (array if projection is None else projection.inverse(array).round(_DEGREES)).tolist()
-        return found
-
     kept = table.model_dump(exclude_unset=True)
     kept.pop("random_threats", None)
-    if projection is not None:
+    if live.places.projection is not None and table.bounds is None:
         # bounds derived from the draft would move with it
-        kept["bounds"] = list(MapBuilder(table, Path() if live.file is None else live.file.parent).box)
-    start, goal = places([draft.start, draft.goal])
-    centres = places([[one.x, one.y] for one in draft.threats])
+        folder = Path() if live.file is None else live.file.parent
+        kept["bounds"] = list(bounds_of(MapBuilder(table, folder).box))
+    start, goal = live.places.written([draft.start, draft.goal])
+    centres = live.places.written([[one.x, one.y] for one in draft.threats])
     threats = [
         {"x": x, "y": y, "spread": one.spread, "peak": one.peak}
         for (x, y), one in zip(centres, draft.threats, strict=True)
     ]
-    rings = [places(shapely.get_coordinates(shapely.get_exterior_ring(one))[:-1]) for one in polygons(draft.areas)]
+    closed = (live.places.closed(area, area_name(number)) for number, area in enumerate(draft.areas, start=1))
+    rings = [ring for one in closed for ring in one.rings]
     no_fly = {**kept.pop("no_fly", {}), "polygons": rings}
     if not rings:
         no_fly.pop("polygons")

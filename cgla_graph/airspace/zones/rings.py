@@ -74,11 +74,11 @@ def polygon_of(rings: list[FloatArray], where: str) -> tuple[AreaShape, str]:
         kept, shut, found = _sorted_holes(outline, holes, where)
         parts, remarks = [Polygon(borders[0], kept)], [*remarks, *found]
     else:
-        parts, shut = [part for border in borders for part in _enclosed(border, where)], holes
+        parts, shut = [part for border in borders for part in enclosed_parts(border, where)], holes
         remarks = remarks if len(borders) > 1 else [*remarks, CROSSES]
     if not parts:
         fault(where, "its outline encloses nothing", "give a ring with an inside")
-    whole = shapely.union_all([*parts, *(part for hole in (*shut, *unclear) for part in _enclosed(hole, where))])
+    whole = shapely.union_all([*parts, *(part for hole in (*shut, *unclear) for part in enclosed_parts(hole, where))])
     assert isinstance(whole, Polygon | MultiPolygon)  # noqa: S101 - a union of polygons with an inside
     return whole, "; ".join(remarks)
 
@@ -224,7 +224,8 @@ def _sorted_holes(
     shapely.prepare(outline)
     # (a ring that crosses itself may have the area 0)
     full = np.array(
-        [one.area > 0.0 or bool(_enclosed(hole, where)) for one, hole in zip(shapes, holes, strict=True)], dtype=bool
+        [one.area > 0.0 or bool(enclosed_parts(hole, where)) for one, hole in zip(shapes, holes, strict=True)],
+        dtype=bool,
     )
     inside = np.asarray(shapely.covers(outline, shapes)) & full
     kept = inside & shapely.is_valid(shapes)
@@ -260,8 +261,28 @@ def _overlapping(shapes: ObjectArray, among: BoolArray) -> BoolArray:
     return found
 
 
-def _enclosed(ring: FloatArray, where: str) -> list[Polygon]:
-    """Return all that a ring encloses, in parts; none if it encloses nothing."""
+def enclosed_parts(ring: FloatArray, where: str) -> list[Polygon]:
+    """
+    Return all that a ring encloses, in parts; none if it encloses nothing.
+
+    Parameters
+    ----------
+    ring
+        Its corners, the last one equal to the first, shape ``(n, 2)``, in any units.
+    where
+        Name of the ring in errors.
+
+    Raises
+    ------
+    FileFormatError
+        If it crosses itself too often.
+
+    Examples
+    --------
+    >>> star = np.array([[0, 3], [2, -3], [-3, 1], [3, 1], [-2, -3], [0, 3]])
+    >>> [round(sum(part.area for part in enclosed_parts(star, "a star")), 2), len(enclosed_parts(star, "a star"))]
+    [12.24, 6]
+    """
     polygon = Polygon(ring)
     if polygon.is_valid:
         return [polygon] if polygon.area > 0.0 else []
