@@ -9,21 +9,24 @@ from typing import Annotated, Any, Literal, cast
 
 import numpy as np
 import shapely
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
 from cgla_graph.airspace.zones.account import ZoneAccount, ZoneRecord
 from cgla_graph.airspace.zones.applying import Applied
+from cgla_graph.airspace.zones.columns import Columns
 from cgla_graph.airspace.zones.ground import read_ground
 from cgla_graph.airspace.zones.heights import Altitude
 from cgla_graph.airspace.zones.reading import is_geojson, read_zones
 from cgla_graph.airspace.zones.rings import directed_rings
 from cgla_graph.airspace.zones.shapes import AreaShape, with_fewer_corners
 from cgla_graph.airspace.zones.zone import GROUND, UNLIMITED, Limits
+from cgla_graph.errors import FileFormatError
 from cgla_graph.model.earth import LocalProjection, project_on_map, projected_bounds, require_degrees
 from cgla_graph.model.no_fly import require_valid
+from cgla_graph.scenarios.table_faults import faults
 
 #: Margin around a map in which zones count, relative to its longer side; latitude above which every meridian may be
 #: near.
@@ -79,6 +82,9 @@ class NoFlyTable(Table):
     lines: Literal["closed", "open"] = Field(
         default="open", description="whether what closed lines in files of zones enclose is closed"
     )
+    vertical_clearance: float = Field(
+        default=0.0, ge=0, description="metres by which floors and ceilings of zones are widened"
+    )
     ground: str | None = Field(
         default=None,
         description="path of a raster of elevations (lon/lat), which compares heights above ground and sea",
@@ -131,7 +137,14 @@ def applied_zones(table: NoFlyTable, folder: Path) -> Applied:
     """
     ground = None if table.ground is None else read_ground(folder / table.ground)
     zones = read_zones([folder / name for name in table.zones])
-    return zones.apply(altitude=table.altitude, at=table.at, treat=table.treat, ground=ground, lines=table.lines)
+    return zones.apply(
+        altitude=table.altitude,
+        at=table.at,
+        treat=table.treat,
+        ground=ground,
+        lines=table.lines,
+        vertical_clearance=table.vertical_clearance,
+    )
 
 
 def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping[str, object]) -> NoFlyTable:
@@ -150,14 +163,19 @@ def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping
     Raises
     ------
     FileFormatError
-        If a file cannot be read.
+        If a file cannot be read, or a setting is not valid.
     """
     paths = [str(Path(file).absolute()) for file in files]
+    kept = table.model_dump(exclude_unset=True)
     # (missing files and invalid names are reported when they are read)
     if not table.zones and all(not os.path.isfile(path) or is_geojson(path) for path in paths):  # noqa: PTH113
-        return table.model_copy(update={"geojson": [*table.geojson, *paths]})
-    moved = {"geojson": [], "zones": [*table.geojson, *table.zones, *paths]} if paths else {}
-    return NoFlyTable.model_validate({**table.model_dump(exclude_unset=True), **moved, **settings})
+        changes = {"geojson": [*table.geojson, *paths]}
+    else:
+        changes = {"geojson": [], "zones": [*table.geojson, *table.zones, *paths]} if paths else {}
+    try:
+        return NoFlyTable.model_validate({**kept, **changes, **settings})
+    except ValidationError as error:
+        raise FileFormatError(faults(error, NoFlyTable)) from error
 
 
 def area_record(name: str, identifier: str = "", kind: str = "", file: str = "") -> ZoneRecord:
@@ -187,11 +205,14 @@ class MapZones:
         The closed zones, metres; one of very many corners is replaced by an area of fewer corners that contains it.
     beyond
         How far each of these replacements reaches beyond its zone, metres.
+    columns
+        The layers that count only where a flight takes off or lands; None at all heights.
     """
 
     applied: Applied
     areas: Sequence[BaseGeometry]
     beyond: Sequence[float]
+    columns: Columns | None = None
 
     @classmethod
     def of(
@@ -231,7 +252,7 @@ class MapZones:
                     area = fewer
                     found.append(beyond)
                 areas.append(area)
-        return cls(applied, areas, found)
+        return cls(applied, areas, found, applied.columns(projection))
 
     def account(self) -> ZoneAccount:
         """Return the account of each zone, and the simplifications made."""

@@ -323,7 +323,9 @@ def _zones_scenario(
         if not closed:
             msg = f"{path}: none of its {count} zones is closed; give --start and --goal"
             raise ScenarioError(msg)
-        box = box or bounds_of(box_around(shapely.get_coordinates(closed)))
+        # (no end is inside a zone, not even one that counts only where a flight takes off or lands)
+        low = [layer.area for one in applied.verdicts for layer in one.low]
+        box = box or bounds_of(box_around(shapely.get_coordinates([*closed, *low])))
         start, goal = start or (box[0], box[1]), goal or (box[2], box[3])
     return _crossed(files, f"{count} zone{'s' * (count != 1)}", start, goal, box, clearance, no_fly)
 

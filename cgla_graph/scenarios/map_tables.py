@@ -351,6 +351,26 @@ class MapBuilder:
                     f"{clearance:g}{unit}; move it, or lower the clearance"
                 )
                 raise ProblemError(msg)
+        self.require_column(name, (here.x, here.y), clearance, pair)
+
+    def require_column(self, name: str, place: Point, clearance: float, written: Point | None = None) -> None:
+        """
+        Check that a flight can take off or land at a place, in map units and as `written`, through all zones below it.
+
+        Raises
+        ------
+        ProblemError
+            If it cannot; the message names the zone and its layer.
+        """
+        columns = None if self.zones is None else self.zones.columns
+        if columns is None:
+            return
+        if wrong := columns.fault(name, place, clearance, written=written, closed=self._closed):
+            raise ProblemError(wrong)
+
+    @cached_property
+    def _closed(self) -> BaseGeometry | None:
+        return self.no_fly()
 
     @property
     def _rounding(self) -> float:

@@ -166,7 +166,9 @@ class MissionBuilder:
         if self.table.random_uavs is not None:
             ends = [(uav["start"], uav["goal"]) for uav in every]
             safe = self.defaults.get("safe_distance", 0.5 * self.defaults.get("detection_radius", 0.0))
-            drawn = self.table.random_uavs.build(world, ends, safe, self.clearance)
+            zones = self.ground.zones
+            columns = None if zones is None else zones.columns
+            drawn = self.table.random_uavs.build(world, ends, safe, self.clearance, columns)
             every += [{**self.defaults, "name": name, "start": start, "goal": goal} for name, start, goal in drawn]
         if not every:
             msg = "a mission needs at least one UAV; add [[uavs]] with name, start and goal, or [random_uavs]"
@@ -177,7 +179,7 @@ class MissionBuilder:
         """Return the variants, each with its own UAVs; a file without any has one, named ``""``."""
         uavs = self.uavs(world)
         if not self.table.variants:
-            return {"": _variant(uavs, {}, self.common)}
+            return {"": self._variant(uavs, {}, self.common)}
         variants: dict[str, Variant] = {}
         for number, entry in enumerate(self.table.variants):
             if entry.name in variants:
@@ -185,8 +187,16 @@ class MissionBuilder:
                 msg = f"variants.{number}.name: two variants are called {name}; give each a name of its own"
                 raise ValueError(msg)
             with error_context(f"variant {shown(entry.name)}"):
-                variants[entry.name] = _variant(uavs, entry.given(), {**self.common, **entry.chosen()})
+                variants[entry.name] = self._variant(uavs, entry.given(), {**self.common, **entry.chosen()})
         return variants
+
+    def _variant(self, uavs: list[dict[str, Any]], overrides: dict[str, Any], chosen: dict[str, Any]) -> Variant:
+        """Return a variant; its UAVs take off and land outside of zones at the clearance of the variant."""
+        ground, clearance = self.ground, chosen.get("clearance", 0.0)
+        for uav in uavs:
+            for end in ("start", "goal"):
+                ground.require_column(f"UAV {uav['name']}: {end}", uav[end], clearance)
+        return _variant(uavs, overrides, chosen)
 
     def lattice(self) -> Lattice:
         """Return the lattice: the file's own, even on the map of a scenario."""

@@ -9,6 +9,7 @@ import shapely
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from cgla_graph._types import Point
+from cgla_graph.airspace.zones.columns import Columns
 from cgla_graph.fusion.fusion import Fusion, Integral
 from cgla_graph.mission.rules import Avoidance, Exclude, KnowledgeRule, Meeting, Movement, Replan, Start, Update
 from cgla_graph.mission.uav import COLOUR
@@ -75,12 +76,18 @@ class RandomUavsTable(Table):
     prefix: Line = Field("u", min_length=1, description="names are the prefix and a number")
 
     def build(
-        self, world: World, ends: Iterable[tuple[Point, Point]], safe_distance: float, clearance: float
+        self,
+        world: World,
+        ends: Iterable[tuple[Point, Point]],
+        safe_distance: float,
+        clearance: float,
+        columns: Columns | None = None,
     ) -> list[tuple[str, Point, Point]]:
         """
         Draw names, starts and goals: clear of threats, `clearance` away from all areas, apart from each other.
 
-        They also stay apart from `ends`, the starts and goals of other UAVs: by `apart`, or else by `safe_distance`.
+        Zones below the flight, in `columns`, count as areas, because it takes off and lands there. The places also stay
+        apart from `ends`, the starts and goals of other UAVs: by `apart`, or else by `safe_distance`.
         """
         stream = Stream(self.seed)
         apart = safe_distance if self.apart is None else self.apart
@@ -96,6 +103,7 @@ class RandomUavsTable(Table):
                 all(dist(spot, centre) >= self.clear for centre in centres)
                 and all(dist(spot, other) >= apart for other in others)
                 and (closed is None or not bool(shapely.intersects_xy(closed, *spot)))
+                and (columns is None or not columns.met(spot, clearance, closed=world.no_fly))
             )
 
         taken, misses = list(ends), 0

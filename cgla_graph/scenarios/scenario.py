@@ -14,6 +14,7 @@ from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import file_path, four_numbers, instance, items, non_negative_number, point
 from cgla_graph.airspace.zones.account import ZoneAccount, ZoneRecord
+from cgla_graph.airspace.zones.columns import Columns
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
@@ -53,6 +54,14 @@ class Scenario(ShortRepr):
         Names and shapes of the no-fly areas that have a name in their file, map units; pictures show the names.
     area_records
         Records of the no-fly areas that are no zones, for lists: file, identifier, name, kind, state and reason.
+    columns
+        Layers of zones below the altitude of the flight, which count where it takes off and lands; None without any
+        zones, or where these count at all heights.
+
+    Raises
+    ------
+    ScenarioError
+        If the flight takes off or lands inside of a zone below it, or nearer to one than the clearance.
 
     Examples
     --------
@@ -70,11 +79,16 @@ class Scenario(ShortRepr):
     areas: Sequence[tuple[str, BaseGeometry]] = field(default=(), repr=False)
     zones: ZoneAccount | None = field(default=None, repr=False)
     area_records: Sequence[ZoneRecord] = field(default=(), repr=False)
+    columns: Columns | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        """Keep the areas as they are."""
+        """Keep the areas as they are, and check that the flight takes off and lands outside of zones below it."""
         object.__setattr__(self, "areas", tuple(self.areas))
         object.__setattr__(self, "area_records", tuple(self.area_records))
+        problem, columns = self.problem, self.columns
+        for name, end in (("start", problem.start), ("goal", problem.goal)):
+            if columns and (wrong := columns.fault(name, end, problem.clearance, closed=problem.no_fly)):
+                raise ScenarioError(wrong)
 
     @property
     def full_title(self) -> str:
@@ -317,4 +331,5 @@ def scenario_of(
         areas=builder.named_areas,
         zones=None if builder.zones is None else builder.zones.account(),
         area_records=builder.area_records,
+        columns=None if builder.zones is None else builder.zones.columns,
     )

@@ -49,7 +49,8 @@ def print_checked(checked: PlanCheck) -> None:
         "risk": figure(checked.risk, _DIGITS),
         "cost": figure(checked.cost, 9) + unit,
         "clearance": (_far(checked, clearance) + unit if math.isfinite(clearance) else "no area")
-        + (f", required: at least {asked:g}{unit}" if asked > 0.0 else ""),
+        + (f", required: at least {asked:g}{unit}" if asked > 0.0 else "")
+        + (f" ({on.rule})" if on.rule else ""),
         "flat map": distortion_note(on.problem.projection, [on.route]),
         "geodesic": _geodesic_line(checked),
         **({} if checked.flight is None else checked.flight.lines(" m/s" if _unit(checked) else " a second")),
@@ -159,7 +160,7 @@ def _best_line(checked: PlanCheck) -> str:
     if not proof.lower_bound >= 0.0:
         return f"not known: {proof.message}"
     ends = "between its ends within the bounds" if checked.on.has_bounds else "between its ends"
-    ends += " and at its heights" if checked.on.heights is not None else ""
+    ends += " and at its heights" if checked.on.has_own_heights else ""
     bound = f"no clean plan {ends} costs less than {rounded_down(proof.lower_bound, 9)}{unit}"
     least = proof.upper_bound
     if not checked.is_straight:
@@ -180,7 +181,7 @@ def _through_line(checked: PlanCheck) -> str:
         return ""
     if found.message:
         return f"not known: {found.message}"
-    high = " at its heights" if checked.on.heights is not None else ""
+    high = " at its heights" if checked.on.has_own_heights else ""
     words = f"no clean plan through its waypoints{high} costs less than {rounded_down(found.lower_bound, 9)}{unit}"
     if checked.is_straight:
         words += f": this one costs at most {at_most(checked.most_through)} more"

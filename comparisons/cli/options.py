@@ -126,6 +126,10 @@ class ZoneOptions:
         Text,
         option("--lines closed|open", "of zones: closed to close the insides of closed lines (default: open)"),
     ] = None
+    vertical_clearance: Annotated[
+        Number,
+        option("--vertical-clearance M", "of zones: metres by which floors and ceilings are widened (default: 0)"),
+    ] = None
     zones_list: Annotated[
         Path | None,
         option("--zones-list FILE", "write the state of each zone and no-fly area, and its reason: .csv or .json"),
@@ -167,6 +171,7 @@ class ZoneOptions:
             "treat": treated or None,
             "ground": None if self.ground is None else str(self.ground.absolute()),
             "lines": self.lines,
+            "vertical_clearance": self.vertical_clearance,
         }
 
     def may_count(self, spec: str, maps: MapOptions) -> bool:

@@ -232,6 +232,7 @@ def _print(run: "Run", more: Mapping[str, str]) -> None:
     clearance = "no no-fly area" if scenario.problem.no_fly is None else figure(solution.clearance, 6) + unit
     if scenario.problem.clearance > 0.0:
         clearance += f", required: at least {scenario.problem.clearance:g}{unit}"
+    clearance += "" if scenario.zones is None else f" ({scenario.zones.rule})"
     lines = {
         "scenario": scenario.full_title,
         "solver": run.solver,

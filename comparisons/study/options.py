@@ -154,8 +154,8 @@ class MapOptions:
     no_fly
         Files of more no-fly areas: GeoJSON, or zones.
     zones
-        Settings of zones from ``--altitude`` (with ``--above``), ``--at``, ``--treat``, ``--ground`` and ``--lines``;
-        None where an option was left out.
+        Settings of zones from ``--altitude`` (with ``--above``), ``--at``, ``--treat``, ``--ground``, ``--lines`` and
+        ``--vertical-clearance``; None where an option was left out.
     takes_k
         Whether the command has ``--k``, for messages.
     raster
@@ -228,9 +228,14 @@ class MapOptions:
         ):
             check_settings(scenario)
             # `--altitude` may also belong to an exported plan
-            of_zones = [name for name in zones if name != "altitude"]
+            # (areas without heights are closed at all of them, and so with any vertical clearance)
+            has_areas = scenario.problem.no_fly is not None
+            of_zones = [
+                name for name in zones if name != "altitude" and (name != "vertical_clearance" or not has_areas)
+            ]
             if of_zones and scenario.zones is None:
-                msg = f"{spec} has no zones: leave out --{of_zones[0]}, or name their files (--no-fly FILE)"
+                option = of_zones[0].replace("_", "-")
+                msg = f"{spec} has no zones: leave out --{option}, or name their files (--no-fly FILE)"
                 raise CglaError(msg)
             if self.resolution is None:
                 yield scenario

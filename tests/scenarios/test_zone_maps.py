@@ -11,10 +11,11 @@ from strategies import few
 from zone_files import circle, data_of, ed269, ed318, geojson, kml, kmz, volume
 
 from cgla_graph.airspace.zones.shapes import circle_of
-from cgla_graph.errors import ScenarioError
+from cgla_graph.errors import MissionError, ScenarioError
 from cgla_graph.model.earth import geodesic_length, project_area
 from cgla_graph.scenarios.area_tables import NoFlyTable, with_files
 from cgla_graph.scenarios.loading import open_scenarios
+from cgla_graph.scenarios.mission_file import mission_from_toml
 from cgla_graph.scenarios.scenario import Scenario, load_scenario
 from cgla_graph.solvers.solving import solve
 
@@ -172,3 +173,75 @@ def test_zones_on_the_map_are_closed(
     # (within a metre of edges that bend)
     assert difference.area <= 2.0 * (whole.length + 1.0)
     json.dumps(scenario.zones.document() if scenario.zones else {}, allow_nan=False)
+
+
+LOW = ed269(volume(upperLimit=50))
+MISSION = """
+coordinates = "lonlat"
+bounds = [5.8, 48.9, 6.5, 49.3]
+detection_radius = 9000
+step = 900
+[no_fly]
+zones = ["zones.json"]
+altitude = 80
+"""
+
+
+def test_a_flight_takes_off_and_lands_outside_of_zones_below_it(tmp_path: Path) -> None:
+    """At the start and the goal, zones count from the ground to the altitude of the flight: by any way to a map."""
+    path = written(tmp_path / "zones.json", LOW)
+    inside, at = (6.02, 49.1), {"altitude": 80}
+    for ends, way in ({"start": inside}, "take-off"), ({"goal": inside}, "landing"):
+        ((name, _),) = ends.items()
+        said = rf"{name} \(6\.02, 49\.1\): {way} between the ground and 80 m AGL goes through .*'A-1 \(Castle\)'"
+        for spec in (path, toml(tmp_path, 'zones = ["zones.json"]')):
+            with pytest.raises(ScenarioError, match=rf"{said} of zones\.json, 0 m AGL to 50 m AGL; move it"):
+                only(spec, zones=at, **ends)
+            # above the ceiling by less than the vertical clearance, it is closed at the altitude of the flight
+            with pytest.raises(ScenarioError, match="inside the no-fly area"):
+                only(spec, zones={**at, "vertical_clearance": 30}, **ends)
+            assert only(spec, zones={**at, "treat": {"PROHIBITED": "open"}}, **ends).zones is not None
+        near = {**ends, name: (5.99, 49.1)}
+        assert only(path, zones=at, clearance=700, **near).columns is not None
+        with pytest.raises(ScenarioError, match=r"is 73\d\.\d+ m from .*, and the clearance is 800 m"):
+            only(path, zones=at, clearance=800, **near)
+    # the flight crosses it, and the account says where zones count
+    over = only(path, zones=at)
+    assert over.problem.no_fly is None or over.problem.no_fly.is_empty
+    assert over.zones is not None
+    assert over.zones.rule == (
+        "horizontal, from zones closed at 80 m AGL, and from the ground up to it at take-off and landing; "
+        "vertical clearance 0 m"
+    )
+    wide = toml(tmp_path, 'zones = ["zones.json"]', "altitude = 80", "vertical_clearance = 30")
+    assert only(wide).zones.document()["vertical_clearance"] == 30.0  # type: ignore[union-attr]
+    with pytest.raises(ScenarioError, match="vertical_clearance"):
+        only(toml(tmp_path, 'zones = ["zones.json"]', "vertical_clearance = -1"))
+    with pytest.raises(ScenarioError, match="altitude is -5 m above ground"):
+        only(path, zones={"altitude": -5})
+    # the ends of a map without any are outside
+    low = written(tmp_path / "two.json", {"features": [*LOW["features"], *ed269(volume(lowerLimit=60))["features"]]})
+    (scenario,) = open_scenarios(str(low), zones=at)
+    assert scenario.columns is not None
+    assert len(scenario.columns.low) == 1
+
+
+def test_uavs_take_off_and_land_outside_of_zones_below_them(tmp_path: Path) -> None:
+    written(tmp_path / "zones.json", LOW)
+    uav = '[[uavs]]\nname = "a"\nstart = [{}, 49.1]\ngoal = [6.4, 49.1]\n'
+    random = "[random_uavs]\ncount = 40\nseed = 1\napart = 0\n"
+    with pytest.raises(MissionError, match=r"UAV a: start \(6\.02, 49\.1\): take-off between the ground and 80 m AGL"):
+        mission_from_toml(MISSION + uav.format(6.02), "mine", folder=tmp_path)
+    near = MISSION + uav.format(5.99)
+    assert mission_from_toml(near, "mine", folder=tmp_path, clearance=700).variants
+    with pytest.raises(MissionError, match="the clearance is 800 m"):
+        mission_from_toml(near, "mine", folder=tmp_path, clearance=800)
+    high, low = (
+        mission_from_toml(MISSION.replace("80", str(altitude)) + random, "mine", folder=tmp_path)
+        for altitude in (80, 40)
+    )
+    castle = project_area(shapely.box(6.0, 49.0, 6.2, 49.2), high.projection)  # type: ignore[arg-type]
+    hole = project_area(shapely.Polygon([(6.05, 49.05), (6.15, 49.05), (6.15, 49.15)]), high.projection)  # type: ignore[arg-type]
+    for mission in (high, low):
+        ends = [end for one in mission.variants[""].uavs for end in (one.start, one.goal)]
+        assert not any(castle.difference(hole).contains(shapely.Point(end)) for end in ends)

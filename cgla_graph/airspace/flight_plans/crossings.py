@@ -63,6 +63,26 @@ class Crossing:
     is_beside: bool = False
 
 
+@dataclass(frozen=True)
+class Column:
+    """
+    A place where the aircraft climbs or descends vertically, as where it takes off and lands.
+
+    Attributes
+    ----------
+    place
+        Number of the place of the route.
+    area
+        Number of the nearest area at the heights there.
+    distance
+        Its distance, map units.
+    """
+
+    place: int
+    area: int
+    distance: float
+
+
 @dataclass(frozen=True, eq=False)
 class Crossings:
     """
@@ -84,6 +104,9 @@ class Crossings:
         Least distance of each leg to an area, shape ``(n_legs,)``, map units: 0 where it crosses or touches one,
         infinite without areas. That of a leg that passes a waypoint at a distance is that of all that may be flown
         through.
+    columns
+        Places where the aircraft climbs or descends vertically, with their distances to areas at the heights there;
+        empty without any heights.
     """
 
     found: tuple[Crossing, ...]
@@ -92,6 +115,7 @@ class Crossings:
     cut: IntArray
     rounded: IntArray
     clearances: FloatArray
+    columns: tuple[Column, ...] = ()
 
 
 def crossings_of(
@@ -103,6 +127,7 @@ def crossings_of(
     reaches: Sequence[float] = (),
     cuts: Sequence[float] = (),
     heights: HeightOverlap | None = None,
+    required: float = 0.0,
 ) -> Crossings:
     """
     Find where the legs of a route cross areas.
@@ -124,6 +149,8 @@ def crossings_of(
         corners that are not cut.)
     heights
         The parts of the legs at the height of each area, where alone the area counts; None if areas count everywhere.
+    required
+        Distance to be kept from areas, map units: distances of climbs and descents below this are exact.
 
     Examples
     --------
@@ -183,7 +210,8 @@ def crossings_of(
     found.sort(key=lambda one: (one.along, one.area))
     wide_or_cut = np.array(sorted([*beside, *cut]), dtype=np.int64)
     numbers = np.array(cut, dtype=np.int64), np.array(rounded, dtype=np.int64)
-    return Crossings(tuple(found), legs, wide_or_cut, *numbers, clearances)
+    columns = tuple(Column(*one) for one in simultaneous.nearest_at_places(route, required))
+    return Crossings(tuple(found), legs, wide_or_cut, *numbers, clearances, columns)
 
 
 _NONE = np.zeros(0, dtype=np.int64)

@@ -90,10 +90,11 @@ def profile_of(plan: FlightPlan, stops: Sequence[int]) -> Profile:
     """
     Return the heights of a plan.
 
-    Some aircraft climb vertically, others along the leg. A leg that takes off, lands, touches the ground or starts at
-    home may therefore be anywhere between the ground and the altitude of its waypoint. On a leg to or from a waypoint
-    that is passed at a distance, on one to a circle, and near such waypoints, the aircraft may have the altitude of
-    either end.
+    An aircraft takes off at the first place and lands at the last one, also if the plan does not say so: there, it is
+    anywhere between the ground and the altitude of its waypoint. Some aircraft climb vertically, others along the leg.
+    A leg from home, or to or from a landing or the ground, may therefore be anywhere between as well. On a leg to or
+    from a waypoint that is passed at a distance, on one to a circle, and near such waypoints, the aircraft may have the
+    altitude of either end.
 
     Parameters
     ----------
@@ -105,14 +106,12 @@ def profile_of(plan: FlightPlan, stops: Sequence[int]) -> Profile:
     """
     last = [*stops[1:], len(plan.waypoints) + 1]
     groups = [plan.waypoints[max(stop, 1) - 1 : end - 1] for stop, end in zip(stops, last, strict=True)]
-    # a leg from home and a take-off begin on the ground
-    begins = plan.home is not None or plan.waypoints[0].role == "take-off"
     legs = [_leg(before[-1] if before else None, after[0]) for before, after in itertools.pairwise(groups)]
     places: list[Heights | None] = []
     for number, group in enumerate(groups):
         came = groups[number - 1][-1] if number and groups[number - 1] else None
         goes = groups[number + 1][0] if number + 1 < len(groups) else None
-        places.append(_upright(group, came, goes, from_ground=number == 0 and begins))
+        places.append(_upright(group, came, goes, from_ground=number in {0, len(groups) - 1}))
     if len(groups) == 1:
         alone = places[0] or _span([groups[0][0]])
         legs, places = [alone], [None]

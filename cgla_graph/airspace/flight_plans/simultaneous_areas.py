@@ -22,6 +22,8 @@ MOST_BUILT, MOST_PAIRS = 1_000_000, 3_000_000
 MOST_GROUPED: Final = 100
 #: Groups of legs whose clearances are computed at their heights; for further legs, all areas count.
 MOST_GROUPS: Final = 50
+#: Climbs and descents above one place of a plan up to which the distance of each to an area is computed.
+MOST_PLACES: Final = 1000
 
 
 class HeightOverlap(Protocol):
@@ -35,6 +37,9 @@ class HeightOverlap(Protocol):
 
     def goes_upright(self, place: int) -> bool:
         """Return whether it climbs or descends vertically at a place."""
+
+    def may_meet_at(self, place: int) -> BoolArray:
+        """Return the areas that may be at its heights at a place, without elevations, shape ``(n_areas,)``."""
 
     def note_all_count(self, leg: int) -> None:
         """Note that all areas count on a leg, because there are too many to compare."""
@@ -167,12 +172,46 @@ class SimultaneousAreas:
             return
         for index in filter(heights.goes_upright, range(len(route))):
             place = route[index]
-            numbers = frozenset(n for n in self._near(shapely.Point(place)) if heights.at_place(index, n))
+            # (areas that share a border there are joined)
+            near = self.tree.query(shapely.Point(place), predicate="dwithin", distance=rounding).tolist()
+            numbers = frozenset(n for n in near if heights.at_place(index, n))
             if not numbers:
                 continue
             outline = self._outline_of(numbers) or self.outline
             if outline.area.contains(place) and outline.distances(place[None], place[None])[0] > rounding:
                 yield index, sorted(numbers)
+
+    def nearest_at_places(self, route: FloatArray, required: float) -> Iterator[tuple[int, int, float]]:
+        """
+        Yield the places where the aircraft climbs or descends, with the nearest area there and its distance.
+
+        Parameters
+        ----------
+        route
+            The route, shape ``(m, 2)``, map units.
+        required
+            Distances below this are exact. Others are at least this; of plans with many such places, they are left out.
+        """
+        heights = self.heights
+        places = [] if heights is None else [index for index in range(len(route)) if heights.goes_upright(index)]
+        if heights is None or not places:
+            return
+        near: dict[int, list[int]] = {}
+        if required > 0.0:
+            found = self.tree.query(shapely.points(route[places]), predicate="dwithin", distance=required)
+            for place, area in found.T.tolist():
+                near.setdefault(places[place], []).append(area)
+        trees: dict[bytes, shapely.STRtree] = {}
+        for index in places:
+            here = shapely.Point(route[index])
+            numbers = [number for number in near.get(index, []) if heights.at_place(index, number)]
+            if numbers:
+                away = shapely.distance(self.shapes[numbers], here)
+                yield index, numbers[int(np.argmin(away))], float(away.min())
+            elif len(places) <= MOST_PLACES and (counts := heights.may_meet_at(index)).any():
+                tree = trees.setdefault(counts.tobytes(), shapely.STRtree(self.shapes[counts]))
+                nearest, distances = tree.query_nearest(here, return_distance=True, all_matches=False)
+                yield index, int(np.nonzero(counts)[0][nearest[0]]), max(float(distances[0]), required)
 
     def widen_clearances(
         self, starts: FloatArray, ends: FloatArray, clean: IntArray, crosses: BoolArray, clearances: FloatArray

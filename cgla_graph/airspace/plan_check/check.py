@@ -19,6 +19,7 @@ from cgla_graph.airspace.flight_plans.crossings import crossings_of, geodesic_ga
 from cgla_graph.airspace.flight_plans.formats import read_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint
 from cgla_graph.airspace.plan_check.bracket import blocked_end, bracket, through_waypoints
+from cgla_graph.airspace.plan_check.one_altitude import OF_THE_MAP, flies_higher
 from cgla_graph.airspace.plan_check.plan_map import NamedMap, PlainMap, PlanMap, put_on_map
 from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.airspace.zones.applying import Lines, Zones
@@ -48,6 +49,7 @@ def check(
     at: str | datetime | None = None,
     treat: Mapping[str, str] | None = None,
     lines: Lines | None = None,
+    vertical_clearance: float | None = None,
     ground: Ground | FilePath | None = None,
     return_altitude: float | None = None,
     loiter_radius: float | None = None,
@@ -75,8 +77,9 @@ def check(
         The result of `cgla_graph.read_zones`, or files that it reads.
     altitude
         Altitude at which zones count, metres above ground, or as ``"450 AMSL"``. None: the plan's own altitudes are
-        compared with floors and ceilings, leg by leg.
-    at, treat, lines
+        compared with floors and ceilings, leg by leg. Where the plan takes off and lands, zones count from the ground
+        up.
+    at, treat, lines, vertical_clearance
         As in `cgla_graph.airspace.zones.applying.Zones.apply`.
     ground
         Elevations, or the file of a raster of them, metres above sea level; needed to compare heights above ground with
@@ -142,7 +145,8 @@ def check(
         raise CglaError(msg)
     # (an aircraft climbs to the altitude)
     only = altitude if aircraft is None else None
-    for setting, value in (("altitude", only), ("at", at), ("treat", treat), ("ground", ground), ("lines", lines)):
+    of_zones = {"altitude": only, "at": at, "treat": treat, "ground": ground, "lines": lines}
+    for setting, value in {**of_zones, "vertical_clearance": vertical_clearance}.items():
         if value is not None and not has_zones:
             msg = f"{setting} needs zones; give their files (zones)"
             raise CglaError(msg)
@@ -150,13 +154,18 @@ def check(
     applied = None
     if has_zones:
         read = listed if isinstance(listed, Zones) else read_zones(listed)
-        applied = read.apply(altitude=altitude, at=at, treat=treat, ground=elevations, lines=lines or "open")
+        applied = read.apply(
+            altitude=altitude,
+            at=at,
+            treat=treat,
+            ground=elevations,
+            lines=lines or "open",
+            vertical_clearance=vertical_clearance or 0.0,
+        )
     changes = {setting: value for setting, value in (("k", k), ("clearance", clearance)) if value is not None}
     source = PlainMap("map", "", on) if isinstance(on, Problem) else on
-    at_one_height = altitude is not None
-    placed = put_on_map(held, name, source, applied, changes, ground=elevations, at_one_height=at_one_height)
-    if altitude is not None and has_zones:
-        placed = dataclasses.replace(placed, unknown=_higher(held, Altitude.of(altitude)))
+    placed = put_on_map(held, name, source, applied, changes, ground=elevations)
+    placed = dataclasses.replace(placed, unknown=_higher(held, placed, given=altitude is not None))
     checked = _legs_of(held, name, placed)
     checked = dataclasses.replace(checked, flight=_flight(held, aircraft, altitude))
     return checked if tolerance is None else _with_proofs(checked, tolerance, through, max_cells)
@@ -193,24 +202,14 @@ def _flight(plan: FlightPlan, aircraft: Aircraft | None, altitude: str | float |
     return flight_time(plan, aircraft=aircraft, altitude=one.metres if one is not None and is_above_ground else None)
 
 
-def _higher(plan: FlightPlan, flight: Altitude) -> tuple[str, ...]:
-    """Return why zones at one altitude do not decide about a plan: it says that it flies higher."""
-    home = None if plan.home is None else plan.home.altitude
-    same = {"AGL": ("ground", "home"), "HOME": ("home",), "AMSL": ("sea",), "WGS84": ("ellipsoid",)}[flight.reference]
-    highest: tuple[float, Waypoint] | None = None
-    for one in plan.waypoints:
-        height = one.altitude
-        if height is not None and one.reference == "home" and flight.reference == "AMSL" and home:
-            height += home
-        elif one.reference not in same:
-            continue
-        if height is not None and height > flight.metres and (highest is None or height > highest[0]):
-            highest = height, one
-    if highest is None:
-        return ()
-    above = f"{highest[1].altitude:g} m above {highest[1].reference}"
-    alone = f"{flight.metres:g} m {flight.reference}"
-    return (f"it goes up to {above}, and zones were held against {alone} alone: leave --altitude out",)
+def _higher(plan: FlightPlan, on: PlanMap, *, given: bool) -> tuple[str, ...]:
+    """Return why zones at one altitude, given or that of the map, do not decide about a plan."""
+    columns = getattr(on.source, "columns", None)
+    flights = (on.flight, None if columns is None else columns.flight)
+    remedies = ("leave --altitude out" if given else OF_THE_MAP, OF_THE_MAP)
+    pairs = [(flight, remedy) for flight, remedy in zip(flights, remedies, strict=True) if flight is not None]
+    said = [wrong for flight, remedy in pairs if (wrong := flies_higher(plan, flight, remedy))]
+    return tuple(dict.fromkeys(said))
 
 
 def _legs_of(plan: FlightPlan, name: str, on: PlanMap) -> PlanCheck:
@@ -231,6 +230,7 @@ def _legs_of(plan: FlightPlan, name: str, on: PlanMap) -> PlanCheck:
             reaches=on.radii([one.reach for one in plan.waypoints]).tolist(),
             cuts=on.radii([one.acceptance for one in plan.waypoints]).tolist(),
             heights=on.heights,
+            required=on.problem.clearance,
         ),
         gaps=_gaps(on, starts, ends),
     )
@@ -245,7 +245,7 @@ def _with_proofs(checked: PlanCheck, tolerance: float, most_legs: int, max_cells
         checked = dataclasses.replace(checked, through=through)
     if (on.route[0] == on.route[-1]).all():
         return dataclasses.replace(checked, no_best="it ends where it begins: the cheapest plan is to stay there")
-    if blocked := blocked_end(on):
+    if blocked := blocked_end(on) or checked.blocked_column:
         return dataclasses.replace(checked, no_best=blocked)
     try:
         best = bracket(on, tolerance, max_cells, is_clean=checked.is_straight)

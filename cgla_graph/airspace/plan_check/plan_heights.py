@@ -13,20 +13,18 @@ from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference
 from cgla_graph.airspace.flight_plans.profile import Heights, Profile, profile_of
 from cgla_graph.airspace.flight_plans.simultaneous_areas import WHOLE, Shares
 from cgla_graph.airspace.zones.ground import Ground
-from cgla_graph.airspace.zones.heights import Range, height_offset
+from cgla_graph.airspace.zones.heights import REFERENCES, ROUNDING, Range, height_offset
 from cgla_graph.airspace.zones.zone import Limits
 from cgla_graph.model.earth import LocalProjection
 
 #: References of heights of plans, as zones write them.
-_ABOVE: Final[dict[Reference, str]] = {"home": "HOME", "ground": "AGL", "sea": "AMSL", "ellipsoid": "WGS84"}
+_ABOVE: Final[dict[Reference, str]] = {ours: theirs for theirs, ours in REFERENCES.items()}
 _WORDS: Final = {"HOME": "above home", "AGL": "above ground", "AMSL": "above the sea", "WGS84": "above the ellipsoid"}
 #: Parts into which a leg over an elevation raster is divided, at most; each spans two cells or more.
 _MOST_PARTS: Final = 64
 _HALF_TURN: Final = 180.0
 #: Entries of the table of areas that legs of a kind may meet, at most.
 _MOST_TABLE: Final = 20_000_000
-#: Heights beyond a floor or ceiling by at most this count as within, metres, because sums of altitudes are rounded.
-_ROUNDING: Final = 1e-9
 #: Reasons for which notes are given, at most.
 _MOST_NOTES: Final = 4
 
@@ -52,6 +50,8 @@ class PlanHeights:
         The route, shape ``(m, 2)``, and the bounds of each area, shape ``(n, 4)``, map units.
     projection
         Projection of the map.
+    vertical_clearance
+        Metres by which floors and ceilings are widened.
     """
 
     plan: FlightPlan
@@ -61,6 +61,7 @@ class PlanHeights:
     route: FloatArray
     boxes: FloatArray
     projection: LocalProjection
+    vertical_clearance: float = 0.0
     #: Reasons why areas count at all heights, and the pairs of leg and area.
     unresolved: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
 
@@ -69,6 +70,7 @@ class PlanHeights:
         self.profile: Profile = profile_of(self.plan, self.stops)
         self.home = self._home()
         self._seen: dict[tuple[Heights, Limits], Shares | None] = {}
+        self._met: dict[Heights | None, BoolArray] = {}
 
     def _home(self) -> Range | None:
         """Return the least and the greatest height of home above the sea, by the plan and by the raster."""
@@ -87,13 +89,16 @@ class PlanHeights:
         (first, last), all_known = part, True
         assert heights.reference is not None  # noqa: S101 - for the type checker
         for limit, sign in limits.bounded:
+            # the greatest possible height decides whether it is above a floor, the least whether it is below a ceiling
+            ends = heights.high if sign > 0.0 else heights.low
             more = height_offset(_ABOVE[heights.reference], limit.reference, ground, self.home)
+            if math.isinf(ends[0]) and (at_ground := height_offset("AGL", limit.reference, ground, self.home)):
+                ends, more = (0.0, 0.0), at_ground
             if more is None:
                 all_known = False
                 continue
-            # the greatest possible height decides whether it is above a floor, the least whether it is below a ceiling
-            ends = heights.high if sign > 0.0 else heights.low
-            value = sign * (np.array(ends) + more[1 if sign > 0.0 else 0] - limit.metres) + _ROUNDING
+            beyond = self.vertical_clearance + ROUNDING
+            value = sign * (np.array(ends) + more[1 if sign > 0.0 else 0] - limit.metres) + beyond
             here = _nonnegative_part(float(value[0]), float(value[1]))
             if here is None or max(first, here[0]) > min(last, here[1]):
                 return None, True
@@ -166,6 +171,14 @@ class PlanHeights:
         """Return whether it climbs or descends vertically at a place."""
         return self.profile.places[place] is not None
 
+    def may_meet_at(self, place: int) -> BoolArray:
+        """Return the areas that it may meet at a place, without using elevations, shape ``(n_areas,)``."""
+        heights = self.profile.places[place]
+        if heights not in self._met:
+            answers = {limits: heights is None or self._may_meet(heights, limits) for limits in set(self.limits)}
+            self._met[heights] = np.array([answers[limits] for limits in self.limits], dtype=bool)
+        return self._met[heights]
+
     def note_all_count(self, leg: int) -> None:
         """Note that all areas count on a leg, because there are too many to compare."""
         self._note("there are too many of them to compare", leg, -1)
@@ -203,7 +216,10 @@ class PlanHeights:
             if more is None and self.ground is None:
                 continue
             ends = heights.low if sign > 0.0 else heights.high
-            if more is None or any(sign * (end + more[0 if sign > 0.0 else 1] - limit.metres) < 0.0 for end in ends):
+            beyond = self.vertical_clearance
+            if more is None or any(
+                sign * (end + more[0 if sign > 0.0 else 1] - limit.metres) + beyond < 0.0 for end in ends
+            ):
                 return False
         return True
 

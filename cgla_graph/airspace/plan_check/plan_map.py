@@ -14,11 +14,14 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.airspace.flight_plans.area_outline import ClosedArea
 from cgla_graph.airspace.flight_plans.plan import FlightPlan
+from cgla_graph.airspace.plan_check.one_altitude import at_one_altitude
 from cgla_graph.airspace.plan_check.own_fence import fence_area
 from cgla_graph.airspace.plan_check.plan_heights import PlanHeights
 from cgla_graph.airspace.zones.account import ZoneAccount
 from cgla_graph.airspace.zones.applying import Applied, Verdict
+from cgla_graph.airspace.zones.columns import Columns
 from cgla_graph.airspace.zones.ground import Ground
+from cgla_graph.airspace.zones.heights import Altitude
 from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near
 from cgla_graph.airspace.zones.zone import Limits, NoArea
 from cgla_graph.errors import ProblemError, ScenarioError
@@ -102,7 +105,11 @@ class PlanMap:
     at_all_heights
         Whether zones were not applied at one altitude: they count at all heights, unless `heights` compares them.
     heights
-        Comparison of the plan's altitudes with floors and ceilings; None if they are not compared.
+        Comparison of the heights of the flight with floors and ceilings; None if they are not compared.
+    flight
+        The one altitude at which zones were applied, instead of the plan's own; None without one.
+    vertical_clearance
+        Metres by which floors and ceilings of zones are widened.
     unknown
         Why it is not known from this check whether the plan is clean, if so: one sentence each.
     """
@@ -116,7 +123,25 @@ class PlanMap:
     zones: ZoneAccount | None = None
     at_all_heights: bool = False
     heights: PlanHeights | None = None
+    flight: Altitude | None = None
+    vertical_clearance: float = 0.0
     unknown: tuple[str, ...] = ()
+
+    @property
+    def has_own_heights(self) -> bool:
+        """Whether the plan's own altitudes are compared with floors and ceilings."""
+        return self.heights is not None and self.flight is None
+
+    @property
+    def rule(self) -> str:
+        """Where zones count, and from what a clearance is measured; empty without zones."""
+        if not self.has_own_heights:
+            account = self.zones or getattr(self.source, "zones", None)
+            return "" if account is None else account.rule
+        return (
+            "horizontal, from what is closed at the heights of the plan, and from the ground up at take-off and "
+            f"landing; vertical clearance {self.vertical_clearance:g} m"
+        )
 
     @cached_property
     def closed(self) -> tuple[ClosedArea, ...]:
@@ -174,7 +199,6 @@ def put_on_map(
     changes: Mapping[str, Any],
     *,
     ground: Ground | None = None,
-    at_one_height: bool = False,
 ) -> PlanMap:
     """
     Put a plan on the map on which it is checked.
@@ -191,8 +215,6 @@ def put_on_map(
         ``k`` and ``clearance`` instead of the map's own, if given.
     ground
         Elevations; None if unknown.
-    at_one_height
-        Whether zones were applied at an altitude; else the plan's own altitudes are compared with their limits.
 
     Raises
     ------
@@ -212,6 +234,11 @@ def put_on_map(
     fences = [] if projection is None else [fence_area(one, projection, around) for one in plan.fence]
     areas += [one for one in fences if one is not None]
     limits: list[Limits | None] = [None] * len(areas)
+    columns: Columns | None = getattr(chosen, "columns", None)
+    low = [] if columns is None else list(columns.low)
+    has_altitudes = any(one.altitude is not None for one in plan.waypoints)
+    flight = None if columns is None or (zones is not None and has_altitudes) else columns.flight
+    vertical = 0.0 if columns is None else columns.vertical_clearance
     account = heights = None
     if zones is not None:
         if projection is None:
@@ -220,15 +247,21 @@ def put_on_map(
         seen = problem.bounds if on is not None else widened(problem.bounds, WIDER[-1])
         box = _degrees_around(projection, seen, problem.clearance)
         near = zones.within(box)
-        apart = not at_one_height and any(one.altitude is not None for one in plan.waypoints)
         for verdict in near.verdicts:
-            for area, between in _layers(verdict, box, apart=apart):
+            for area, between in _layers(verdict, box, apart=zones.altitude is None and has_altitudes):
                 areas.append(ClosedArea(str(getattr(verdict.zone, "label", "a zone")), project_area(area, projection)))
                 limits.append(between)
-        account = near.account()
-        if any(one is not None and one.bounded for one in limits):
-            boxes = np.array([one.shape.bounds for one in areas])
-            heights = PlanHeights(plan, stops, limits, ground, route, boxes, projection)
+        account, more = near.account(), near.columns(projection)
+        low += [] if more is None else more.low
+        flight, vertical = zones.altitude or flight, max(vertical, zones.vertical_clearance)
+    areas += [ClosedArea(one.zone.label, one.shape) for one in low]
+    limits += [one.layer.limits for one in low]
+    if projection is not None and any(one is not None and one.bounded for one in limits):
+        level = plan if flight is None else at_one_altitude(plan, flight)
+        known = ground if columns is None or ground is not None else columns.ground
+        boxes = np.array([one.shape.bounds for one in areas])
+        heights = PlanHeights(level, stops, limits, known, route, boxes, projection, vertical)
+    at_all_heights = zones is not None and zones.altitude is None
     return PlanMap(
         chosen,
         problem,
@@ -237,8 +270,10 @@ def put_on_map(
         stops,
         on is not None,
         account,
-        zones is not None and not at_one_height,
+        at_all_heights,
         heights,
+        flight,
+        vertical,
     )
 
 

@@ -8,10 +8,10 @@ from typing import Any, Final
 import numpy as np
 
 from cgla_graph._display import Plottable
-from cgla_graph._text import counted, json_number
+from cgla_graph._text import counted, figure, json_number, listed
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.airspace.endurance.flight_time import FlightTime
-from cgla_graph.airspace.flight_plans.crossings import Crossing, Crossings
+from cgla_graph.airspace.flight_plans.crossings import Column, Crossing, Crossings
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, first_remarks
 from cgla_graph.airspace.plan_check.bracket import Through
 from cgla_graph.airspace.plan_check.plan_map import PlanMap
@@ -20,6 +20,8 @@ from cgla_graph.model.earth import degrees_of
 
 #: Reasons for which it is not known where a plan flies that a verdict names, at most.
 _MOST_UNKNOWN = 3
+#: Take-offs, landings, climbs and descents that a verdict names, at most.
+_MOST_COLUMNS = 4
 
 #: What a leg reaches into because the corner before it is cut, and what to do.
 _WHERE_CUT: Final = (
@@ -133,8 +135,8 @@ class PlanCheck(Plottable):
 
     @property
     def clearance(self) -> float:
-        """Least distance of a leg to an area, map units; infinite without areas."""
-        return float(self.crossings.clearances.min())
+        """Least distance of a leg, a climb or a descent to an area at its height, map units; infinite without areas."""
+        return min([float(self.crossings.clearances.min()), *(one.distance for one in self.crossings.columns)])
 
     @cached_property
     def outside(self) -> BoolArray:
@@ -174,6 +176,13 @@ class PlanCheck(Plottable):
         return [one for one in self.crossings.found if one.is_upright]
 
     @property
+    def near_columns(self) -> list[Column]:
+        """Vertical climbs and descents outside of areas, but nearer to one than the required clearance."""
+        inside = {one.leg for one in self.uprights}
+        least = self.on.problem.clearance - self.on.rounding
+        return [one for one in self.crossings.columns if one.distance < least and one.place not in inside]
+
+    @property
     def faulty(self) -> BoolArray:
         """Which legs are not clean, shape ``(n,)``."""
         return np.asarray(self.crossing | self.beside | self.outside | self.near)
@@ -195,7 +204,7 @@ class PlanCheck(Plottable):
     @property
     def is_straight(self) -> bool:
         """Whether every leg is clean if it is flown straight."""
-        return not (self.faulty.any() or self.circles or self.uprights)
+        return not (self.faulty.any() or self.circles or self.uprights or self.near_columns)
 
     @property
     def is_clean(self) -> bool:
@@ -241,7 +250,9 @@ class PlanCheck(Plottable):
         on = self.on
         if on.heights is not None:
             rule = "zones count where the plan's altitudes, linear between waypoints, are within their limits"
-            return [rule, *on.heights.notes()]
+            if on.flight is not None:
+                rule = f"zones count at {on.flight}"
+            return [f"{rule}, and from the ground up where it takes off and lands", *on.heights.notes()]
         if on.at_all_heights and all(one.altitude is None for one in self.plan.waypoints):
             return ["zones count at all heights, as the plan has no altitudes; --altitude M gives one"]
         return []
@@ -255,22 +266,65 @@ class PlanCheck(Plottable):
             return [f"clean{note and f' ({note})'}"]
         # (all layers of a zone count as one area)
         areas = len({self.on.areas[one.area].name for one in self.crossings.found if not one.is_beside})
-        upright = "inside an area where it goes up or down"
         near = self.near & ~self.crossing & ~self.beside
         cut = int(self.beside[self.crossings.cut].sum())
         faults = (
             (int(self.crossing.sum()), "leg", ("crosses", "cross"), f"{counted(areas, 'area')}"),
             (len(self.circles), "circle", ("reaches", "reach"), "into an area"),
-            (len(self.uprights), "place", ("lies", "lie"), upright),
             (int(self.outside.sum()), "leg", ("leaves", "leave"), "the map"),
             (int(self.beside.sum()) - cut, "leg", ("may reach", "may reach"), "into an area beside the straight line"),
             (cut, "leg", ("may reach", "may reach"), _WHERE_CUT),
             (int(near.sum()), "leg", ("comes", "come"), "nearer to an area than asked for"),
         )
         said = [f"{counted(n, thing)} {verbs[n != 1]} {rest}" for n, thing, verbs, rest in faults if n]
+        said += self._columns_at_fault()
         said += [f"where it flies is not known: {why}" for why in first_remarks(self.plan.unknown, _MOST_UNKNOWN)]
         said += [*self.on.unknown, *self._not_flyable]
         return [f"not clean: {words}" for words in said]
+
+    @property
+    def blocked_column(self) -> str:
+        """Why no plan between the same ends at the same heights can take off and land there; empty if one can."""
+        ends = {0, len(self.on.route) - 1}
+        if any(one.leg in ends for one in self.uprights) or any(one.place in ends for one in self.near_columns):
+            return "it takes off or lands inside an area or too near to one, as every plan between its ends"
+        return ""
+
+    def _columns_at_fault(self) -> list[str]:
+        """Return which take-offs, landings, climbs and descents are in areas, or too near to them."""
+        through: dict[int, list[str]] = {}
+        for one in self.uprights:
+            through.setdefault(one.leg, []).append(self._layer(one.area))
+        said = [f"its {self._way(place)} goes through {listed(names, 3)}" for place, names in through.items()]
+        bare = self.near | self.crossing | self.beside
+        for column in self.near_columns:
+            # (a leg that is too near as well says so)
+            if not bare[max(column.place - 1, 0) : column.place + 1].any():
+                far = f"{figure(column.distance, 6)} m from {self._layer(column.area)}"
+                said.append(f"its {self._way(column.place)} is {far}, nearer than asked for")
+        return list(first_remarks(said, _MOST_COLUMNS))
+
+    def _layer(self, area: int) -> str:
+        """Return the name of an area, with its limits if it has any."""
+        heights = self.on.heights
+        limits = None if heights is None else heights.limits[area]
+        name = self.on.areas[area].name
+        return name if limits is None or not limits.bounded else f"{name} at {limits}"
+
+    def _way(self, place: int) -> str:
+        """Return how the aircraft goes up or down at a place of the route, and where that is."""
+        on, number = self.on, self.on.stops[place]
+        last = [*on.stops[1:], len(self.plan.waypoints) + 1][place]
+        roles = {one.role for one in self.plan.waypoints[max(number, 1) - 1 : last - 1]}
+        way = "climb or descent"
+        if place == 0 or "take-off" in roles:
+            way = "take-off"
+        elif place == len(on.stops) - 1 or "landing" in roles:
+            way = "landing"
+        elif "touch-down" in roles:
+            way = "touch-down"
+        (place_of,) = self.degrees(on.route[[place]]) or on.route[[place]].tolist()
+        return f"{way} at {place_of[0]:.6f},{place_of[1]:.6f}"
 
     def degrees(self, places: FloatArray) -> list[list[float]] | None:
         """Return places of the map in longitude and latitude; None on a map in the plane."""
@@ -286,7 +340,7 @@ class PlanCheck(Plottable):
             "upper_bound": json_number(proof.upper_bound),
             "gap": json_number(self.most_to_gain) if self.is_straight else None,
             "within_bounds": on.has_bounds,
-            "at_its_heights": on.heights is not None,
+            "at_its_heights": on.has_own_heights,
             "message": proof.message,
             "seconds": proof.seconds,
         }
@@ -313,13 +367,20 @@ class PlanCheck(Plottable):
             "cost": self.cost,
             "clearance": json_number(self.clearance),
             "clearance_asked": on.problem.clearance,
-            "heights": {"compared": on.heights is not None, "notes": self.height_notes},
+            "clearance_rule": on.rule,
+            "vertical_clearance": on.vertical_clearance,
+            "altitude": None if on.flight is None else str(on.flight),
+            "heights": {"compared": on.has_own_heights, "notes": self.height_notes},
             "geodesic_gap": float(self.gaps.max()),
             "rounding": on.rounding,
             "route": on.route.tolist(),
             **({} if lonlat is None else {"route_lonlat": lonlat}),
             "legs": [_leg_document(one) for one in self.legs],
             "crossings": [self._crossing_document(one) for one in self.crossings.found],
+            "columns": [
+                {"at": self._way(one.place), "area": self.on.areas[one.area].name, "distance": one.distance}
+                for one in self.crossings.columns
+            ],
             "best": best,
             "through": through_waypoints,
             "no_best": self.no_best,

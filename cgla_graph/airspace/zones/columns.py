@@ -17,6 +17,10 @@ from cgla_graph.model.earth import LocalProjection
 
 #: Kinds of zones that their authority may open to a flight.
 _ON_REQUEST = ("REQ_AUTHORISATION", "CONDITIONAL", "USPACE")
+#: Distance within which a place counts as on a border, metres: autopilots round places to 1e-7 degrees.
+ON_BORDER = 0.01
+#: Width of seams between areas that are closed, metres: projected borders differ by roundings.
+_SEAM = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,12 +76,12 @@ class Columns:
     vertical_clearance: float = 0.0
 
     def met(
-        self, place: Point, clearance: float = 0.0, *, closed: BaseGeometry | None = None, rounding: float = 0.0
+        self, place: Point, clearance: float = 0.0, *, closed: BaseGeometry | None = None
     ) -> list[tuple[LowLayer, float]]:
         """
         Return the layers through which a flight takes off or lands at a place, with their distances.
 
-        A place on the border of a layer is outside, unless the layers and areas around it leave no way.
+        A place on the border of a layer, to a centimetre, is outside, unless layers and areas around it leave no way.
 
         Parameters
         ----------
@@ -87,27 +91,26 @@ class Columns:
             Horizontal distance to be kept, metres.
         closed
             Area that is closed at the altitude of the flight, map units.
-        rounding
-            A place may be nearer to a layer than the clearance by this, map units.
         """
         here = shapely.Point(place)
         shapes = np.array([one.shape for one in self.low], dtype=object)
         away = np.asarray(shapely.distance(shapes, here))
         near = [
             number
-            for number in np.nonzero(away <= max(clearance, 0.0))[0].tolist()
+            for number in np.nonzero(away <= max(clearance, ON_BORDER))[0].tolist()
             if self._meets(self.low[number].layer, place, clearance) is not False
         ]
-        touched = [number for number in near if away[number] == 0.0]
-        inside = [number for number in touched if shapely.contains_properly(shapes[number], here)]
+        touched = [number for number in near if away[number] <= ON_BORDER]
+        inside = [number for number in touched if _is_inside(shapes[number], here)]
         if touched and not inside:
             # (several areas that share a border leave no way between them)
-            around = [] if closed is None or shapely.distance(closed, here) > 0.0 else [closed]
-            inside = touched if shapely.contains_properly(shapely.union_all([*shapes[touched], *around]), here) else []
+            around = [] if closed is None or shapely.distance(closed, here) > ON_BORDER else [closed]
+            joined = shapely.union_all(shapely.buffer([*shapes[touched], *around], _SEAM))
+            inside = touched if _is_inside(joined, here) else []
         return [
             (self.low[number], float(away[number]))
             for number in near
-            if number in inside or away[number] < clearance - rounding
+            if number in inside or away[number] < clearance - ON_BORDER
         ]
 
     def fault(
@@ -118,7 +121,6 @@ class Columns:
         *,
         written: Point | None = None,
         closed: BaseGeometry | None = None,
-        rounding: float = 0.0,
     ) -> str:
         """
         Return why a flight cannot take off or land at a place, and the remedy; empty if it can.
@@ -127,12 +129,12 @@ class Columns:
         ----------
         name
             Name of the place; a start ends in "start".
-        place, clearance, closed, rounding
+        place, clearance, closed
             As in `met`.
         written
-            The place as the user wrote it; None for `place`.
+            The place as the user wrote it; None for its longitude and latitude.
         """
-        found = self.met(place, clearance, closed=closed, rounding=rounding)
+        found = self.met(place, clearance, closed=closed)
         if not found:
             return ""
         one, away = min(found, key=lambda pair: pair[1])
@@ -143,9 +145,13 @@ class Columns:
             layer += f", with a vertical clearance of {self.vertical_clearance:g} m"
         if self._meets(one.layer, place, clearance) is None:
             layer += ", which counts as heights cannot be compared without the ground's elevation (--ground FILE.tif)"
-        where = f"{name} {tuple(place if written is None else written)}: {way} between the ground and {self.flight}"
+        if written is None:
+            x, y = self.projection.inverse(np.array(place, dtype=np.float64)).round(7).tolist()
+            written = x, y
+        where = f"{name} {tuple(written)}: {way} between the ground and {self.flight}"
         kind = one.zone.kind
-        asks = f", or treat {kind} as open, with the permission of its authority" if kind in _ON_REQUEST else ""
+        open_it = f", or with its authority's permission treat {kind} as open (--treat {kind}=open)"
+        asks = open_it if kind in _ON_REQUEST else ""
         if away == 0.0:
             return f"{where} goes through {layer}; move it to its boundary or outside{asks}"
         wrong = f"{where} is {away:.6g} m from {layer}, and the clearance is {clearance:g} m"
@@ -163,3 +169,8 @@ class Columns:
         return meets(
             layer, self.flight, self.ground, vertical_clearance=self.vertical_clearance, from_ground=True, near=near
         )
+
+
+def _is_inside(area: BaseGeometry, place: shapely.Point) -> bool:
+    """Return whether a place is inside an area, by more than a rounding."""
+    return bool(shapely.contains_properly(area, place) and shapely.distance(area.boundary, place) > ON_BORDER)

@@ -126,9 +126,50 @@ def test_an_altitude_is_of_zones_and_of_plans(call: Call, tmp_path: Path) -> Non
     assert call("plan", "areas.geojson", *QUICK, "--altitude", 130, "--export", "areas.plan").code == 0
 
 
+def test_zones_count_from_the_ground_up_at_take_off_and_landing(call: Call, tmp_path: Path) -> None:
+    """All commands that plan refuse an end inside a zone below the flight; a plan that takes off there is not clean."""
+    ends = ("--start", "6.02,49.1", "--goal", "6.3,49.1", "--altitude", 130)
+    said = "take-off between the ground and 130 m AGL goes through the no-fly area 'A-1 (Castle)' of castle.json"
+    for command in ("plan", "compare", "certify", "pareto"):
+        call(command, "castle.json", *ends).refused(said)
+    call("plan", "castle.json", *ends, "--export", "mine.plan").refused(said, "0 m AGL to 120 m AGL")
+    assert not (tmp_path / "mine.plan").exists()
+    (tmp_path / "mine.csv").write_text("longitude,latitude\n6.3,49.1\n6.02,49.1\n", encoding="utf-8")
+    checked = ("check", "mine.csv", "castle.json", "--no-certificate", "--altitude", 130)
+    answer = call(*checked)
+    assert answer.code == 1
+    assert (
+        "not clean: its landing at 6.020000,49.100000 goes through A-1 (Castle) at 0 m AGL to 120 m AGL" in answer.out
+    )
+    assert "zones count at 130 m AGL, and from the ground up where it takes off and lands" in answer.out
+    assert call(*checked, "--treat", "PROHIBITED=open").code == 0
+
+
+def test_the_clearance_says_what_it_is_about(call: Call, tmp_path: Path) -> None:
+    rule = "horizontal, from zones closed at 121 m AGL, and from the ground up to it at take-off and landing"
+    how = ("castle.json", *QUICK, "--altitude", 121, "--clearance", 200)
+    answer = call("plan", *how, "--export", "mine.plan")
+    assert f"no no-fly area, required: at least 200 m ({rule}; vertical clearance 0 m)" in answer.out
+    wide = call("plan", *how, "--vertical-clearance", 30, "--json").document()
+    assert wide["zones"]["castle"]["vertical_clearance"] == 30.0
+    assert wide["length"] > 1.01 * call("plan", *how, "--json").document()["length"]
+    checked = ("check", "mine.plan", "castle.json", "--altitude", 121, "--clearance", 200, "--no-certificate")
+    assert call(*checked).code == 0
+    answer = call(*checked, "--vertical-clearance", 30)
+    assert answer.code == 1
+    assert "vertical clearance 30 m)" in answer.out
+    # areas without heights are closed at all of them, and so with any vertical clearance
+    assert call("plan", "areas.geojson", *QUICK, "--vertical-clearance", 30).code == 0
+    assert call("check", "mine.plan", "areas.geojson", "--vertical-clearance", 30, "--no-certificate").code == 1
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
+        (("castle.json", *QUICK, "--altitude=-5"), "altitude: it is -5 m above home, below the ground"),
+        (("castle.json", *QUICK, "--altitude=-5", "--above", "ground"), "altitude: it is -5 m above ground"),
+        (("castle.json", *QUICK, "--vertical-clearance", "-3"), "vertical_clearance: give at least 0"),
+        (("paper", "--vertical-clearance", "3"), "paper has no zones: leave out --vertical-clearance"),
         (("castle.json", *QUICK, "--treat", "PROHIBITED"), "--treat is 'PROHIBITED'; give KIND=closed"),
         (("castle.json", *QUICK, "--treat", "ALL=open"), "treat has 'ALL'; kinds of zones are PROHIBITED"),
         (("castle.json", *QUICK, "--at", "2026-08-01T12:00"), "with its zone"),
