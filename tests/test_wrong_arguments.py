@@ -113,6 +113,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "pareto": (cg.pareto, {"problem": None, "solver": "cgla", "resolution": 3, "max_points": 3, "k_max": None}),
     "plan_within_risk": (cg.plan_within_risk, {"problem": None, "max_risk": 1.0, "solver": "cgla", "resolution": 3}),
     "plan_within_length": (cg.plan_within_length, {"problem": None, "max_length": 3.0, "solver": "cgla"}),
+    "plan_within_energy": (
+        cg.plan_within_energy,
+        {"problem": None, "max_energy": 3.0, "aircraft": cg.Aircraft(1.0, power=9.0), "solver": "cgla"},
+    ),
     "below_density": (cg.below_density, {"problem": ON_RASTER, "level": 3.0, "corridor": 0.0}),
     "density_front": (cg.density_front, {"problem": None, "solver": "straight-line", "levels": [3.0], "corridor": 0.0}),
     "ground_risk": (

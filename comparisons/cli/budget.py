@@ -1,9 +1,12 @@
-"""Plans within a budget: ``cgla plan --max-risk`` and ``--max-length``."""
+"""Plans within a budget: ``cgla plan --max-risk``, ``--max-length`` and ``--max-energy``."""
 
 import math
+from typing import Any
 
 from cgla_graph._text import figure, percent, rounded_down
+from cgla_graph.airspace.endurance.aircraft import Aircraft
 from cgla_graph.comparisons import console
+from cgla_graph.comparisons.cli.flight_time import Endurance
 from cgla_graph.comparisons.cli.options import BudgetOptions
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.errors import CglaError
@@ -11,30 +14,46 @@ from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.trade_off.constrained import plan_within_length, plan_within_risk
+from cgla_graph.solvers.trade_off.energy import plan_within_energy
 from cgla_graph.solvers.trade_off.plan_within import PlanWithin
 
 
 def plan_within(
-    scenario: Scenario, entrant: Entrant, budget: BudgetOptions, tolerance: float | None = 0.01
+    scenario: Scenario,
+    entrant: Entrant,
+    budget: BudgetOptions,
+    tolerance: float | None = 0.01,
+    endurance: Endurance | None = None,
 ) -> PlanWithin:
     """
-    Plan within the given budget.
+    Plan within the given budget; an energy is one of the flight of `endurance`.
 
     Raises
     ------
     CglaError
-        If both budgets are given, the budget is not a number of at least 0, or the path is to be refined.
+        If several budgets are given, the budget is not a number of at least 0, the path is to be refined, or the
+        aircraft of an energy is not known.
     """
-    max_risk, max_length = budget.max_risk, budget.max_length
-    if max_risk is not None and max_length is not None:
-        msg = "--max-risk and --max-length are both given; limit one, and the other is made small"
+    given = {f"--{name.replace('_', '-')}": value for name, value in vars(budget).items() if value is not None}
+    if len(given) > 1:
+        msg = f"{' and '.join(given)} are both given; limit one, and risk or length is made small"
         raise CglaError(msg)
     if entrant.refine:
         msg = f"--refine may break the budget; plan with --solver refine:base={entrant.name} instead"
         raise CglaError(msg)
-    solver = registry.get(entrant.name, **entrant.settings_on(scenario))
-    plan, most = (plan_within_length, max_length) if max_risk is None else (plan_within_risk, max_risk)
-    return plan(scenario.problem, most or 0.0, solver=solver, resolution=scenario.lattice, tolerance=tolerance)
+    how: dict[str, Any] = {"resolution": scenario.lattice, "tolerance": tolerance}
+    how["solver"] = registry.get(entrant.name, **entrant.settings_on(scenario))
+    if budget.max_energy is not None:
+        flown = endurance or Endurance(Aircraft())
+        if flown.altitude is not None and flown.above != "home":
+            msg = f"--max-energy with --above {flown.above}: the climbs are not known; give the altitude above home"
+            raise CglaError(msg)
+        more: dict[str, Any] = {"altitude": flown.altitude, "ground_speed": flown.ground_speed}
+        return plan_within_energy(scenario.problem, budget.max_energy, flown.aircraft, **more, **how)
+    plan, most = (
+        (plan_within_length, budget.max_length) if budget.max_risk is None else (plan_within_risk, budget.max_risk)
+    )
+    return plan(scenario.problem, most or 0.0, **how)
 
 
 def status_within(plan: PlanWithin) -> dict[str, str]:
@@ -48,8 +67,8 @@ def status_within(plan: PlanWithin) -> dict[str, str]:
 def print_within(scenario: Scenario, plan: PlanWithin) -> None:
     """Print budget, weight, dual bound and gap of a plan within a budget."""
     on_risk = plan.limited == "risk"
-    units = ["", " m" if scenario.projection else ""]
-    unit, other_unit = units if on_risk else units[::-1]
+    metres = " m" if scenario.projection else ""
+    unit, other_unit = {"risk": ("", metres), "length": (metres, ""), "energy": (" Wh", "")}[plan.limited]
     scope = "on the lattice" if plan.scope == "lattice" else "inside the bounds"
     best = "shorter" if on_risk else "of less risk"
     weight = "risk alone" if math.isinf(plan.k) else f"k = {figure(plan.k, 6)} prices the budget"

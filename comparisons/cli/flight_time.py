@@ -113,6 +113,11 @@ class Endurance:
     is_exported: bool = False
 
     @property
+    def ground_speed(self) -> float | None:
+        """Speed over the ground that an exported plan commands, if that is another than the airspeed."""
+        return self.aircraft.speed if self.is_exported and not self.aircraft.is_calm else None
+
+    @property
     def clock(self) -> Callable[[FloatArray], FloatArray]:
         """Function from points on the path, shape ``(n, 2)``, to times, seconds."""
         return partial(times_along, airspeed=self.aircraft.speed or math.nan, wind=self.aircraft.wind)
@@ -126,7 +131,7 @@ class Endurance:
             aircraft=self.aircraft,
             altitude=self.altitude,
             above=self.above,
-            ground_speed=self.aircraft.speed if self.is_exported and not self.aircraft.is_calm else None,
+            ground_speed=self.ground_speed,
         )
 
 

@@ -322,6 +322,9 @@ class BudgetOptions:
 
     max_risk: Annotated[Number, option("--max-risk R", "find the shortest path with at most that risk")] = None
     max_length: Annotated[Number, option("--max-length L", "find the least risk on a path at most that long")] = None
+    max_energy: Annotated[
+        Number, option("--max-energy WH", "find the least risk on a flight of at most that energy, watt-hours")
+    ] = None
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -59,10 +59,10 @@ def plan(
     Plan one path.
 
     Prints its numbers, and how far it is from the best possible; with --out, writes its waypoints (CSV, and GeoJSON
-    on lon/lat maps) and a picture; with --export, a plan for ground stations and viewers. With --max-risk or
-    --max-length, a budget replaces the weight k; with --max-density, no cell of a raster within half the --corridor
-    is above it. With --turn-radius, the path consists of lines and arcs, bent until it costs least. With --speed, it
-    says how long the flight takes, with --power its energy, with --battery whether the battery lasts.
+    on lon/lat maps) and a picture; with --export, a plan for ground stations and viewers. With --max-risk,
+    --max-length or --max-energy, a budget replaces the weight k; with --max-density, no cell of a raster within half
+    the --corridor is above it. With --turn-radius, the path consists of lines and arcs, bent until it costs least. With
+    --speed, it says how long the flight takes, with --power its energy, with --battery whether the battery lasts.
     For the file of a graph, use cgla graph plan.
     """
     from cgla_graph.comparisons.study.options import read_entrant, read_tolerance
@@ -89,7 +89,7 @@ def plan(
             from cgla_graph.comparisons.cli.budget import plan_within, print_within, status_within
             from cgla_graph.comparisons.study.runner import Run
 
-            within = plan_within(opened, entrant, budget, tolerance)
+            within = plan_within(opened, entrant, budget, tolerance, endurance)
             run = Run(opened, entrant.label, None, exact=False, solution=within.solution)
         if flying is not None:
             run = flying.flown(run)

@@ -21,9 +21,9 @@ class PlanWithin(ShortRepr):
         The path, judged under the problem's own weight. ``OPTIMAL``: no path on the lattice that keeps the budget is
         better.
     limited
-        What the budget limits, ``risk`` or ``length``; the other is made small.
+        What the budget limits: ``risk``, so that length is made small, or ``length`` or ``energy``, so that risk is.
     budget
-        The most that a path may use: risk without a unit, or length in map units.
+        The most that a path may use: risk without a unit, length in map units, or energy in watt-hours.
     k
         The risk weight that prices the budget: the one that proves `dual_bound`. Infinite where risk alone counts.
     dual_bound
@@ -38,7 +38,7 @@ class PlanWithin(ShortRepr):
     """
 
     solution: Solution
-    limited: Literal["risk", "length"]
+    limited: Literal["risk", "length", "energy"]
     budget: float
     k: float
     dual_bound: float

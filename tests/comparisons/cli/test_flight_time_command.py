@@ -64,8 +64,31 @@ def test_what_is_printed(cgla: Call) -> None:
         (["--wind", "3,4"], ("--wind", "--speed")),
         (["--speed", "0"], ("--speed is 0",)),
         (["--speed", "12", "--climb-rate", "2"], ("--climb-rate", "--altitude")),
+        (["--max-energy", "90"], ("--speed V", "--power W")),
+        (["--max-energy", "90", "--max-length", "5"], ("--max-length and --max-energy are both given",)),
+        (["--speed", "9", "--power", "9", "--max-energy", "-1"], ("max_energy is -1",)),
+        (
+            ["--speed", "9", "--power", "9", "--max-energy", "9", "--above", "ground", "--altitude", "80"],
+            ("--max-energy with --above ground",),
+        ),
         (["--speed", "5", "--wind", "3,4", "--profile", "mine.csv"], ("the wind is 5 fast",)),
     ],
 )
 def test_nonsense_is_refused_before_the_work(cgla: Call, words: list[str], said: tuple[str, ...]) -> None:
     cgla("plan", "areas.geojson", *QUICK, *words).refused(*said)
+
+
+def test_a_budget_of_energy(cgla: Call) -> None:
+    """The energy of the flight is kept, that of an exported plan too."""
+    budget = ("--max-energy", 190, "--altitude", 80, *RATES, "--wind", "3,-4")
+    for export in ((), ("--export", "mine.plan")):
+        found = cgla("plan", "areas.geojson", *QUICK, *DRONE, *budget, *export, "--json")
+        document = found.document()
+        assert found.code == 0
+        assert document["within"]["limited"] == "energy"
+        assert document["flight"]["energy_wh"] <= 190.0
+        assert "no flight within 190 Wh is longer than" in document["message"]
+    out = cgla("plan", "areas.geojson", *QUICK, *DRONE, *budget).out
+    assert "budget     energy at most 190 Wh" in out
+    none = cgla("plan", "areas.geojson", *QUICK, *DRONE, "--max-energy", 9)
+    assert (none.code, "it is proven that no path inside the bounds keeps the budget" in none.out) == (1, True)
