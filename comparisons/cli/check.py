@@ -15,6 +15,7 @@ from cgla_graph.comparisons.cli.options import (
     OutputOptions,
     PlanOptions,
     RasterOptions,
+    VolumeOptions,
     ZoneOptions,
     option,
 )
@@ -36,6 +37,7 @@ def check(
     raster: RasterOptions,
     plan_options: PlanOptions,
     times: FlightTimeOptions,
+    volume: VolumeOptions,
     against: Annotated[
         list[str] | None,
         typer.Argument(metavar="[MAP]", help="a scenario or a raster of risk, as for plan, and files of zones"),
@@ -61,12 +63,18 @@ def check(
 
     Prints length, risk, cost and clearance of each leg, its crossings with zones and their lengths, and a proven
     bracket of the least cost of a clean plan between the same ends. With --speed, --power and --battery, says how long
-    the flight takes, and whether the battery lasts. With --out, draws it (NAME-check.*). Exits with 1
-    unless the plan is clean.
+    the flight takes, and whether the battery lasts. With --volumes, flight geography, contingency volume and ground
+    risk buffer are laid around the plan. With --out, draws it (NAME-check.*). Exits with 1 unless the plan is clean,
+    and its contingency volume too.
     """
     from cgla_graph.airspace.plan_check.check import check as check_plan
     from cgla_graph.comparisons.cli import check_report
 
+    laying = None
+    if volume.are_asked_for:
+        from cgla_graph.comparisons.cli.volumes import read_laying
+
+        laying = read_laying(volume, zone_options)
     asked = None if no_certificate or tolerance == 0.0 else tolerance
     kinds = output.pictures("png")
     settings, given, aircraft = zone_options.settings(), plan_options.settings(), _aircraft(times)
@@ -91,13 +99,19 @@ def check(
     if zone_options.zones_list is not None:
         zone_options.report([checked.on], as_json=True)
     written = check_report.write_checked(folder, checked, kinds) if folder else []
+    laid = None if laying is None else laying.around_plan(checked, zone_files)
+    files = [] if laid is None else laid.write()
     if output.as_json:
-        console.out_json({**checked.document(), "files": [*map(str, written)]})
+        more = {} if laid is None else {"volumes": laid.document()}
+        console.out_json({**checked.document(), **more, "files": [*map(str, (*written, *files))]})
     else:
         check_report.print_checked(checked)
+        console.out_lines({} if laid is None else laid.lines())
+        for file in files:
+            console.out_files([file])
         console.out_files(written)
         console.out_files([] if zone_options.zones_list is None else [zone_options.zones_list])
-    if not checked.is_clean:
+    if not checked.is_clean or not (laid is None or laid.report.is_clean):
         raise typer.Exit(console.MISSING)
 
 

@@ -1,5 +1,6 @@
 """Option ``--export``: write a path as a flight plan (`cgla_graph.airspace.flight_plans`)."""
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import TYPE_CHECKING, TypeVar, get_args
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
+from cgla_graph.airspace.flight_plans.fence import Fence
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference
 from cgla_graph.airspace.flight_plans.vehicles import AUTOPILOTS, VEHICLES, Autopilot, Vehicle, for_vehicle
 from cgla_graph.comparisons import console, files
@@ -69,11 +71,19 @@ class Export:
             )
             raise OutputError(msg)
 
-    def write(self, scenario: Scenario, solution: Solution, *, arc_tolerance: float | None = None) -> list[Path]:
+    def write(
+        self,
+        scenario: Scenario,
+        solution: Solution,
+        *,
+        arc_tolerance: float | None = None,
+        fence: Sequence[Fence] = (),
+    ) -> list[Path]:
         """
         Write a path to all target files; nothing if there is no path.
 
-        Arcs become waypoints within a tolerance, metres, which is printed and becomes part of the plan's name.
+        Arcs become waypoints within a tolerance, metres, which is printed and becomes part of the plan's name. Only
+        ``.plan`` has the fence.
 
         Raises
         ------
@@ -95,7 +105,9 @@ class Export:
         plan = self._plan(lonlat, name, usual)
         for remark in plan.remarks:
             console.say(f"exported plan: {remark}")
-        texts = [text_of_plan(plan, str(target)) for target in self.targets]
+        fenced = dataclasses.replace(plan, fence=tuple(fence))
+        plans = [fenced if target.suffix.lower() == ".plan" else plan for target in self.targets]
+        texts = [text_of_plan(one, str(target)) for one, target in zip(plans, self.targets, strict=True)]
         return [files.write_text(target, text) for target, text in zip(self.targets, texts, strict=True)]
 
     def write_flights(self, flights: "Sequence[MissionRun]") -> list[Path]:

@@ -60,6 +60,9 @@ SolversOption = Annotated[
     option("--solvers A,B", "names, with settings as NAME:A=1:B=2 (default: all)", autocompletion=completion.solvers),
 ]
 CorridorOption = Annotated[Number, option("--corridor W", "whole width of the corridor (default: 0), map units")]
+DimensionOption = Annotated[
+    Number, option("--dimension D", "characteristic dimension: greatest distance of two ends with rotors, metres")
+]
 RefineOption = Annotated[bool, option("--refine", "refine every path in the plane before it counts")]
 ClearanceOption = Annotated[Number, option("--clearance C", "least distance from no-fly areas (map units, or metres)")]
 BoundsOption = Annotated[
@@ -389,6 +392,77 @@ class ExportOptions:
     autopilot: Annotated[
         Text, option("--autopilot NAME", "of exported plans: any, ardupilot or px4 (default: any)")
     ] = None
+
+
+@dataclass(frozen=True, repr=False)
+class VolumeOptions:
+    """Volumes around a flight: flight geography, contingency volume and ground risk buffer."""
+
+    volumes: Annotated[
+        list[Path] | None,
+        option("--volumes NAME.kml", "write the volumes around the flight: .kml or .geojson; may be repeated"),
+    ] = None
+    dimension: DimensionOption = None
+    max_speed: Annotated[
+        Number, option("--max-speed V", "of volumes: greatest speed over ground, m/s (default: --speed)")
+    ] = None
+    pitch: Annotated[Number, option("--pitch DEG", "of volumes: greatest pitch of a multirotor, which stops")] = None
+    roll: Annotated[Number, option("--roll DEG", "of volumes: greatest roll of a fixed wing, which turns back")] = None
+    geography_width: Annotated[
+        Number,
+        option(
+            "--geography-width W",
+            "of volumes: whole width of the flight geography, metres (default: 3 dimensions, or 12 if that is more)",
+        ),
+    ] = None
+    contingency_width: Annotated[
+        Number, option("--contingency-width W", "of volumes: instead of --pitch or --roll, on each side, metres")
+    ] = None
+    contingency_height: Annotated[
+        Number, option("--contingency-height H", "of volumes: the same, above the flight geography, metres")
+    ] = None
+    buffer: Annotated[
+        Text,
+        option("--buffer KIND", "of volumes: ground risk buffer 1:1 (default), ballistic, glide, parachute"),
+    ] = None
+    glide_ratio: Annotated[Number, option("--glide-ratio R", "of --buffer glide: metres ahead for each down")] = None
+    parachute_time: Annotated[
+        Number, option("--parachute-time S", "of --buffer parachute: seconds until it is open")
+    ] = None
+    parachute_rate: Annotated[Number, option("--parachute-rate V", "of --buffer parachute: m/s down")] = None
+    max_wind: Annotated[
+        Number, option("--max-wind V", "of --buffer parachute: greatest permitted wind, m/s, at least 3")
+    ] = None
+    gnss_error: Annotated[Number, option("--gnss-error M", "of volumes: of satellite positions (default: 3)")] = None
+    position_error: Annotated[
+        Number, option("--position-error M", "of volumes: of holding the position (default: 3)")
+    ] = None
+    map_error: Annotated[Number, option("--map-error M", "of volumes: of the map (default: 1)")] = None
+    height_error: Annotated[
+        Number, option("--height-error M", "of volumes: of the height (default: 4, by satellites; 1 if barometric)")
+    ] = None
+    reaction_time: Annotated[Number, option("--reaction-time S", "of volumes: seconds (default: 1)")] = None
+    flight_height: Annotated[
+        Number,
+        option("--flight-height M", "of volumes: greatest height above ground (default: by altitude and --ground)"),
+    ] = None
+    people_without_data: Annotated[
+        Number,
+        option("--people-without-data D", "people/km2 where their raster has no data, or ends (default: unknown)"),
+    ] = None
+    controlled_ground: Annotated[
+        bool, option("--controlled-ground", "all ground under the volumes is controlled: no uninvolved people")
+    ] = False
+    fence: Annotated[
+        Text,
+        option("--fence WHICH", "of exported .plan: stay in the geography (default, with volumes), contingency, none"),
+    ] = None
+    speed: SpeedOption = None
+
+    @property
+    def are_asked_for(self) -> bool:
+        """Whether any option but those of other groups is given."""
+        return dataclasses.replace(self, speed=None, dimension=None) != VolumeOptions()
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -4,7 +4,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,6 +22,7 @@ from cgla_graph.comparisons.cli.options import (
     RefineOption,
     ScenarioArg,
     SolverOption,
+    VolumeOptions,
     ZoneOptions,
     open_map,
     option,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from cgla_graph.comparisons.cli.export import Export
     from cgla_graph.comparisons.cli.flight_time import Endurance
     from cgla_graph.comparisons.cli.flyable import Flying
+    from cgla_graph.comparisons.cli.volumes import Laid, Laying
     from cgla_graph.comparisons.study.entrant import Entrant
     from cgla_graph.comparisons.study.runner import Run
     from cgla_graph.scenarios.scenario import Scenario
@@ -49,6 +51,7 @@ def plan(
     maps: MapOptions,
     zones: ZoneOptions,
     raster: RasterOptions,
+    volume: VolumeOptions,
     solver: SolverOption = "hybrid",
     refine: RefineOption = False,
     profile: Annotated[
@@ -63,6 +66,8 @@ def plan(
     --max-length or --max-energy, a budget replaces the weight k; with --max-density, no cell of a raster within half
     the --corridor is above it. With --turn-radius, the path consists of lines and arcs, bent until it costs least. With
     --speed, it says how long the flight takes, with --power its energy, with --battery whether the battery lasts.
+    With --volumes, flight geography, contingency volume and ground risk buffer are laid around it, and people below them
+    are counted.
     For the file of a graph, use cgla graph plan.
     """
     from cgla_graph.comparisons.study.options import read_entrant, read_tolerance
@@ -70,15 +75,20 @@ def plan(
 
     endurance = _endurance(times, export, profile, curved=flyable.turn_radius is not None)
     flying = _flying(flyable, budget, endurance)
+    laying = _laying(volume, zones, export)
     zoned_map = any(zones.may_count(one, maps) for one in scenario)
-    exported = _exports(export, zoned=zoned_map or endurance is not None)
-    tolerance = read_tolerance(proof.tolerance, certify=not proof.no_certificate)
-    entrant = read_entrant(solver, refine=refine)
+    exported = _exports(export, zoned=zoned_map or endurance is not None or laying is not None)
+    tolerance, entrant = (
+        read_tolerance(proof.tolerance, certify=not proof.no_certificate),
+        read_entrant(solver, refine=refine),
+    )
     opened = open_map("plan", scenario, maps, zones, raster, k=_price_of_risk(maps.k, ground))
-    opened = _below_density(opened, ground)
-    if exported is not None:
-        exported.check_map(opened)
-    zoned = zones.report([opened], as_json=output.as_json, exported=bool(export.export) or endurance is not None)
+    without_limit, opened = opened, _below_density(opened, ground)
+    for one in (exported, laying):
+        if one is not None:
+            one.check_map(opened)
+    high = bool(export.export) or endurance is not None or (laying is not None and opened.zones is None)
+    zoned = zones.report([opened], as_json=output.as_json, exported=high)
     folder, kinds = output.folder(), output.pictures("png")
     _check_profile(profile)
     within: PlanWithin | None = None
@@ -96,23 +106,25 @@ def plan(
         if ground.max_density is not None and not run.solution.status.has_path:
             run = _with_proof(run)
     flight = None if endurance is None else endurance.of(run)
-    written = _written(run, folder, kinds, profile, flying, endurance, exported)
+    laid = None if laying is None else laying.around_run(run, without_limit, export, flying)
+    written = _written(run, folder, kinds, profile, flying, endurance, exported, laid)
     if output.as_json:
-        more: dict[str, Any] = {} if within is None else {"within": within.document()}
-        flown = {} if flying is None else {"flyable": flying.document(run)}
+        parts = {"within": within, "flight": flight, "volumes": laid}
+        more: dict[str, Any] = {name: part.document() for name, part in parts.items() if part is not None}
+        more |= {} if flying is None else {"flyable": flying.document(run)}
         files = [str(file) for group in written for file in group]
-        if flight is not None:
-            more["flight"] = flight.document()
-        console.out_json({**plan_document(run), "files": files, **more, **flown, **zoned})
+        console.out_json({**plan_document(run), "files": files, **more, **zoned})
     else:
         lines = {} if flying is None else flying.lines(run)
         lines |= {} if flight is None else flight.lines(" m/s" if opened.projection else " a second")
+        lines |= {} if laid is None else laid.lines()
         _print(run, lines if within is None else {**lines, **status_within(within)})
         if within is not None:
             print_within(opened, within)
         for group in written:
             console.out_files(group)
-    if not run.solution.status.has_path or (flight is not None and flight.faults):
+    faults = bool(flight is not None and flight.faults) or bool(laid is not None and laid.report.touched)
+    if not run.solution.status.has_path or faults:
         raise typer.Exit(console.MISSING)
 
 
@@ -168,6 +180,15 @@ def _flying(flyable: FlyableOptions, budget: BudgetOptions, endurance: "Enduranc
     return read_flying(flyable, limited=budget != BudgetOptions(), aircraft=aircraft)
 
 
+def _laying(volume: VolumeOptions, zones: ZoneOptions, export: ExportOptions) -> "Laying | None":
+    """Read the options of volumes around the path; None without any."""
+    if not volume.are_asked_for:
+        return None
+    from cgla_graph.comparisons.cli.volumes import read_laying
+
+    return read_laying(volume, zones, export)
+
+
 def _exports(export: ExportOptions, *, zoned: bool) -> "Export | None":
     """Read the options of flight plans to write; None without any."""
     if not export.export:
@@ -188,6 +209,7 @@ def _written(
     flying: "Flying | None",
     endurance: "Endurance | None",
     exported: "Export | None",
+    laid: "Laid | None",
 ) -> list[list[Path]]:
     """Write all files, if there is a path; return them in groups, one per folder or file."""
     if not run.solution.status.has_path:
@@ -202,7 +224,11 @@ def _written(
         written.append([write_profile(profile, run.scenario, run.solution.path, clock)])
     if exported is not None:
         tolerance = None if flying is None else flying.tolerance
-        written += [[file] for file in exported.write(run.scenario, run.solution, arc_tolerance=tolerance)]
+        fence = () if laid is None else laid.fence()
+        files = exported.write(run.scenario, run.solution, arc_tolerance=tolerance, fence=fence)
+        written += [[file] for file in files]
+    if laid is not None:
+        written += [[file] for file in laid.write()]
     return written
 
 

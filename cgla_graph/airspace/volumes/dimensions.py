@@ -238,7 +238,7 @@ class VolumeSettings(ShortRepr):
         Examples
         --------
         >>> VolumeSettings(speed=10, dimension=1.5, pitch=45).assumptions()[2]
-        'greatest pitch angle 45.0000 degrees (given)'
+        'greatest pitch angle 45 degrees (given)'
         """
         defaults = {one.name: one.default for one in dataclasses.fields(self)}
         said = []
@@ -247,10 +247,10 @@ class VolumeSettings(ShortRepr):
             if value is None or (self.contingency_width is not None and name in _OF_CONTINGENCY):
                 continue
             source = "default" if value == defaults[name] else "given"
-            said.append(f"{words} {figure(value, 6)} {unit} ({source})")
+            said.append(f"{words} {value:g} {unit} ({source})")
         if self.width is None:
             rule = f"the greater of {LEAST_GEOGRAPHY:g} dimensions and twice the errors of the position"
-            said.append(f"width of the flight geography {figure(2.0 * self.half_width, 6)} m (default: {rule})")
+            said.append(f"width of the flight geography {2.0 * self.half_width:g} m (default: {rule})")
         return [*said, f"ground risk buffer {self.buffer} ({'default' if self.buffer == '1:1' else 'given'})"]
 
     @property
