@@ -66,8 +66,8 @@ def plan(
     --max-length or --max-energy, a budget replaces the weight k; with --max-density, no cell of a raster within half
     the --corridor is above it. With --turn-radius, the path consists of lines and arcs, bent until it costs least. With
     --speed, it says how long the flight takes, with --power its energy, with --battery whether the battery lasts.
-    With --volumes, flight geography, contingency volume and ground risk buffer are laid around it, and people below them
-    are counted.
+    With --volumes, flight geography, contingency volume and ground risk buffer are laid around it, and people
+    below them are counted.
     For the file of a graph, use cgla graph plan.
     """
     from cgla_graph.comparisons.study.options import read_entrant, read_tolerance
