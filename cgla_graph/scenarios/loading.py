@@ -73,7 +73,7 @@ def open_scenarios(
     no_fly
         Files of more no-fly areas, on maps in longitude and latitude: GeoJSON, or zones.
     zones
-        Settings of zones: altitude, at, treat, ground, lines, as in ``[no_fly]`` of scenario files.
+        Settings of zones: altitude, at, treat, ground, lines, vertical_clearance, as in ``[no_fly]`` of scenario files.
     raster
         Settings of a raster, as `raster_scenario` takes them; only for a raster file.
 
@@ -200,7 +200,7 @@ def raster_scenario(
     no_fly
         Files of GeoJSON or zones.
     zones
-        Settings of zones: altitude, at, treat, ground, lines.
+        Settings of zones: altitude, at, treat, ground, lines, vertical_clearance.
     settings
         Other keys of ``[[rasters]]`` in scenario files: kind, scale, nodata, interpolation, origin; and coordinates,
         plane or lonlat.
@@ -285,7 +285,7 @@ def areas_scenario(
     clearance
         How far paths have to stay from the areas, metres.
     zones
-        Settings of zones: altitude, at, treat, ground, lines.
+        Settings of zones: altitude, at, treat, ground, lines, vertical_clearance.
 
     Raises
     ------

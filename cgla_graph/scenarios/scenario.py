@@ -226,7 +226,7 @@ def load_scenario(
     no_fly
         Files of more no-fly areas, on a map in longitude and latitude: GeoJSON, or zones.
     zones
-        Replacements for the file's settings of zones: altitude, at, treat, ground, lines.
+        Replacements for the file's settings of zones: altitude, at, treat, ground, lines, vertical_clearance.
 
     Raises
     ------
