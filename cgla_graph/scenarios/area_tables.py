@@ -28,6 +28,8 @@ from cgla_graph.model.earth import LocalProjection, project_on_map, projected_bo
 from cgla_graph.model.no_fly import require_valid
 from cgla_graph.scenarios.table_faults import faults
 
+#: Settings of terrain, which count without zones.
+OF_TERRAIN = ("altitude", "ground", "terrain_clearance", "terrain_altitude")
 #: Margin around a map in which zones count, relative to its longer side; latitude above which every meridian may be
 #: near.
 SEEN_MARGIN, MOST_LATITUDE = 0.02, 85.0
@@ -87,7 +89,14 @@ class NoFlyTable(Table):
     )
     ground: str | None = Field(
         default=None,
-        description="path of a raster of elevations (lon/lat), which compares heights above ground and sea",
+        description="path of a raster of elevations (lon/lat): terrain is closed, and heights above ground and sea "
+        "are compared",
+    )
+    terrain_clearance: float | None = Field(
+        default=None, ge=0, description="least height above the ground, metres (default: 30); with ground and altitude"
+    )
+    terrain_altitude: float | str | None = Field(
+        default=None, description="of the flight above terrain, as altitude is written (default: altitude)"
     )
 
 
@@ -166,6 +175,8 @@ def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping
         If a file cannot be read, or a setting is not valid.
     """
     paths = [str(Path(file).absolute()) for file in files]
+    if isinstance(ground := settings.get("ground"), str | os.PathLike):
+        settings = {**settings, "ground": str(Path(ground).absolute())}
     kept = table.model_dump(exclude_unset=True)
     # (missing files and invalid names are reported when they are read)
     if not table.zones and all(not os.path.isfile(path) or is_geojson(path) for path in paths):  # noqa: PTH113

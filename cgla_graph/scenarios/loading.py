@@ -299,6 +299,7 @@ def areas_scenario(
     west, south, east, north = bounds_of(box_around(shapely.get_coordinates([area.polygon for area in areas])))
     no_fly = NoFlyTable(geojson=[path.name, *(str(file.absolute()) for file in files[1:])])
     what = f"{len(areas)} no-fly area{'s' * (len(areas) != 1)}"
+    no_fly = with_files(no_fly, (), zones or {})
     return _crossed(files, what, start or (west, south), goal or (east, north), bounds, clearance, no_fly)
 
 

@@ -15,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import shown
 from cgla_graph._types import Bounds, Point
+from cgla_graph.airspace.terrain.area import NAME as TERRAIN
 from cgla_graph.airspace.zones.account import ZoneRecord
 from cgla_graph.airspace.zones.applying import OUTSIDE
 from cgla_graph.airspace.zones.geojson import Area
@@ -40,6 +41,7 @@ from cgla_graph.scenarios.drawing import Stream, drawn_threats
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
 from cgla_graph.scenarios.table_faults import faults
+from cgla_graph.scenarios.terrain_tables import MapTerrain
 from cgla_graph.scenarios.text_files import scenario_errors
 from cgla_graph.untrusted.numbers import parse_float
 
@@ -197,6 +199,8 @@ class MapBuilder:
         The table.
     folder
         Where relative paths in it start.
+    homes
+        Places of take-off, in the file's coordinates; None for the start of a file with one path.
 
     Examples
     --------
@@ -206,6 +210,7 @@ class MapBuilder:
 
     table: MapTable
     folder: Path
+    homes: Sequence[Point] | None = None
     _read: dict[str, list[Area]] = field(default_factory=dict, repr=False, compare=False)
 
     @property
@@ -237,7 +242,7 @@ class MapBuilder:
         threats = [places_around((one.x, one.y), SEEN * one.spread_of()) for one in self.table.threats]
         corners = [np.reshape(cells.bounds, (2, 2)) for cells in self.cells]
         points = np.concatenate([areas, *threats, *corners])
-        if not len(points) and self.table.no_fly.zones and self.table.ends():
+        if not len(points) and (self.table.no_fly.zones or self.table.no_fly.ground) and self.table.ends():
             return self._around_journey()
         if not len(points):
             msg = "there is nothing to lay bounds around; add bounds = [west, south, east, north], degrees"
@@ -338,6 +343,8 @@ class MapBuilder:
             If it does not; the message names the area.
         """
         here = shapely.Point(self.point(list(pair)))
+        if self.terrain is not None:
+            self.terrain.require_above(name, (pair[0], pair[1]), (here.x, here.y))
         unit = "" if self.is_plane else " m"
         # (areas come first, as errors in their files are raised there)
         for shape, area in zip(self.projected_no_fly, self._places_of_areas(), strict=True):
@@ -406,7 +413,8 @@ class MapBuilder:
         written = [f"no_fly.polygons.{number}" for number in range(len(given.polygons))]
         written += [area.name or f"no_fly.areas.{number}" for number, area in enumerate(given.areas)]
         zones = [] if self.zones is None else [one.zone.label for one in self.zones.applied.closed]
-        return [*written, *(area.name for name in given.geojson for area in self._areas_in(name)), *zones]
+        named = [area.name for name in given.geojson for area in self._areas_in(name)]
+        return [*written, *named, *zones, *[TERRAIN for _ in self._terrain_shapes]]
 
     def _places_of_areas(self) -> list[str]:
         """Return the name of each no-fly area for messages, with the file that it is in, if that is another one."""
@@ -414,6 +422,7 @@ class MapBuilder:
         files = [""] * (len(given.polygons) + len(given.areas))
         files += [name for name in given.geojson for _ in self._areas_in(name)]
         files += [] if self.zones is None else [one.zone.file for one in self.zones.applied.closed]
+        files += [given.ground or "" for _ in self._terrain_shapes]
         # (names of folders tell files of the same name apart)
         paths = {Path(file).name: set[Path]() for file in files}
         for file in files:
@@ -471,7 +480,35 @@ class MapBuilder:
     def projected_no_fly(self) -> list[BaseGeometry]:
         """All no-fly areas in map units; zones of very many corners are simplified to areas that contain them."""
         areas = self._projected(self._own_shapes)
-        return [*areas, *([] if self.zones is None else self.zones.areas)]
+        return [*areas, *([] if self.zones is None else self.zones.areas), *self._terrain_shapes]
+
+    @property
+    def _terrain_shapes(self) -> list[BaseGeometry]:
+        return [] if self.terrain is None or self.terrain.shape is None else [self.terrain.shape]
+
+    @cached_property
+    def terrain(self) -> MapTerrain | None:
+        """
+        The terrain on this map; None without a raster of elevations.
+
+        Raises
+        ------
+        ProblemError
+            If a setting of it is malformed, or makes no sense without another one.
+        FileFormatError
+            If the raster cannot be read.
+        """
+        given, projection = self.table.no_fly, self.projection
+        if projection is None:
+            if given.ground is not None:
+                msg = f'no_fly.ground {shown(given.ground)} holds longitudes and latitudes; set coordinates = "lonlat"'
+                raise ValueError(msg)
+            return None
+        journey = self.table.journey()
+        homes = self.homes if self.homes is not None or journey is None else journey[:1]
+        ends = [self.point(list(place)) for _, place in self.table.ends()]
+        clearance = getattr(self.table, "clearance", 0.0)
+        return MapTerrain.of(given, self.folder, projection, self.box, ends, homes, clearance)
 
     def no_fly(self) -> BaseGeometry | None:
         """Return all no-fly areas in map units."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,8 @@ from cgla_graph.mission.virtual_obstacle import VirtualObstacle
 from cgla_graph.mission.world import Timed, TimedArea, TimedThreat, World
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.risk import RiskField
-from cgla_graph.scenarios.map_tables import MapBuilder
+from cgla_graph.scenarios.area_tables import with_files
+from cgla_graph.scenarios.map_tables import MapBuilder, MapTable
 from cgla_graph.scenarios.mission_tables import SOLVER, MissionTable, SharingTable, VirtualObstacleTable
 from cgla_graph.scenarios.scenario import ScenarioTable, open_table
 
@@ -53,15 +54,21 @@ class MissionBuilder:
 
     table: MissionTable
     folder: Path
+    terrain: Mapping[str, object] = field(default_factory=dict)
 
     @cached_property
     def ground(self) -> MapBuilder:
         """The map: the scenario's, if the file names one, else its own."""
+        drawn = self.table.random_uavs is not None
+        homes = None if drawn else [(one.start[0], one.start[1]) for one in self.table.uavs]
+        own: tuple[MapTable, Path] = (self.table, self.folder) if self._brought is None else self._brought
+        table, folder = own
+        if self.terrain:
+            table = table.model_copy(update={"no_fly": with_files(table.no_fly, (), self.terrain)})
         if self._brought is None:
-            return MapBuilder(self.table, self.folder)
-        table, folder = self._brought
+            return MapBuilder(table, folder, homes)
         # zones count up to the greatest clearance of any variant
-        return MapBuilder(table.model_copy(update={"clearance": self.clearance}), folder)
+        return MapBuilder(table.model_copy(update={"clearance": self.clearance}), folder, homes)
 
     @cached_property
     def _brought(self) -> tuple[ScenarioTable, Path] | None:

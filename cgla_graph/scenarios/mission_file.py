@@ -8,6 +8,7 @@ from typing import Any
 
 from cgla_graph._text import shown
 from cgla_graph._validate import error_context, file_path, non_negative_number
+from cgla_graph.airspace.terrain.area import TerrainArea
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.world import World
@@ -60,6 +61,7 @@ class MissionFile:
     projection: LocalProjection | None = None
     notes: str = ""
     where: str = ""
+    terrain: TerrainArea | None = None
 
     @property
     def full_title(self) -> str:
@@ -113,7 +115,13 @@ def mission_schema() -> dict[str, Any]:
 
 
 def mission_from_toml(
-    text: str, name: str, *, folder: Path | None = None, where: str | None = None, clearance: float | None = None
+    text: str,
+    name: str,
+    *,
+    folder: Path | None = None,
+    where: str | None = None,
+    clearance: float | None = None,
+    terrain: Mapping[str, object] | None = None,
 ) -> MissionFile:
     r"""
     Build a mission file from the text of a TOML file.
@@ -130,6 +138,8 @@ def mission_from_toml(
         What error messages call the file.
     clearance
         How far plans of all variants stay from no-fly areas, map units; None for the file's own.
+    terrain
+        Settings of terrain instead of the file's: ground, terrain_clearance, terrain_altitude, as in ``[no_fly]``.
 
     Returns
     -------
@@ -154,7 +164,7 @@ def mission_from_toml(
         if clearance is not None:
             table = table.with_clearance(non_negative_number("clearance", clearance))
     with error_context(place):
-        builder = MissionBuilder(table, folder or Path())
+        builder = MissionBuilder(table, folder or Path(), terrain or {})
         world = builder.world()
         return MissionFile(
             name=name,
@@ -165,6 +175,7 @@ def mission_from_toml(
             projection=builder.ground.on_earth,
             notes=table.notes,
             where=place,
+            terrain=None if builder.ground.terrain is None else builder.ground.terrain.area,
         )
 
 
@@ -180,7 +191,9 @@ def shipped_missions() -> list[str]:
     return MISSIONS.names()
 
 
-def load_mission(name: str | Path, *, clearance: float | None = None) -> MissionFile:
+def load_mission(
+    name: str | Path, *, clearance: float | None = None, terrain: Mapping[str, object] | None = None
+) -> MissionFile:
     """
     Load a shipped mission by name, or a mission file by path.
 
@@ -190,6 +203,8 @@ def load_mission(name: str | Path, *, clearance: float | None = None) -> Mission
         The name or the path.
     clearance
         How far plans of all variants stay from no-fly areas, map units; None for the file's own.
+    terrain
+        Settings of terrain instead of the file's: ground, terrain_clearance, terrain_altitude, as in ``[no_fly]``.
 
     Raises
     ------
@@ -204,10 +219,10 @@ def load_mission(name: str | Path, *, clearance: float | None = None) -> Mission
     """
     path = file_path("name", name, MissionError, "the name of a mission, or the path of a file")
     if path.suffix.lower() != ".toml":
-        return mission_from_toml(shipped_mission(str(name)), str(name), clearance=clearance)
+        return mission_from_toml(shipped_mission(str(name)), str(name), clearance=clearance, terrain=terrain)
     with error_context():
         text = read_text(path, str(path), "a TOML file")
-    return mission_from_toml(text, path.stem, folder=path.parent, where=str(path), clearance=clearance)
+    return mission_from_toml(text, path.stem, folder=path.parent, where=str(path), clearance=clearance, terrain=terrain)
 
 
 def is_mission_file(spec: str | Path) -> bool:

@@ -13,6 +13,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import file_path, four_numbers, instance, items, non_negative_number, point
+from cgla_graph.airspace.terrain.area import TerrainArea
 from cgla_graph.airspace.zones.account import ZoneAccount, ZoneRecord
 from cgla_graph.airspace.zones.columns import Columns
 from cgla_graph.errors import CglaError, ScenarioError
@@ -54,6 +55,8 @@ class Scenario(ShortRepr):
         Names and shapes of the no-fly areas that have a name in their file, map units; pictures show the names.
     area_records
         Records of the no-fly areas that are no zones, for lists: file, identifier, name, kind, state and reason.
+    terrain
+        Which cells of a raster of elevations are closed; None without one.
     columns
         Layers of zones below the altitude of the flight, which count where it takes off and lands; None without any
         zones, or where these count at all heights.
@@ -80,6 +83,7 @@ class Scenario(ShortRepr):
     zones: ZoneAccount | None = field(default=None, repr=False)
     area_records: Sequence[ZoneRecord] = field(default=(), repr=False)
     columns: Columns | None = field(default=None, repr=False)
+    terrain: TerrainArea | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Keep the areas as they are, and check that the flight takes off and lands outside of zones below it."""
@@ -332,4 +336,5 @@ def scenario_of(
         zones=None if builder.zones is None else builder.zones.account(),
         area_records=builder.area_records,
         columns=None if builder.zones is None else builder.zones.columns,
+        terrain=None if builder.terrain is None else builder.terrain.area,
     )

@@ -78,7 +78,9 @@ def check(
     asked = None if no_certificate or tolerance == 0.0 else tolerance
     kinds = output.pictures("png")
     settings, given, aircraft = zone_options.settings(), plan_options.settings(), _aircraft(times)
-    spec, zone_files = _maps_and_zones(plan_file, against or [], risk, zones or [])
+    settings.pop("terrain_altitude")
+    over_ground = zone_options.ground is not None
+    spec, zone_files = _maps_and_zones(plan_file, against or [], risk, zones or [], over_ground=over_ground)
     alone = {} if aircraft is None else {"altitude": None}
     _require_meaning(spec, zone_files, bounds, raster, {**settings, **alone})
     on = None if spec is None else _opened(plan_file, spec, bounds, raster, given)
@@ -125,7 +127,7 @@ def _aircraft(times: FlightTimeOptions) -> "Aircraft | None":
 
 
 def _maps_and_zones(
-    plan_file: Path, against: Sequence[str], risk: Path | None, zones: Sequence[Path]
+    plan_file: Path, against: Sequence[str], risk: Path | None, zones: Sequence[Path], *, over_ground: bool
 ) -> tuple[str | None, list[Path]]:
     """Return the map, if there is one, and the files of zones, which include all files of areas."""
     from cgla_graph.airspace.flight_plans.formats import read_plan
@@ -142,8 +144,9 @@ def _maps_and_zones(
     if risk is not None and not is_raster(str(risk)):
         msg = f"--risk {risk} is not a raster; rasters end in {', '.join(RASTERS)}"
         raise CglaError(msg)
-    if not maps and not found and not read_plan(plan_file).fence:
-        msg = f"{plan_file}: there is nothing to check it against; give --zones FILE, --risk FILE, or a scenario"
+    if not (maps or found or over_ground or read_plan(plan_file).fence):
+        kinds = "--zones FILE, --risk FILE, --ground FILE, or a scenario"
+        msg = f"{plan_file}: there is nothing to check it against; give {kinds}"
         raise CglaError(msg)
     return (maps[0] if maps else None), found
 
@@ -153,13 +156,15 @@ def _require_meaning(
 ) -> None:
     """Refuse options of maps without a map, and of zones without zones."""
     from cgla_graph.errors import CglaError
+    from cgla_graph.scenarios.area_tables import OF_TERRAIN
 
     if spec is None and (bounds is not None or any(value is not None for value in vars(raster).values())):
         msg = "--bounds and options of rasters need a map; give one (--risk FILE, or a scenario)"
         raise CglaError(msg)
     for name, value in settings.items():
-        if value is not None and not zones:
-            msg = f"--{name} needs zones; give their files (--zones FILE)"
+        if value is not None and not zones and not (name in OF_TERRAIN and settings["ground"] is not None):
+            needs = "a raster of elevations (--ground FILE)" if name == "terrain_clearance" else "zones (--zones FILE)"
+            msg = f"--{name.replace('_', '-')} needs {needs}"
             raise CglaError(msg)
 
 

@@ -51,6 +51,7 @@ def print_checked(checked: PlanCheck) -> None:
         "clearance": (_far(checked, clearance) + unit if math.isfinite(clearance) else "no area")
         + (f", required: at least {asked:g}{unit}" if asked > 0.0 else "")
         + (f" ({on.rule})" if on.rule else ""),
+        "terrain": "" if checked.terrain is None else checked.terrain.summary(),
         "flat map": distortion_note(on.problem.projection, [on.route]),
         "geodesic": _geodesic_line(checked),
         **({} if checked.flight is None else checked.flight.lines(" m/s" if _unit(checked) else " a second")),
@@ -91,6 +92,7 @@ def _row(checked: PlanCheck, index: int) -> dict[str, str]:
     notes += ["(crosses)"] if leg.crosses and not areas else []
     notes += ["leaves the map"] if leg.leaves_map else []
     notes += ["may reach into an area"] if leg.reaches else []
+    notes += ["too low"] if checked.terrain is not None and checked.terrain.low[index] else []
     notes += ["too near"] if leg.too_near and not (leg.crosses or leg.reaches) else []
     return {
         "leg": str(leg.number),
@@ -100,6 +102,7 @@ def _row(checked: PlanCheck, index: int) -> dict[str, str]:
         "risk": figure(leg.risk, _RISK_DIGITS),
         "cost": figure(leg.cost, _DIGITS),
         "clearance": _far(checked, leg.clearance),
+        **({} if checked.terrain is None else {"above ground": checked.terrain.height_text(index)}),
         "crosses": "; ".join(notes),
     }
 

@@ -6,7 +6,15 @@ import typer
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli import completion
-from cgla_graph.comparisons.cli.options import ClearanceOption, ExportOptions, JsonOption, OutOption, option
+from cgla_graph.comparisons.cli.options import (
+    ClearanceOption,
+    ExportOptions,
+    GroundOption,
+    JsonOption,
+    OutOption,
+    TerrainClearanceOption,
+    option,
+)
 
 
 def fly(
@@ -30,6 +38,8 @@ def fly(
     variant: Annotated[str | None, option("--variant NAME", "fly only this variant (default: all)")] = None,
     max_ticks: Annotated[int | None, option("--max-ticks N", "stop after N ticks", min=1)] = None,
     clearance: ClearanceOption = None,
+    ground: GroundOption = None,
+    terrain_clearance: TerrainClearanceOption = None,
     value: Annotated[
         bool, typer.Option(help="fly again with full knowledge, and without sharing, to measure their value")
     ] = True,
@@ -48,10 +58,21 @@ def fly(
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.cli.export import read_export
     from cgla_graph.comparisons.missions import fly as flights
+    from cgla_graph.comparisons.tables.zone_list import print_terrain
 
-    exported = None if export == ExportOptions() else read_export(export)
+    exported = None if export == ExportOptions() else read_export(export, zones=ground is not None)
+    terrain = {
+        "ground": None if ground is None else str(ground),
+        "terrain_clearance": terrain_clearance,
+        "terrain_altitude": export.terrain_altitude(),
+    }
     opened, specs = flights.open_mission(
-        mission, solver=solver, variant=variant, max_ticks=max_ticks, clearance=clearance
+        mission,
+        solver=solver,
+        variant=variant,
+        max_ticks=max_ticks,
+        clearance=clearance,
+        terrain={name: value for name, value in terrain.items() if value is not None},
     )
     if exported is not None:
         for spec in specs:
@@ -64,6 +85,8 @@ def fly(
         document = flights.flights_document(opened, done)
         console.out_json({**document, "files": [*document["files"], *map(str, plans)]})
     else:
+        if opened.terrain is not None:
+            print_terrain({opened.name: opened.terrain})
         flights.print_flights(done.flown)
         console.out_files(done.written)
         for file in plans:

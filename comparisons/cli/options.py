@@ -79,6 +79,13 @@ AboveOption = Annotated[
         "reference of --altitude: home, ground or sea (default: home for exported plans, ground for zones)",
     ),
 ]
+GroundOption = Annotated[
+    Path | None,
+    option("--ground FILE.tif", "elevations: closes terrain, and compares heights above ground and sea of zones"),
+]
+TerrainClearanceOption = Annotated[
+    Number, option("--terrain-clearance M", "with --ground: least height above the ground, metres (default: 30)")
+]
 SpeedOption = Annotated[Number, option("--speed V", "speed of the flight, metres per second (default: none)")]
 OutOption = Annotated[Path | None, option("--out DIR", "write files and pictures into DIR")]
 FormatsOption = Annotated[Text, option("--formats A,B", "with --out: formats of pictures, some of png,svg,pdf")]
@@ -122,9 +129,8 @@ class ZoneOptions:
             "of zones: as REQ_AUTHORISATION=open (default: all closed except NO_RESTRICTION); may be repeated",
         ),
     ] = None
-    ground: Annotated[
-        Path | None, option("--ground FILE.tif", "of zones: elevations, to compare heights above ground and sea")
-    ] = None
+    ground: GroundOption = None
+    terrain_clearance: TerrainClearanceOption = None
     lines: Annotated[
         Text,
         option("--lines closed|open", "of zones: closed to close the insides of closed lines (default: open)"),
@@ -138,9 +144,14 @@ class ZoneOptions:
         option("--zones-list FILE", "write the state of each zone and no-fly area, and its reason: .csv or .json"),
     ] = None
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self, *, exported: bool = False) -> dict[str, Any]:
         """
         Return the settings for `cgla_graph.scenarios.loading.open_scenarios`; None for those that are not given.
+
+        Parameters
+        ----------
+        exported
+            Whether the altitude is also that of an exported plan, which is above home unless `above` is given.
 
         Raises
         ------
@@ -168,20 +179,23 @@ class ZoneOptions:
                 msg = f"--treat is {shown(text)}; give KIND=closed or KIND=open, as CONDITIONAL=open"
                 raise CglaError(msg)
             treated[kind.upper()] = value.lower()
+        height = None if self.altitude is None else f"{self.altitude:.12g}"
         return {
-            "altitude": None if self.altitude is None else f"{self.altitude:.12g} {ABOVE[self.above or 'ground']}",
+            "altitude": None if height is None else f"{height} {ABOVE[self.above or 'ground']}",
             "at": self.at,
             "treat": treated or None,
             "ground": None if self.ground is None else str(self.ground.absolute()),
             "lines": self.lines,
             "vertical_clearance": self.vertical_clearance,
+            "terrain_clearance": self.terrain_clearance,
+            "terrain_altitude": f"{height} HOME" if height and exported and self.above is None else None,
         }
 
     def may_count(self, spec: str, maps: MapOptions) -> bool:
         """Return whether a map may have zones, before it is opened."""
         from cgla_graph.scenarios.loading import RASTERS
 
-        return bool(maps.no_fly) or Path(spec).suffix.lower() not in {"", ".geojson", *RASTERS}
+        return bool(maps.no_fly or self.ground) or Path(spec).suffix.lower() not in {"", ".geojson", *RASTERS}
 
     def report(
         self, scenarios: "Sequence[Scenario | PlanMap]", *, as_json: bool, exported: bool = False
@@ -201,7 +215,8 @@ class ZoneOptions:
         Returns
         -------
         document
-            The states as JSON: under ``zones``, by the scenario's name; empty without zones.
+            The states as JSON: under ``zones``, by the scenario's name; empty without zones. Under ``terrain``, which
+        cells of elevations are closed.
 
         Raises
         ------
@@ -209,12 +224,16 @@ class ZoneOptions:
             If there are no zones to list, or the file cannot be written.
         """
         altitude = None if exported else self.altitude
-        if self.zones_list is None and altitude is None and all(one.zones is None for one in scenarios):
-            return {}
-        from cgla_graph.comparisons.tables.zone_list import print_zones
+        from cgla_graph.comparisons.tables.zone_list import print_terrain, print_zones
 
+        # (the check of a plan has its own account of terrain, leg by leg)
+        found = {one.name: area for one in scenarios if (area := getattr(one, "terrain", None)) is not None}
+        terrain = print_terrain(found, as_json=as_json)
+        altitude = None if terrain else altitude
+        if self.zones_list is None and altitude is None and all(one.zones is None for one in scenarios):
+            return terrain
         two = exported and self.above is None
-        return print_zones(scenarios, self.zones_list, altitude=altitude, two=two, as_json=as_json)
+        return {**print_zones(scenarios, self.zones_list, altitude=altitude, two=two, as_json=as_json), **terrain}
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -393,6 +412,17 @@ class ExportOptions:
         Text, option("--autopilot NAME", "of exported plans: any, ardupilot or px4 (default: any)")
     ] = None
 
+    def terrain_altitude(self) -> str | None:
+        """
+        Return the altitude of the exported plan as that of a flight above terrain; None if none is given.
+
+        Examples
+        --------
+        >>> ExportOptions(altitude=80.0).terrain_altitude()
+        '80 HOME'
+        """
+        return None if self.altitude is None else f"{self.altitude:.12g} {ABOVE.get(self.above or 'home', 'HOME')}"
+
 
 @dataclass(frozen=True, repr=False)
 class VolumeOptions:
@@ -543,6 +573,7 @@ def open_map(
     raster: RasterOptions,
     *,
     k: float | None = None,
+    exported: bool = False,
 ) -> "Scenario":
     """
     Open the only map of a command; several files of areas or zones form one map.
@@ -555,6 +586,8 @@ def open_map(
         Changes to the map.
     k
         The risk weight; None for that of `maps`.
+    exported
+        Whether the path becomes a plan.
 
     Raises
     ------
@@ -564,14 +597,13 @@ def open_map(
     from cgla_graph.comparisons.study.options import open_one
 
     with naming_graphs(command, spec):
-        return open_one(
-            command, spec, map_changes(dataclasses.replace(maps, k=maps.k if k is None else k), zones, raster)
-        )
+        changed = dataclasses.replace(maps, k=maps.k if k is None else k)
+        return open_one(command, spec, map_changes(changed, zones, raster, exported=exported))
 
 
-def map_changes(maps: MapOptions, zones: ZoneOptions, raster: RasterOptions) -> "MapChanges":
+def map_changes(maps: MapOptions, zones: ZoneOptions, raster: RasterOptions, *, exported: bool = False) -> "MapChanges":
     """
-    Gather the changes to a map.
+    Gather the changes to a map, whose path becomes a plan if `exported`.
 
     Raises
     ------
@@ -581,7 +613,7 @@ def map_changes(maps: MapOptions, zones: ZoneOptions, raster: RasterOptions) -> 
     from cgla_graph.comparisons.study.options import MapOptions as MapChanges
 
     changes = {**vars(maps), "no_fly": maps.no_fly or ()}
-    return MapChanges(**changes, zones=zones.settings(), raster=dict(vars(raster)))
+    return MapChanges(**changes, zones=zones.settings(exported=exported), raster=dict(vars(raster)))
 
 
 @contextmanager

@@ -4,7 +4,7 @@ import dataclasses
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -61,6 +61,7 @@ def open_mission(
     variant: str | None = None,
     max_ticks: int | None = None,
     clearance: float | None = None,
+    terrain: Mapping[str, object] | None = None,
 ) -> tuple[MissionFile, list[MissionSpec]]:
     """
     Open a mission, ready to be flown.
@@ -73,8 +74,8 @@ def open_mission(
         As in `build_solver`, instead of the file's.
     variant
         The only variant to open.
-    max_ticks, clearance
-        Instead of the file's.
+    max_ticks, clearance, terrain
+        Instead of the file's (see `load_mission`).
 
     Returns
     -------
@@ -86,7 +87,7 @@ def open_mission(
     CglaError
         If a mission, variant or solver is invalid; the message lists the choices.
     """
-    opened = load_mission(spec, clearance=clearance)
+    opened = load_mission(spec, clearance=clearance, terrain=terrain)
     missions = opened.missions(build_solver, solver=solver)
     if variant is not None and variant not in missions:
         known = ", ".join(repr(name) for name in missions if name)
@@ -373,6 +374,7 @@ def flights_document(opened: MissionFile, flights: Flights) -> dict[str, Any]:
         "mission": opened.name,
         "title": opened.title,
         "notes": opened.notes,
+        **({} if opened.terrain is None else {"terrain": opened.terrain.document()}),
         "flights": [flight_document(flown) for flown in flights.flown],
         "files": [str(path) for path in flights.written],
         "interrupted": flights.interrupted,

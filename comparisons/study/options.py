@@ -14,6 +14,7 @@ from cgla_graph.errors import CglaError
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import TOLERANCE
+from cgla_graph.scenarios.area_tables import OF_TERRAIN
 from cgla_graph.scenarios.loading import AREAS, RASTERS, holds_areas, open_scenarios
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.scenarios.text_files import require_file
@@ -227,11 +228,11 @@ class MapOptions:
             raster=settings,
         ):
             check_settings(scenario)
-            # `--altitude` may also belong to an exported plan
+            # `--altitude` may also belong to an exported plan, and terrain counts without zones
             # (areas without heights are closed at all of them, and so with any vertical clearance)
             has_areas = scenario.problem.no_fly is not None
             of_zones = [
-                name for name in zones if name != "altitude" and (name != "vertical_clearance" or not has_areas)
+                name for name in zones if name not in OF_TERRAIN and (name != "vertical_clearance" or not has_areas)
             ]
             if of_zones and scenario.zones is None:
                 option = of_zones[0].replace("_", "-")

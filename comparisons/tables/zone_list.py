@@ -3,10 +3,11 @@
 import csv
 import io
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cgla_graph.airspace.terrain.area import TerrainArea
 from cgla_graph.airspace.zones.account import ZoneRecord
 from cgla_graph.comparisons import console, files
 from cgla_graph.errors import CglaError
@@ -17,6 +18,22 @@ if TYPE_CHECKING:
 
 #: Columns of the list.
 COLUMNS = ("scenario", *ZoneRecord.__dataclass_fields__)
+
+
+def print_terrain(found: Mapping[str, TerrainArea], *, as_json: bool = False) -> dict[str, Any]:
+    """
+    Print which cells of elevations are closed on each map, and return it as JSON: under ``terrain``, by its name.
+
+    Examples
+    --------
+    >>> print_terrain({})
+    {}
+    """
+    for area in [] if as_json else found.values():
+        console.out(f"terrain    {area.summary()}\n")
+        for note in area.notes():
+            console.out(f"note       {note}\n")
+    return {"terrain": {name: area.document() for name, area in found.items()}} if found else {}
 
 
 def print_zones(

@@ -1,6 +1,7 @@
 """Check a plan leg by leg, and prove how much better any plan could be."""
 
 import dataclasses
+import math
 import os
 from collections.abc import Mapping, Sequence
 from datetime import datetime
@@ -22,6 +23,7 @@ from cgla_graph.airspace.plan_check.bracket import blocked_end, bracket, through
 from cgla_graph.airspace.plan_check.one_altitude import OF_THE_MAP, flies_higher
 from cgla_graph.airspace.plan_check.plan_map import NamedMap, PlainMap, PlanMap, put_on_map
 from cgla_graph.airspace.plan_check.result import PlanCheck
+from cgla_graph.airspace.terrain.legs import legs_above_ground
 from cgla_graph.airspace.zones.applying import Lines, Zones
 from cgla_graph.airspace.zones.ground import Ground, read_ground
 from cgla_graph.airspace.zones.heights import Altitude
@@ -51,6 +53,7 @@ def check(
     lines: Lines | None = None,
     vertical_clearance: float | None = None,
     ground: Ground | FilePath | None = None,
+    terrain_clearance: float | None = None,
     return_altitude: float | None = None,
     loiter_radius: float | None = None,
     home: tuple[float, ...] | None = None,
@@ -82,8 +85,11 @@ def check(
     at, treat, lines, vertical_clearance
         As in `cgla_graph.airspace.zones.applying.Zones.apply`.
     ground
-        Elevations, or the file of a raster of them, metres above sea level; needed to compare heights above ground with
-        heights above sea or home.
+        Elevations, or the file of a raster of them, metres above sea level: every leg has to stay above the ground, and
+        heights above ground are compared with heights above sea or home.
+    terrain_clearance
+        Least height of legs above the ground, metres; None for 30 m
+        (`cgla_graph.airspace.terrain.area.TERRAIN_CLEARANCE`). Only with `ground`.
     return_altitude, loiter_radius, home, acceptance_radius
         What the file of a plan may leave open, as in `cgla_graph.read_plan`. Only for plans that are files.
     k, clearance
@@ -140,16 +146,13 @@ def check(
     if not isinstance(listed, Zones | str | os.PathLike):
         listed = items("zones", () if listed is None else listed, "files of zones, or what read_zones returns")
     has_zones = not isinstance(listed, tuple) or bool(listed)
-    if on is None and not has_zones and not held.fence:
-        msg = f"{name}: there is nothing to check it against; give zones, or a map (on)"
+    if on is None and not has_zones and not held.fence and ground is None:
+        msg = f"{name}: there is nothing to check it against; give zones, elevations (ground), or a map (on)"
         raise CglaError(msg)
     # (an aircraft climbs to the altitude)
-    only = altitude if aircraft is None else None
-    of_zones = {"altitude": only, "at": at, "treat": treat, "ground": ground, "lines": lines}
-    for setting, value in {**of_zones, "vertical_clearance": vertical_clearance}.items():
-        if value is not None and not has_zones:
-            msg = f"{setting} needs zones; give their files (zones)"
-            raise CglaError(msg)
+    of_zones = {"altitude": altitude if aircraft is None else None, "at": at, "treat": treat, "lines": lines}
+    of_zones["vertical_clearance"] = vertical_clearance
+    _require_meaning(of_zones, terrain_clearance, has_zones=has_zones, has_ground=ground is not None)
     elevations = read_ground(ground) if isinstance(ground, str | os.PathLike) else ground
     applied = None
     if has_zones:
@@ -168,7 +171,23 @@ def check(
     placed = dataclasses.replace(placed, unknown=_higher(held, placed, given=altitude is not None))
     checked = _legs_of(held, name, placed)
     checked = dataclasses.replace(checked, flight=_flight(held, aircraft, altitude))
+    if elevations is not None:
+        flight = None if altitude is None else Altitude.of(altitude)
+        checked = _above(checked, elevations, terrain_clearance, flight)
     return checked if tolerance is None else _with_proofs(checked, tolerance, through, max_cells)
+
+
+def _require_meaning(
+    of_zones: Mapping[str, object], terrain_clearance: float | None, *, has_zones: bool, has_ground: bool
+) -> None:
+    """Refuse settings of zones without zones, and of terrain without elevations."""
+    if terrain_clearance is not None and not has_ground:
+        msg = f"terrain_clearance is {terrain_clearance:g}, and there are no elevations; give their file (ground)"
+        raise CglaError(msg)
+    for setting, value in of_zones.items():
+        if value is not None and not has_zones and not (setting == "altitude" and has_ground):
+            msg = f"{setting} needs zones; give their files (zones)"
+            raise CglaError(msg)
 
 
 def _plan_of(
@@ -212,6 +231,19 @@ def _higher(plan: FlightPlan, on: PlanMap, *, given: bool) -> tuple[str, ...]:
     return tuple(dict.fromkeys(said))
 
 
+def _above(checked: PlanCheck, ground: Ground, clearance: float | None, altitude: Altitude | None) -> PlanCheck:
+    """Add the heights of the legs above the ground."""
+    on = checked.on
+    projection = on.problem.projection
+    if projection is None:
+        msg = f"elevations are in longitude and latitude, and the map {on.name} is in the plane; leave them out"
+        raise CglaError(msg)
+    legs = legs_above_ground(
+        checked.plan, on.stops, on.route, projection, ground, clearance=clearance, altitude=altitude
+    )
+    return dataclasses.replace(checked, terrain=legs)
+
+
 def _legs_of(plan: FlightPlan, name: str, on: PlanMap) -> PlanCheck:
     """Check each leg: its crossings and its cost."""
     route = on.route
@@ -251,6 +283,9 @@ def _with_proofs(checked: PlanCheck, tolerance: float, most_legs: int, max_cells
         best = bracket(on, tolerance, max_cells, is_clean=checked.is_straight)
     except ProblemError as error:
         return dataclasses.replace(checked, no_best=str(error))
+    if checked.terrain is not None:
+        # (the cheaper plan that is known may be too near to the ground)
+        best = dataclasses.replace(best, upper_bound=math.inf)
     return dataclasses.replace(checked, best=best)
 
 

@@ -15,6 +15,7 @@ from cgla_graph.airspace.flight_plans.crossings import Column, Crossing, Crossin
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, first_remarks
 from cgla_graph.airspace.plan_check.bracket import Through
 from cgla_graph.airspace.plan_check.plan_map import PlanMap
+from cgla_graph.airspace.terrain.legs import LegsAboveGround
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.model.earth import degrees_of
 
@@ -99,6 +100,8 @@ class PlanCheck(Plottable):
         Bound of the cost of every clean plan through the same waypoints; None without one.
     flight
         Time and energy of the flight; None if no aircraft was given.
+    terrain
+        Heights of the legs above the ground; None without elevations.
     """
 
     file: str
@@ -112,6 +115,7 @@ class PlanCheck(Plottable):
     no_best: str = ""
     through: Through | None = None
     flight: FlightTime | None = None
+    terrain: LegsAboveGround | None = None
 
     @property
     def k(self) -> float:
@@ -185,7 +189,8 @@ class PlanCheck(Plottable):
     @property
     def faulty(self) -> BoolArray:
         """Which legs are not clean, shape ``(n,)``."""
-        return np.asarray(self.crossing | self.beside | self.outside | self.near)
+        low = False if self.terrain is None else self.terrain.low
+        return np.asarray(self.crossing | self.beside | self.outside | self.near | low)
 
     @property
     def most_to_gain(self) -> float:
@@ -219,7 +224,7 @@ class PlanCheck(Plottable):
     @property
     def unknown(self) -> list[str]:
         """Why it is not known where the plan flies, or how high: one sentence each, with what to give."""
-        return [*self.plan.unknown, *self.on.unknown]
+        return [*self.plan.unknown, *self.on.unknown, *([] if self.terrain is None else self.terrain.unknown)]
 
     @property
     def legs(self) -> list[Leg]:
@@ -280,6 +285,10 @@ class PlanCheck(Plottable):
         said += self._columns_at_fault()
         said += [f"where it flies is not known: {why}" for why in first_remarks(self.plan.unknown, _MOST_UNKNOWN)]
         said += [*self.on.unknown, *self._not_flyable]
+        if self.terrain is not None:
+            low, far = int(self.terrain.low.sum()), f"{self.terrain.clearance:g} m to the ground"
+            said += [f"{counted(low, 'leg')} {'comes' if low == 1 else 'come'} nearer than {far}"] if low else []
+            said += first_remarks(self.terrain.unknown, _MOST_UNKNOWN)
         return [f"not clean: {words}" for words in said]
 
     @property
@@ -375,7 +384,10 @@ class PlanCheck(Plottable):
             "rounding": on.rounding,
             "route": on.route.tolist(),
             **({} if lonlat is None else {"route_lonlat": lonlat}),
-            "legs": [_leg_document(one) for one in self.legs],
+            "legs": [
+                {**_leg_document(one), **({} if self.terrain is None else self.terrain.document(one.number - 1))}
+                for one in self.legs
+            ],
             "crossings": [self._crossing_document(one) for one in self.crossings.found],
             "columns": [
                 {"at": self._way(one.place), "area": self.on.areas[one.area].name, "distance": one.distance}
@@ -385,6 +397,7 @@ class PlanCheck(Plottable):
             "through": through_waypoints,
             "no_best": self.no_best,
             **({} if self.flight is None else {"flight": self.flight.document()}),
+            **({} if self.terrain is None else {"terrain": self.terrain.document()}),
             **({} if on.zones is None else {"zones": {on.name: on.zones.document()}}),
         }
 
