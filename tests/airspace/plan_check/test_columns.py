@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,6 +34,10 @@ BOX = shapely.box(6.0, 49.0, 6.2, 49.2)
 def of_layers(*layers: tuple[float, str, float, str], area: shapely.Polygon = BOX, kind: str = "PROHIBITED") -> Zones:
     made = (Layer(area, Limit(low, below), Limit(high, above)) for low, below, high, above in layers)  # type: ignore[arg-type]
     return Zones((Zone("A", "", kind, tuple(made)),))
+
+
+#: Flat ground, on which heights of 0 m are allowed, and no proof.
+OVER_FLAT: Any = {"ground": FLAT, "terrain_clearance": 0.0, "tolerance": None}
 
 
 def flown(*places: tuple[float, float], altitude: float | None = None) -> FlightPlan:
@@ -66,13 +71,13 @@ def test_a_column_is_held_against_every_layer_below_the_flight(
 ) -> None:
     zones = of_layers(layer)
     for places in ((INSIDE, OUTSIDE), (OUTSIDE, INSIDE)):
-        found = cg.check(flown(*places), zones=zones, altitude=altitude, ground=FLAT, tolerance=None)
+        found = cg.check(flown(*places), zones=zones, altitude=altitude, **OVER_FLAT)
         assert found.is_clean is clean
-        assert cg.check(places, zones=zones, altitude=altitude, ground=FLAT, tolerance=None).is_clean is clean
+        assert cg.check(places, zones=zones, altitude=altitude, **OVER_FLAT).is_clean is clean
         closed = zones.apply(altitude=altitude, ground=FLAT, ends=places).account().count("closed")
         assert closed == (not clean)
     # from one side to the other, only a layer at the altitude of the flight is met
-    over = cg.check([(5.9, 49.1), OUTSIDE], zones=zones, altitude=altitude, ground=FLAT, tolerance=None)
+    over = cg.check([(5.9, 49.1), OUTSIDE], zones=zones, altitude=altitude, **OVER_FLAT)
     assert over.is_clean is (clean or altitude != 0)
 
 
@@ -256,7 +261,13 @@ def test_clean_is_what_an_independent_reader_calls_clean(
     plan = flown(*places, altitude=altitude if own else None)
     settings = {"ground": FLAT, "vertical_clearance": vertical}
     found = cg.check(
-        plan, zones=zones, altitude=None if own else altitude, clearance=clearance, tolerance=None, **settings
+        plan,
+        zones=zones,
+        altitude=None if own else altitude,
+        clearance=clearance,
+        terrain_clearance=0.0,
+        tolerance=None,
+        **settings,
     )
     assert found.is_clean is not any(faults), found.verdict
     # the zones that a problem gets are closed around its ends for the same columns
