@@ -82,8 +82,9 @@ def plan(
         read_tolerance(proof.tolerance, certify=not proof.no_certificate),
         read_entrant(solver, refine=refine),
     )
-    k = _price_of_risk(maps.k, ground)
-    opened = open_map("plan", scenario, maps, zones, raster, k=k, exported=bool(export.export))
+    opened = open_map(
+        "plan", scenario, maps, zones, raster, k=_price_of_risk(maps.k, ground), exported=bool(export.export)
+    )
     without_limit, opened = opened, _below_density(opened, ground)
     for one in (exported, laying):
         if one is not None:
