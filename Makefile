@@ -11,13 +11,17 @@ export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels
 # tests start hundreds of processes: what Python has compiled is kept, whatever the environment says
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: compare test fuzz lint check suite bounds browser paper comparison digests oldest docs bench claims conformance clean
+.PHONY: compare test theorem-1 fuzz lint check suite bounds browser paper comparison digests oldest docs bench claims conformance clean
 
 compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
 
 test: $(INSTALLED)
 	CGLA_EXAMPLES=0.25 $(PYTEST) -m "not slow" --ignore=tests/benchmarks
+
+# the property-based tests of Lemma 1 and Theorem 1 alone, half a minute
+theorem-1: $(INSTALLED)
+	$(PYTEST) tests/theorem_1
 
 # every run draws other examples, twenty times as many; a failure prints the example and the line that brings it back.
 # make fuzz TESTS=tests/model/test_risk.py: only those

@@ -6,8 +6,9 @@ The contract of solvers, as checks that anyone can run on a solver of their own.
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import shapely
@@ -27,6 +28,31 @@ from cgla_graph.solvers.solving import solve
 NOTHING = {Status.NO_PATH, Status.NOT_FOUND, Status.INFEASIBLE, Status.STUCK}
 #: Cells along each side of the raster that stands for a threat.
 FINE = 40
+
+
+@dataclass(frozen=True)
+class SolverCheck:
+    """
+    A check of a solver's contract, to be called with the solver.
+
+    Attributes
+    ----------
+    name
+        What is checked, and on which problem.
+    run
+        Raises `AssertionError` if the solver breaks the contract.
+    """
+
+    name: str
+    run: Callable[[Any], None]
+
+    def __call__(self, solver: Solver) -> None:
+        """Check a solver."""
+        self.run(solver)
+
+    def __str__(self) -> str:
+        """Return the name."""
+        return self.name
 
 
 def check_solver(solver: Solver) -> None:
@@ -58,15 +84,35 @@ def check_solver(solver: Solver) -> None:
     >>> from cgla_graph.solvers import get
     >>> check_solver(get("straight-line"))
     """
+    for check in solver_checks(solver):
+        check(solver)
+
+
+def solver_checks(solver: Solver) -> list[SolverCheck]:
+    """
+    Return the checks that `check_solver` makes of a solver, one for each problem.
+
+    Raises
+    ------
+    AssertionError
+        If the solver's domain is unknown.
+
+    Examples
+    --------
+    >>> from cgla_graph.solvers import get
+    >>> [check.name for check in solver_checks(get("cgla"))][:2]
+    ['on an empty map', 'on one threat']
+    """
     traits = solver.traits
     _require(traits.domain in {"graph", "plane"}, f"{traits.name}: unknown domain {traits.domain!r}")
-    _check_plane(solver)
+    checks = [SolverCheck(f"on {title}", partial(_check_plane, title, problem)) for title, problem in plane_problems()]
     if traits.rasters:
-        _check_sees_rasters(solver)
+        checks.append(SolverCheck("turns aside for a raster as for a threat", _check_sees_rasters))
     if traits.domain == "graph":
-        _check_graph(cast("GraphSolver", solver))
+        checks += [SolverCheck(f"on {title}", partial(_check_graph, title, one)) for title, one in graph_problems()]
     elif not traits.seeded:
-        _check_unbudgeted(cast("PlaneSolver", solver))
+        checks.append(SolverCheck("on a goal that is walled in", _check_unbudgeted))
+    return checks
 
 
 def graph_problems() -> Iterator[tuple[str, GraphProblem]]:
@@ -125,28 +171,26 @@ def _require(holds: object, message: str) -> None:
         raise AssertionError(message)
 
 
-def _check_plane(solver: Solver) -> None:
-    name = solver.traits.name
-    for title, problem in plane_problems():
-        answer = _same_twice(f"{name} on {title}", partial(solve, problem, solver, resolution=8))
-        if is_blind_to(problem, solver.traits):
-            said = (answer.status, answer.message) == (Status.UNSUPPORTED, NO_RASTERS)
-            _require(said, f"{name} on {title}: {answer.status.label}, though it takes no rasters")
-            continue
-        blind = problem.no_fly is not None and not solver.traits.no_fly
-        if blind:
-            _require(answer.status in {Status.INFEASIBLE, Status.FOUND}, f"{name} on {title}: {answer.status.label}")
-            continue
-        modest = not solver.traits.complete or (solver.traits.domain == "graph" and not solver.traits.exact)
-        if modest and answer.status in NOTHING:
-            continue
-        _require(answer.status.has_path, f"{name} on {title}: {answer.status.label}: {answer.message}")
-        _require(tuple(answer.path[0]) == problem.start, f"{name} on {title}: the path does not begin at the start")
-        _require(tuple(answer.path[-1]) == problem.goal, f"{name} on {title}: the path does not end at the goal")
-        shortest = float(np.hypot(*np.subtract(problem.start, problem.goal)))
-        _require(answer.cost >= shortest * (1 - 1e-12), f"{name} on {title}: cheaper than the straight line is long")
-        if solver.traits.anytime and problem.start != problem.goal:
-            _check_trace(f"{name} on {title}", answer)
+def _check_plane(title: str, problem: Problem, solver: Solver) -> None:
+    place = f"{solver.traits.name} on {title}"
+    answer = _same_twice(place, partial(solve, problem, solver, resolution=8))
+    if is_blind_to(problem, solver.traits):
+        said = (answer.status, answer.message) == (Status.UNSUPPORTED, NO_RASTERS)
+        _require(said, f"{place}: {answer.status.label}, though it takes no rasters")
+        return
+    if problem.no_fly is not None and not solver.traits.no_fly:
+        _require(answer.status in {Status.INFEASIBLE, Status.FOUND}, f"{place}: {answer.status.label}")
+        return
+    modest = not solver.traits.complete or (solver.traits.domain == "graph" and not solver.traits.exact)
+    if modest and answer.status in NOTHING:
+        return
+    _require(answer.status.has_path, f"{place}: {answer.status.label}: {answer.message}")
+    _require(tuple(answer.path[0]) == problem.start, f"{place}: the path does not begin at the start")
+    _require(tuple(answer.path[-1]) == problem.goal, f"{place}: the path does not end at the goal")
+    shortest = float(np.hypot(*np.subtract(problem.start, problem.goal)))
+    _require(answer.cost >= shortest * (1 - 1e-12), f"{place}: cheaper than the straight line is long")
+    if solver.traits.anytime and problem.start != problem.goal:
+        _check_trace(place, answer)
 
 
 def _check_sees_rasters(solver: Solver) -> None:
@@ -180,23 +224,20 @@ def _check_unbudgeted(solver: PlaneSolver) -> None:
     _require(answer.status in NOTHING, f"{solver.traits.name}: found a path into a closed ring")
 
 
-def _check_graph(solver: GraphSolver) -> None:
-    name = solver.traits.name
-    for title, problem in graph_problems():
-        before = problem.graph.weight_matrix().copy()
-        answer = _same_twice(f"{name} on {title}", partial(solve, problem, solver))
-        _require(np.array_equal(before, problem.graph.weight_matrix()), f"{name} on {title}: changed the weights")
-        best = cost_matrix(problem.graph, problem.target).value(problem.source)
-        if not np.isfinite(best):
-            _require(answer.status in NOTHING, f"{name} on {title}: {answer.status.label}, but there is no way")
-            continue
-        if answer.status.has_path:
-            _require(
-                answer.cost >= best - 1e-12 * best, f"{name} on {title}: {answer.cost} is below the optimum {best}"
-            )
-        if solver.traits.exact:
-            _require(answer.status is Status.OPTIMAL, f"{name} on {title}: {answer.status.label}: {answer.message}")
-            _require(answer.cost <= best + 1e-12 * best, f"{name} on {title}: {answer.cost}, the optimum is {best}")
+def _check_graph(title: str, problem: GraphProblem, solver: GraphSolver) -> None:
+    place = f"{solver.traits.name} on {title}"
+    before = problem.graph.weight_matrix().copy()
+    answer = _same_twice(place, partial(solve, problem, solver))
+    _require(np.array_equal(before, problem.graph.weight_matrix()), f"{place}: changed the weights")
+    best = cost_matrix(problem.graph, problem.target).value(problem.source)
+    if not np.isfinite(best):
+        _require(answer.status in NOTHING, f"{place}: {answer.status.label}, but there is no way")
+        return
+    if answer.status.has_path:
+        _require(answer.cost >= best - 1e-12 * best, f"{place}: {answer.cost} is below the optimum {best}")
+    if solver.traits.exact:
+        _require(answer.status is Status.OPTIMAL, f"{place}: {answer.status.label}: {answer.message}")
+        _require(answer.cost <= best + 1e-12 * best, f"{place}: {answer.cost}, the optimum is {best}")
 
 
 def _same_twice(place: str, run: Callable[[], Any]) -> Solution:

@@ -16,20 +16,7 @@ import shapely
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from scipy.sparse.csgraph import dijkstra
-from strategies import (
-    areas,
-    changed,
-    crowds,
-    examples,
-    fields,
-    fields_and_segments,
-    lattices,
-    models,
-    points,
-    seeds,
-    threats,
-    usual,
-)
+from strategies import areas, changed, examples, fields_and_segments, models, usual
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.cost_to_go import bound_kernels, repair_kernels
@@ -42,6 +29,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
 from cgla_graph.scenarios.scenario import load_scenario
+from cgla_graph.testing.strategies import crowds, fields, lattices, points, seeds, threats
 
 UNIT = (0.0, 0.0, 1.0, 1.0)
 EXACT = 1e-12

@@ -10,7 +10,7 @@ import shapely
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from oracles import largest_integral, line_integral, raster, rate
-from strategies import Segment, fast, few, off_lattice_points, seeds, segments, threats, usual
+from strategies import Segment, fast, few, off_lattice_points, segments, usual
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.errors import ProblemError
@@ -21,6 +21,7 @@ from cgla_graph.model.cost_model import THREADED_FROM, CostModel
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
+from cgla_graph.testing.strategies import seeds, threats
 
 FUSIONS: tuple[Fusion, ...] = get_args(Fusion)
 INTEGRALS: tuple[Integral, ...] = get_args(Integral)

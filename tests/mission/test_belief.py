@@ -7,13 +7,14 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import fast, seeds, usual
+from strategies import fast, usual
 
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.belief import Belief, Report, sightings
 from cgla_graph.mission.sharing import Radio, Sharing
 from cgla_graph.mission.world import TimedArea, TimedThreat, World
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.testing.strategies import seeds
 
 PLACES = [Threat(0.1 * i, 0.5, 0.05) for i in range(4)]
 reports = st.builds(

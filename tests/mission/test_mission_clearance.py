@@ -10,7 +10,7 @@ import pytest
 import shapely
 from hypothesis import event, given, reject
 from hypothesis import strategies as st
-from strategies import few, seeds
+from strategies import few
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point
@@ -22,6 +22,7 @@ from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import TimedArea, World, union_of
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.testing.strategies import seeds
 
 CGLA = cg.solvers.get("cgla")
 WALL = shapely.box(0.45, 0.3, 0.55, 0.7)

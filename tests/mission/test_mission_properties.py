@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import examples, few, seeds
+from strategies import examples, few
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point
@@ -28,6 +28,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.motion.space_time import Others, SpaceTimePlan, SpaceTimeStatus
 from cgla_graph.solvers.exact import cgla
+from cgla_graph.testing.strategies import seeds
 
 CGLA = cg.solvers.get("cgla")
 

@@ -17,18 +17,7 @@ from oracles import crosses, eight_connected_edges, inclusion_exclusion, least_c
 from scipy import sparse
 from scipy.sparse import csgraph
 from shapely.geometry.base import BaseGeometry
-from strategies import (
-    fast,
-    fields,
-    lattices,
-    networks,
-    off_lattice_points,
-    points,
-    polygons,
-    risk_weights,
-    usual,
-    weight_matrices,
-)
+from strategies import fast, off_lattice_points, usual
 
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
@@ -40,6 +29,7 @@ from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
+from cgla_graph.testing.strategies import fields, lattices, networks, points, polygons, risk_weights, weight_matrices
 
 UNIT: Bounds = (0.0, 0.0, 1.0, 1.0)
 # Four steps a side of length 1: whole coordinates without rounding, for which shapely is exact.

@@ -12,12 +12,13 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
-from strategies import fields, networks, risk_weights, usual
+from strategies import usual
 
 import cgla_graph as cg
 from cgla_graph.errors import GraphError, ProblemError
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.risk import RiskField
+from cgla_graph.testing.strategies import fields, networks, risk_weights
 
 TakeOver = Callable[..., GeometricGraph]
 

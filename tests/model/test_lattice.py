@@ -8,11 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from oracles import lattice_points
-from strategies import boxes, coordinates, fast, lattices
+from strategies import fast
 
 from cgla_graph._types import Bounds, Point
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.lattice import SNAP, Lattice
+from cgla_graph.testing.strategies import boxes, coordinates, lattices
 
 UNIT = (0.0, 0.0, 1.0, 1.0)
 

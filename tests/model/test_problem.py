@@ -12,7 +12,7 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from oracles import crosses, least_costs, path_risk
-from strategies import crowds, fast, fields, points, polygons, risk_weights, seeds, usual, weight_matrices
+from strategies import fast, usual
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
@@ -23,6 +23,7 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import COST_TOLERANCE, GraphProblem, Problem
 from cgla_graph.model.risk import RiskField, SmallSpreadWarning, Threat
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.testing.strategies import crowds, fields, points, polygons, risk_weights, seeds, weight_matrices
 
 FIELD = RiskField([Threat(0.5, 0.5, spread=0.1), Threat(0.3, 0.6, spread=0.2, peak=0.5)])
 WALL = shapely.box(0.4, 0.0, 0.6, 0.8)

@@ -17,26 +17,14 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 from oracles import density, inclusion_exclusion, line_integral, rate
 from scipy.integrate import quad, simpson
-from strategies import (
-    Segment,
-    crowds,
-    fast,
-    few,
-    fields,
-    fields_and_segments,
-    peaks,
-    points,
-    seeds,
-    spreads,
-    threats,
-    usual,
-)
+from strategies import Segment, fast, few, fields_and_segments, usual
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.errors import CglaError, ProblemError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import ImproperFieldWarning, Reading, RiskField, Threat
 from cgla_graph.model.risk_kernels import exp2, fma, segment_risk
+from cgla_graph.testing.strategies import crowds, fields, peaks, points, seeds, spreads, threats
 
 TOLERANCE = 1e-10
 TWO = RiskField([Threat(0.5, 0.5, spread=0.1), Threat(0.5, 0.6, spread=0.2, peak=0.5)])

@@ -15,7 +15,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from shapely.geometry.base import BaseGeometry
-from strategies import examples, fields, polygons, seeds
+from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph._types import Point
@@ -26,6 +26,7 @@ from cgla_graph.model.weights import DenseWeights
 from cgla_graph.motion import space_time
 from cgla_graph.motion.space_time import SpaceTimePlan, SpaceTimeStatus, plan_in_space_time
 from cgla_graph.motion.trajectory import Trajectory, closest_approach
+from cgla_graph.testing.strategies import fields, polygons, seeds
 
 Others = Sequence[tuple[Trajectory, float]]
 

@@ -9,12 +9,13 @@ import oracles
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import fast, seeds
+from strategies import fast
 
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.motion.trajectory import Trajectory, closest_approach
 from cgla_graph.motion.trajectory_kernels import Disc
+from cgla_graph.testing.strategies import seeds
 
 
 @st.composite

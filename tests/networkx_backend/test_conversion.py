@@ -9,10 +9,11 @@ import networkx as nx
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import networks, usual
+from strategies import usual
 
 from cgla_graph.networkx_backend.conversion import ConvertedGraph
 from cgla_graph.networkx_backend.functions import can_run
+from cgla_graph.testing.strategies import networks
 
 KINDS = [nx.Graph, nx.DiGraph, nx.MultiGraph, nx.MultiDiGraph]
 

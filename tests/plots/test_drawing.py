@@ -68,7 +68,7 @@ def test_solutions_are_named_by_solver_and_cost() -> None:
     assert words[0] == f"cgla: {solution.cost:.5g}"
 
 
-@given(strategies.plane_problems(max_threats=2))
+@given(strategies.problems(max_threats=2))
 @examples(5)
 def test_pictures_of_a_proof_have_the_path_that_it_knows(problem: cg.Problem) -> None:
     proof = cg.lower_bound(problem, 0.2, max_cells=20_000)

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import given
-from strategies import raster_fields
 from typer.testing import CliRunner
 
 from cgla_graph.comparisons import files
@@ -21,6 +20,7 @@ from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.plots.profile import COLUMNS, MOST_ROWS, profile_of, write_profile
 from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.testing.strategies import raster_fields
 
 PATH = np.array([(0.1, 0.1), (0.4, 0.7), (0.4, 0.7), (0.9, 0.9)])
 FIELD = RiskField([Threat(0.5, 0.5, 0.1)], rasters=[RasterRisk([[1.0, 3.0], [0.0, 2.0]], (0, 0, 1, 1))])

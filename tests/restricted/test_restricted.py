@@ -9,7 +9,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import examples, lattices, plane_problems, seeds, with_raster
+from strategies import examples, with_raster
 
 import cgla_graph as cg
 from cgla_graph.cost_to_go.cost_matrix import Schedule, cost_matrix
@@ -22,6 +22,7 @@ from cgla_graph.restricted.restricted import Restricted, restricted_optimum
 from cgla_graph.restricted.tube import Tube
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.exact import cgla
+from cgla_graph.testing.strategies import lattices, problems, seeds
 
 
 def check(on: GraphProblem) -> Restricted | None:
@@ -62,7 +63,7 @@ def test_it_is_the_optimum_of_the_full_matrix(seed: int, side: int, kind: Lattic
 
 
 @examples(25)
-@given(plane_problems(), lattices(max_side=20, unit=True))
+@given(problems(), lattices(max_side=20, unit=True))
 def test_on_small_and_oblong_lattices_too(problem: cg.Problem, lattice: cg.Lattice) -> None:
     check(problem.on_lattice(lattice))
 

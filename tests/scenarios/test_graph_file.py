@@ -18,7 +18,7 @@ import scipy.io
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import sparse
-from strategies import few, networks, usual, weight_matrices
+from strategies import few, usual
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.study.options import MapOptions
@@ -30,6 +30,7 @@ from cgla_graph.scenarios.graph_file import read_graph
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.scenarios.scenario import load_scenario
+from cgla_graph.testing.strategies import networks, weight_matrices
 
 Edges = dict[tuple[str, str], float]
 

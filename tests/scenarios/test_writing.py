@@ -14,7 +14,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import coordinates, points, seeds, threats, usual
+from strategies import usual
 
 import cgla_graph as cg
 from cgla_graph.errors import MissionError, OutputError, ProblemError, ScenarioError
@@ -24,6 +24,7 @@ from cgla_graph.scenarios.mission_file import mission_from_toml
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml, shipped
 from cgla_graph.scenarios.toml_text import toml_text
 from cgla_graph.scenarios.writing import write_scenario
+from cgla_graph.testing.strategies import coordinates, points, seeds, threats
 
 PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.5, 0.5, 0.1)]), k=3.0)
 RASTER = cg.RasterRisk([[0.0, 1.0], [2.0, 3.0]], bounds=(0, 0, 1, 1))

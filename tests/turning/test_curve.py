@@ -9,7 +9,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
-from strategies import arcs, areas, crowds, few, fields, rasters, usual
+from strategies import arcs, areas, few, usual
 
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
@@ -17,6 +17,7 @@ from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk
+from cgla_graph.testing.strategies import crowds, fields, rasters
 from cgla_graph.turning import curve_kernels
 from cgla_graph.turning.curve import Curve
 from cgla_graph.turning.curve_kernels import CX, CY, RADIUS, TURN, X0, Y0

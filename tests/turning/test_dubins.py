@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import points, seeds, usual
+from strategies import usual
 
 from cgla_graph.model.problem import Problem
+from cgla_graph.testing.strategies import points, seeds
 from cgla_graph.turning import dubins_kernels
 from cgla_graph.turning.curve import Curve
 from cgla_graph.turning.curve_kernels import N_COLUMNS

@@ -8,7 +8,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import examples, few, plane_problems, seeds
+from strategies import examples, few
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
@@ -16,6 +16,7 @@ from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.testing.strategies import problems, seeds
 from cgla_graph.turning import bending, fillet_kernels
 from cgla_graph.turning.curve import Curve
 from cgla_graph.turning.flyable import Flyable, plan_flyable
@@ -52,7 +53,7 @@ def assert_flyable(problem: Problem, found: Flyable) -> None:
 
 
 @examples(20)
-@given(problem=plane_problems(), start_heading=bearings, goal_heading=bearings, seed=seeds)
+@given(problem=problems(), start_heading=bearings, goal_heading=bearings, seed=seeds)
 def test_what_is_found_may_be_flown(
     problem: Problem, start_heading: float | None, goal_heading: float | None, seed: int
 ) -> None:

@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from mutations import damaged, tried
-from strategies import seeds, usual
+from strategies import usual
 
 from cgla_graph.errors import FileFormatError
+from cgla_graph.testing.strategies import seeds
 from cgla_graph.untrusted import files, kml_files, xml_files
 from cgla_graph.untrusted.files import read_bytes, read_text, text_of
 from cgla_graph.untrusted.json_files import json_of, read_json

@@ -7,11 +7,12 @@ import numpy as np
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import seeds, usual
+from strategies import usual
 
 from cgla_graph._types import FloatArray
 from cgla_graph.airspace.flight_plans.crossings import ClosedArea, crossings_of
 from cgla_graph.model.no_fly import NoFlyArea
+from cgla_graph.testing.strategies import seeds
 
 
 def areas_of(*shapes: shapely.Geometry) -> list[ClosedArea]:

@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given
 from mutations import damaged, damaged_json, tried
 from plan_files import FILES
-from strategies import FUZZING, examples, seeds
+from strategies import FUZZING, examples
 
 from cgla_graph.airspace.flight_plans import kml, plan
 from cgla_graph.airspace.flight_plans.formats import plan_of_bytes, text_of_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan
 from cgla_graph.errors import FileFormatError, PlanError
+from cgla_graph.testing.strategies import seeds
 
 
 def zipped(data: bytes) -> bytes:

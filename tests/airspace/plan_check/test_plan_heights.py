@@ -13,7 +13,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from mutations import damaged, damaged_json, tried
-from strategies import examples, few, seeds
+from strategies import examples, few
 from zone_files import data_of, ed269, volume
 
 from cgla_graph.airspace.flight_plans import simultaneous_areas
@@ -29,6 +29,7 @@ from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.zone import Limit, Limits
 from cgla_graph.errors import CglaError
 from cgla_graph.model.earth import LocalProjection
+from cgla_graph.testing.strategies import seeds
 
 Check: TypeAlias = Callable[..., PlanCheck]
 

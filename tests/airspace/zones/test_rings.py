@@ -8,7 +8,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import few, seeds
+from strategies import few
 from zone_files import data_of, ed269, ed318, geojson, kml, kmz, layer, polygon, volume
 
 from cgla_graph.airspace.zones import rings
@@ -16,6 +16,7 @@ from cgla_graph.airspace.zones.reading import zones_of
 from cgla_graph.airspace.zones.rings import area_of, directed_rings
 from cgla_graph.errors import FileFormatError
 from cgla_graph.scenarios.area_tables import drawn_area
+from cgla_graph.testing.strategies import seeds
 
 Ring = list[list[float]]
 

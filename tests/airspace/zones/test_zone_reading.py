@@ -8,7 +8,7 @@ import pytest
 import shapely
 from hypothesis import given
 from mutations import damaged, damaged_json, tried
-from strategies import few, seeds
+from strategies import few
 from zone_files import (
     ALWAYS,
     HOLE,
@@ -31,6 +31,7 @@ import cgla_graph as cg
 from cgla_graph.airspace.zones.reading import zones_of
 from cgla_graph.airspace.zones.zone import Limit, Zone
 from cgla_graph.errors import FileFormatError
+from cgla_graph.testing.strategies import seeds
 
 AREA = shapely.Polygon(SQUARE, [HOLE])
 DOCUMENTS = {"ED-269": ed269(), "ED-318": ed318(), "KML": kml(), "GeoJSON": geojson()}

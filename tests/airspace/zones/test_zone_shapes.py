@@ -7,13 +7,14 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import few, seeds
+from strategies import few
 
 from cgla_graph.airspace.zones import shapes
 from cgla_graph.airspace.zones.rings import area_of, polygon_of
 from cgla_graph.airspace.zones.shapes import circle_of, joined, part_near, ring_of, with_fewer_corners
 from cgla_graph.errors import FileFormatError
 from cgla_graph.model.earth import LocalProjection, geodesic_lengths, project_area
+from cgla_graph.testing.strategies import seeds
 
 KEYS = ("center", "radius")
 

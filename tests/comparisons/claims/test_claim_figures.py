@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from scipy.integrate import quad
-from strategies import few, seeds
+from strategies import few
 
 from cgla_graph.comparisons.claims.artefact import Artefact, Content, artefacts
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
@@ -33,6 +33,7 @@ from cgla_graph.mission.records import MissionStatus
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.solvers import get
+from cgla_graph.testing.strategies import seeds
 
 FIGURES = {one.label: one for one in artefacts() if one.label.startswith("Fig") and not one.experiments}
 #: Figures on the map that was selected to agree with the paper.

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapely
 from hypothesis import given
-from strategies import few, seeds, usual
+from strategies import few, usual
 
 from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.claim import Answer, Finding, Row
@@ -30,6 +30,7 @@ from cgla_graph.model.risk import RiskField
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import solve
+from cgla_graph.testing.strategies import seeds
 
 
 def levels(maps: int) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given
-from strategies import few, seeds
+from strategies import few
 
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Answer
@@ -29,6 +29,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.grid.q_learning import QLearning
 from cgla_graph.solvers.grid.value_iteration import decision_process, greedy, least_target_reward, value_iteration
+from cgla_graph.testing.strategies import seeds
 
 SEED = seeds_of(KINDS[5], 9, 1)[0]
 

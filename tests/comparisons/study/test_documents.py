@@ -14,7 +14,7 @@ import shapely
 from exact import bits
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import fields, lattices, polygons, raster_fields, usual
+from strategies import usual
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study.documents import (
@@ -39,6 +39,7 @@ from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, shipped
+from cgla_graph.testing.strategies import fields, lattices, polygons, raster_fields
 
 START, GOAL = (0.1, 0.1), (0.9, 0.9)
 #: With lone surrogates, as odd file names have them.

@@ -20,7 +20,6 @@ from exact import bits
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import few
-from strategies import seeds as random_seeds
 from studies_small import add_run, named, runs_of, small_study, write_study
 
 from cgla_graph.certificate.certificate import Certificate
@@ -36,6 +35,7 @@ from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.loading import open_scenarios
+from cgla_graph.testing.strategies import seeds as random_seeds
 
 #: Strings from everywhere, lone surrogates of odd file names and NUL included.
 texts = st.text(st.characters(codec=None, exclude_categories=()), max_size=12)

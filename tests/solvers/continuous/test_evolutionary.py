@@ -9,12 +9,13 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
-from strategies import few, fields, points, seeds, usual
+from strategies import few, usual
 
 import cgla_graph as cg
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.continuous.evolutionary import Evolutionary, _Curves, _is_better, basis, curvature
+from cgla_graph.testing.strategies import fields, points, seeds
 
 QUICK: dict[str, Any] = {"generations": 25, "segments": 24, "population": 20}
 

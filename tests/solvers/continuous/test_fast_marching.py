@@ -7,11 +7,12 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import examples, few, fields, points
+from strategies import examples, few
 
 import cgla_graph as cg
 from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers.continuous.fast_marching import least_change
+from cgla_graph.testing.strategies import fields, points
 
 
 def excess(problem: cg.Problem, cells: int, order: int, best: float) -> float:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from oracles import least_costs
-from strategies import few, networks, usual, weight_matrices, whole_weights
+from strategies import few, usual
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
@@ -17,6 +17,7 @@ from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.solution import Status
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.exact import library_search
+from cgla_graph.testing.strategies import networks, weight_matrices, whole_weights
 
 LIBRARIES = [
     pytest.param(name, marks=pytest.mark.skipif(registry.missing(name) is not None, reason=f"{name} is missing"))

@@ -10,11 +10,12 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from quick_solvers import RING
-from strategies import few, fields, points, polygons, usual
+from strategies import few, usual
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.scenarios.scenario import load_scenario, shipped
+from cgla_graph.testing.strategies import fields, points, polygons
 
 
 def around_disc(start: Point, goal: Point, centre: Point, radius: float) -> float:

@@ -9,7 +9,7 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import boxes, few, fields, points, polygons, seeds, usual
+from strategies import few, usual
 
 import cgla_graph as cg
 from cgla_graph._types import Bounds, FloatArray, Point
@@ -18,6 +18,7 @@ from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers.geometric import elastic
 from cgla_graph.solvers.geometric.elastic import relaxed
 from cgla_graph.solvers.geometric.voronoi import VoronoiRoadmap, _sites, voronoi_edges
+from cgla_graph.testing.strategies import boxes, fields, points, polygons, seeds
 
 # The diagram
 

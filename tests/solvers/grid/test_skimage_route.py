@@ -9,10 +9,11 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import areas, few, plane_problems, raster_fields, usual
+from strategies import areas, few, usual
 
 import cgla_graph as cg
 from cgla_graph.solvers.grid.skimage_route import ASIDE, Grid
+from cgla_graph.testing.strategies import problems, raster_fields
 
 graph: Any = pytest.importorskip("skimage.graph")
 
@@ -87,7 +88,7 @@ def test_in_free_space_it_is_as_much_longer_as_eight_directions_are() -> None:
 
 
 @usual
-@given(plane_problems())
+@given(problems())
 def test_every_path_stands_up_to_the_oracle(problem: cg.Problem) -> None:
     answer = cg.solve(problem, "skimage-route", cells=40)
     if answer.status is cg.Status.NOT_FOUND:

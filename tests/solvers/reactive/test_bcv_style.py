@@ -8,13 +8,14 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import plane_problems, usual
+from strategies import usual
 
 import cgla_graph as cg
 from cgla_graph._types import Point
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.reactive.bcv_style import BcvMemory, BcvStyle, _votes, _with_target
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
+from cgla_graph.testing.strategies import problems
 
 
 def seen_by(problem: cg.Problem) -> tuple[Surroundings, BcvMemory]:
@@ -39,7 +40,7 @@ def score(problem: cg.Problem, here: Point, heading: float, before: float, targe
 
 
 @usual
-@given(plane_problems(areas=False), st.integers(-40, 40), st.floats(-3.0, 3.0), st.sampled_from([0.0, 5.0]))
+@given(problems(areas=False), st.integers(-40, 40), st.floats(-3.0, 3.0), st.sampled_from([0.0, 5.0]))
 def test_it_takes_the_heading_with_the_best_score(
     problem: cg.Problem, turns: int, first: float, aversion: float
 ) -> None:
@@ -69,7 +70,7 @@ def test_behaviours_weigh_as_the_specification_says() -> None:
 
 
 @usual
-@given(plane_problems())
+@given(problems())
 def test_its_steps_may_be_flown_and_turn_on_a_grid_of_headings(problem: cg.Problem) -> None:
     answer = cg.solve(problem, "bcv-style", max_steps=400)
     assert answer.status in {cg.Status.OPTIMAL, cg.Status.FOUND, cg.Status.STUCK}, answer.message

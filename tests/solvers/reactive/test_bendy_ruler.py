@@ -7,11 +7,12 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import plane_problems, points, usual
+from strategies import usual
 
 import cgla_graph as cg
 from cgla_graph.solvers.reactive.bendy_ruler import BendyMemory, BendyRuler, _Obstacles
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
+from cgla_graph.testing.strategies import points, problems
 
 
 def radius(threat: cg.Threat, threshold: float) -> float:
@@ -19,7 +20,7 @@ def radius(threat: cg.Threat, threshold: float) -> float:
 
 
 @usual
-@given(plane_problems(), st.lists(points, min_size=1, max_size=4), st.floats(0.01, 0.5))
+@given(problems(), st.lists(points, min_size=1, max_size=4), st.floats(0.01, 0.5))
 def test_margins_are_distances_to_discs_and_areas(
     problem: cg.Problem, spots: list[tuple[float, float]], most: float
 ) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import shapely
 from hypothesis import given
-from strategies import examples, few, polygons, seeds
+from strategies import examples, few
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
@@ -18,6 +18,7 @@ from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.reactive.milp import Milp
 from cgla_graph.solvers.reactive.milp_map import NEGLIGIBLE, corner_graph, obstacles_of, threat_obstacle
 from cgla_graph.solvers.reactive.milp_model import FACETS, SHADOW, Horizon, KeepOut, best_plan
+from cgla_graph.testing.strategies import polygons, seeds
 
 LOW, HIGH = np.array([-0.5, -0.5]), np.array([0.5, 0.5])
 PLACES = np.array([[0.15, 0.0], [0.14, 0.06], [0.14, -0.06]])

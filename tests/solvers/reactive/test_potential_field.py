@@ -7,12 +7,13 @@ import pytest
 import shapely
 from hypothesis import given
 from scipy.optimize import brentq
-from strategies import plane_problems, points, usual
+from strategies import usual
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.solvers.reactive.potential_field import PotentialField
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
+from cgla_graph.testing.strategies import points, problems
 
 
 def potential(problem: cg.Problem, path: FloatArray, solver: PotentialField) -> FloatArray:
@@ -36,7 +37,7 @@ def potential(problem: cg.Problem, path: FloatArray, solver: PotentialField) -> 
 
 
 @usual
-@given(plane_problems())
+@given(problems())
 def test_every_step_lowers_the_potential_and_may_be_flown(problem: cg.Problem) -> None:
     solver = PotentialField()
     answer = cg.solve(problem, solver)
@@ -47,7 +48,7 @@ def test_every_step_lowers_the_potential_and_may_be_flown(problem: cg.Problem) -
 
 
 @usual
-@given(plane_problems(), points)
+@given(problems(), points)
 def test_the_force_is_the_slope_of_the_potential(problem: cg.Problem, spot: tuple[float, float]) -> None:
     solver, around, here = PotentialField(), Surroundings(problem, 0.02), np.array(spot)
     tiny = 1e-7

@@ -9,7 +9,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import examples, plane_problems, scaled
+from strategies import examples, scaled
 
 import cgla_graph as cg
 from cgla_graph.mission.mission import Mission
@@ -20,6 +20,7 @@ from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers import get
+from cgla_graph.testing.strategies import problems
 
 #: Planners and settings that make them quick to give up.
 PLANNERS: Mapping[str, tuple[str, dict[str, Any]]] = {
@@ -46,7 +47,7 @@ def made(planner: str, **more: Any) -> Any:  # noqa: ANN401 - any planner
 
 @quick
 @examples(25)
-@given(problem=plane_problems())
+@given(problem=problems())
 def test_paths_have_short_steps_and_stand_up_to_the_oracle(planner: str, problem: cg.Problem) -> None:
     answer = cg.solve(problem, made(planner))
     assert answer.status in {Status.OPTIMAL, Status.FOUND, Status.STUCK}, answer.message
@@ -60,7 +61,7 @@ def test_paths_have_short_steps_and_stand_up_to_the_oracle(planner: str, problem
 
 @quick
 @examples(8)
-@given(problem=plane_problems(max_threats=3), power=st.integers(-10, 20))
+@given(problem=problems(max_threats=3), power=st.integers(-10, 20))
 def test_a_map_of_another_size_has_the_same_path(planner: str, problem: cg.Problem, power: int) -> None:
     """Powers of two scale without rounding, so that nothing may differ at all."""
     scale, solver = 2.0**power, made(planner)

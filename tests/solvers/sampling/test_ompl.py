@@ -21,7 +21,7 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from quick_solvers import WALLED_IN, quick
-from strategies import few, fields, points, usual
+from strategies import few, usual
 
 import cgla_graph as cg
 from cgla_graph.comparisons.study.entrant import Entrant
@@ -31,6 +31,7 @@ from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.budget import Budget
+from cgla_graph.testing.strategies import fields, points
 
 pytest.importorskip("ompl")
 pytestmark = pytest.mark.ompl

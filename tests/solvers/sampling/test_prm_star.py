@@ -12,7 +12,7 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from shapely.geometry.base import BaseGeometry
-from strategies import boxes, few, fields, points, polygons, seeds
+from strategies import few
 
 import cgla_graph as cg
 from cgla_graph._types import Bounds, Point
@@ -20,6 +20,7 @@ from cgla_graph.model.solution import Status
 from cgla_graph.solvers.budget import Budget
 from cgla_graph.solvers.sampling import prm_star
 from cgla_graph.solvers.sampling.prm_star import PrmStar, Roadmap
+from cgla_graph.testing.strategies import boxes, fields, points, polygons, seeds
 
 FIELD = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=0.9), cg.Threat(0.3, 0.7, 0.05)])
 PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), FIELD, k=10.0, no_fly=shapely.box(0.6, 0.2, 0.7, 0.6))

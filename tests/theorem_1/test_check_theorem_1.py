@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
-from strategies import networks, usual, weight_matrices, whole_weights
+from strategies import usual
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
@@ -20,6 +20,7 @@ from cgla_graph.cost_to_go.theorem_1 import Statement, TheoremCheck, check_theor
 from cgla_graph.errors import GraphError, NodeNotFoundError
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.weights import SparseWeights
+from cgla_graph.testing.strategies import networks, weight_matrices, whole_weights
 
 CHAIN = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]], labels="abc")
 
