@@ -4,7 +4,7 @@ import dataclasses
 import json
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from decimal import ROUND_FLOOR, Decimal
 from enum import Enum
@@ -190,6 +190,10 @@ class ShortRepr:
         if "__repr__" not in cls.__dict__:
             cls.__repr__ = short_repr  # type: ignore[method-assign]
 
+    def shown_fields(self) -> Iterable[tuple[str, str]] | None:
+        """Return names and texts to show instead of the fields; None for the fields."""
+        return None
+
 
 def short_repr(thing: object) -> str:
     """
@@ -222,6 +226,9 @@ def fields_of(thing: object) -> Iterator[tuple[str, str]]:
     >>> dict(fields_of(Problem((0, 0), (1, 1), k=10.0)))
     {'start': '(0.0, 0.0)', 'goal': '(1.0, 1.0)', 'k': '10'}
     """
+    if isinstance(thing, ShortRepr) and (own := thing.shown_fields()) is not None:
+        yield from own
+        return
     fields = dataclasses.fields(thing)  # type: ignore[arg-type]
     for field in fields:
         value = getattr(thing, field.name, None)

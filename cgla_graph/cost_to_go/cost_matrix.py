@@ -1,6 +1,6 @@
 """CGLA's cost matrix: the least cost from every node to a target (Eq. 9), by each of the paper's schedules."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, TypeAlias, get_args
@@ -21,12 +21,17 @@ from cgla_graph.model.weights import beyond_holding, reject_overflow
 Schedule: TypeAlias = Literal["label-setting", "synchronous", "random", "given"]
 #: Label setting over the nodes that may be on one optimum, as `restricted_optimum` does on lattices of any size.
 RESTRICTED: Literal["restricted"] = "restricted"
+#: Values that a `repr` shows, at most.
+MOST_SHOWN = 4
 
 
 @dataclass(frozen=True, eq=False)
 class CostMatrix(Plottable):
     """
     The paper's G: the least cost from each node to the target, and the way there.
+
+    Arrays, `target` and `delta_sets` hold indices of nodes: a node's place in ``graph.labels``, which
+    ``graph.index_of(label)`` returns. `value`, `path_from`, `next_of`, `target_label` and `delta_labels` speak labels.
 
     Attributes
     ----------
@@ -57,6 +62,13 @@ class CostMatrix(Plottable):
     >>> matrix = cost_matrix(chain, target=2)
     >>> matrix.values.tolist(), matrix.path_from(0)
     ([2.0, 1.0, 0.0], [0, 1, 2])
+
+    With labels:
+
+    >>> roads = GeometricGraph.from_matrix([[0, 2, 5], [2, 0, 1], [5, 1, 0]], labels=["depot", "bridge", "tower"])
+    >>> cost_matrix(roads, "tower")
+    CostMatrix(target='tower', values={'depot': 3, 'bridge': 1, 'tower': 0}, schedule='label-setting', rounds=3,
+    converged=True)
     """
 
     graph: GeometricGraph
@@ -67,6 +79,58 @@ class CostMatrix(Plottable):
     order: IntArray
     rounds: int
     converged: bool
+
+    def shown_fields(self) -> Iterator[tuple[str, str]]:
+        """Show labels: the target, and the values of the first nodes."""
+        pairs = zip(self.graph.labels[:MOST_SHOWN], self.values[:MOST_SHOWN].tolist(), strict=True)
+        few = ", ".join(f"{shown(label)}: {value:.6g}" for label, value in pairs)
+        yield "target", shown(self.target_label)
+        yield "values", f"{{{few}{', …' * (self.graph.n_nodes > MOST_SHOWN)}}}"
+        yield "schedule", repr(self.schedule)
+        yield "rounds", str(self.rounds)
+        yield "converged", str(self.converged)
+
+    @property
+    def target_label(self) -> Node:
+        """The target, by its label."""
+        return self.graph.labels[self.target]
+
+    def next_of(self, node: Node) -> Node | None:
+        """
+        Return the next node on the way to the target, or None: of the target, and where there is no way.
+
+        Raises
+        ------
+        NodeNotFoundError
+            If the graph has no such node.
+
+        Examples
+        --------
+        >>> roads = GeometricGraph.from_matrix([[0, 2, 5], [2, 0, 1], [5, 1, 0]], labels=["depot", "bridge", "tower"])
+        >>> matrix = cost_matrix(roads, "tower")
+        >>> matrix.next_of("depot"), matrix.next_of("tower")
+        ('bridge', None)
+        """
+        after = int(self.successors[self.graph.index_of(node)])
+        return None if after < 0 else self.graph.labels[after]
+
+    @property
+    def delta_labels(self) -> list[list[Node]]:
+        """
+        The sets Delta_k of `delta_sets`, by labels.
+
+        Raises
+        ------
+        GraphError
+            As of `delta_sets`.
+
+        Examples
+        --------
+        >>> roads = GeometricGraph.from_matrix([[0, 2, 2], [2, 0, 1], [2, 1, 0]], labels=["depot", "bridge", "tower"])
+        >>> cost_matrix(roads, "depot").delta_labels
+        [['depot'], ['bridge', 'tower'], ['tower']]
+        """
+        return [[self.graph.labels[index] for index in delta.tolist()] for delta in self.delta_sets]
 
     def value(self, node: Node) -> float:
         """Return G of one node, map units; infinity if the target cannot be reached from it."""
@@ -99,8 +163,8 @@ class CostMatrix(Plottable):
         """
         The sets Delta_k of Eqs 10-12 that label setting chose from: per round, the unsettled nodes of least value.
 
-        Computed by running the rounds again; for a restricted matrix from the values, as a value is final once it is
-        among the least.
+        The sets hold indices; `delta_labels` are the same by labels. Computed by running the rounds again; for a
+        restricted matrix from the values, as a value is final once it is among the least.
 
         Raises
         ------
@@ -168,9 +232,16 @@ class CostMatrix(Plottable):
 
     def residual(self) -> float:
         """
-        Return how far the values are from a fixed point of Eq. 9, map units; 0 when none can change.
+        Compute the most by which one more round of Eq. 9, with any ``p_r``, would lower a value, map units.
 
-        Unreached nodes count where an edge leads from them to a reached one: then the residual is infinite.
+        It is 0 at a fixed point of Eq. 9. It is not the error of the values: later rounds may lower them further.
+        Where an edge leads from an unreached node to a reached one, it is infinite.
+
+        Examples
+        --------
+        >>> chain = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]])
+        >>> [cost_matrix(chain, 2, schedule="given", order=order).residual() for order in ([2], [2, 1])]
+        [7.0, 0.0]
         """
         improved = self.values.copy()
         for node in np.nonzero(np.isfinite(self.values))[0].tolist():

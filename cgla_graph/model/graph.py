@@ -17,7 +17,8 @@ import scipy  # (its modules are imported when they are first used: hints that n
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._text import ShortRepr, shown
+from cgla_graph._display import Plottable
+from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import (
     instance,
@@ -56,7 +57,7 @@ MOST_POINTS = 100_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class GeometricGraph(ShortRepr):
+class GeometricGraph(Plottable):
     """
     Nodes, and a weight for each ordered pair of them: all that a graph solver gets.
 

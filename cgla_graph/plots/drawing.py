@@ -3,6 +3,7 @@
 import base64
 import tempfile
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import partial, singledispatch
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,9 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from cgla_graph._lazy import function_above
 from cgla_graph._text import figure as digits
+from cgla_graph._types import BoolArray
 from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix
@@ -33,15 +36,19 @@ from cgla_graph.plots.looks import COLOURS, LabelledPath, labelled_paths
 from cgla_graph.plots.map import draw_map, map_figure
 from cgla_graph.plots.page import style
 from cgla_graph.plots.scene import TitledProblem, draw_mark
+from cgla_graph.scenarios.mission_file import MissionFile
+from cgla_graph.scenarios.scenario import Scenario
 
 #: Most edges of a graph that are drawn; more would cover the whole map.
 MOST_EDGES = 2000
+#: Most nodes of a graph that are drawn; of more, every second, third, …, which the picture says.
+MOST_NODES = 100_000
 
 
 @singledispatch
 def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution] = ()) -> Any:  # noqa: ANN401 - axes, one or two
     """
-    Draw a problem, graph, cost matrix, solution, certificate, mission, flight or checked plan.
+    Draw a problem, scenario, graph, cost matrix, solution, certificate, mission (or its file), flight or checked plan.
 
     Parameters
     ----------
@@ -74,7 +81,7 @@ def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution]
     ['straight-line: 1.1314', 'start', 'goal']
     """
     del ax, solutions
-    known = "problem, graph, cost matrix, solution, certificate, mission, flight or checked plan"
+    known = "problem, scenario, graph, cost matrix, solution, certificate, mission, flight or checked plan"
     msg = f"a {type(thing).__name__} has no picture; give a {known}"
     raise ProblemError(msg)
 
@@ -88,6 +95,14 @@ def _(problem: Problem, ax: Axes | None = None, *, solutions: Iterable[Solution]
     bounds = [one.solution.lower_bound for one in paths if one.solution.status.has_path]
     bound = max((bound for bound in bounds if not np.isnan(bound)), default=np.nan)
     return map_figure(TitledProblem(problem), paths, bound, figure=_figure()).axes[0]
+
+
+@plot.register
+def _(scenario: Scenario, ax: Axes | None = None) -> Axes:
+    if ax is not None:
+        draw_map(_axes(ax), TitledProblem.of(scenario), [])
+        return ax
+    return map_figure(TitledProblem.of(scenario), [], figure=_figure()).axes[0]
 
 
 @plot.register
@@ -134,6 +149,14 @@ def _(mission: Rules, ax: Axes | None = None) -> Axes:
     return _plot_flight(LabelledFlight.before(mission), ax)
 
 
+@plot.register
+def _(file: MissionFile, ax: Axes | None = None) -> Axes:
+    """Draw the first variant before it is flown."""
+    mission = next(iter(file.missions(function_above("solvers").get).values()))
+    before = LabelledFlight.before(mission)
+    return _plot_flight(replace(before, name=file.name, title=file.title, projection=file.projection), ax)
+
+
 def _plot_flight(view: LabelledFlight, ax: Axes | None) -> Axes:
     if ax is not None:
         draw_flight(_axes(ax), view)
@@ -168,8 +191,8 @@ def _(matrix: CostMatrix, ax: Axes | None = None) -> Axes:
     with style():
         axes = _draw_graph(graph, ax, edges=False)
         places = np.asarray(graph.positions)
-        known = np.isfinite(matrix.values)
-        steps = np.flatnonzero(known & (matrix.successors >= 0))
+        known = np.flatnonzero(np.isfinite(matrix.values) & _drawn_nodes(graph))
+        steps = known[matrix.successors[known] >= 0]
         ways = np.stack([places[steps], places[matrix.successors[steps]]], axis=1)
         axes.add_collection(LineCollection(list(ways), colors="0.75", linewidths=0.7, zorder=1.5))
         dots = axes.scatter(
@@ -180,6 +203,13 @@ def _(matrix: CostMatrix, ax: Axes | None = None) -> Axes:
         _draw_node(axes, graph, matrix.target, "target", "*")
         axes.legend()
     return axes
+
+
+def _drawn_nodes(graph: GeometricGraph) -> BoolArray:
+    """Mark the nodes that are drawn: all, or every second, third, …."""
+    drawn = np.zeros(graph.n_nodes, dtype=np.bool_)
+    drawn[:: -(-graph.n_nodes // MOST_NODES)] = True
+    return drawn
 
 
 def _draw_graph(graph: GeometricGraph, ax: Axes | None, *, edges: bool = True) -> Axes:
@@ -194,7 +224,10 @@ def _draw_graph(graph: GeometricGraph, ax: Axes | None, *, edges: bool = True) -
             row = graph.weights_from(i)
             for j in np.flatnonzero(np.isfinite(row) & (np.arange(graph.n_nodes) != i)).tolist():
                 axes.plot(*places[[i, j]].T, color="0.85", linewidth=0.6, zorder=1.0)
-    axes.scatter(places[:, 0], places[:, 1], s=6.0, color="0.6", zorder=2.0)
+    drawn = places[_drawn_nodes(graph)]
+    axes.scatter(drawn[:, 0], drawn[:, 1], s=6.0, color="0.6", zorder=2.0)
+    if len(drawn) < graph.n_nodes:
+        axes.set_title(f"{len(drawn):,} of {graph.n_nodes:,} nodes are drawn", fontsize=9.0, loc="left")
     axes.set(aspect="equal", xlabel="x", ylabel="y")
     return axes
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from cgla_graph._display import Plottable
 from cgla_graph._text import shown
 from cgla_graph._validate import error_context, file_path, non_negative_number
 from cgla_graph.airspace.terrain.area import TerrainArea
@@ -26,7 +27,7 @@ SCHEMA = "cgla missions --schema"
 
 
 @dataclass(frozen=True, eq=False)
-class MissionFile:
+class MissionFile(Plottable):
     """
     The content of a mission file: the world, the UAVs and the rules they fly by.
 

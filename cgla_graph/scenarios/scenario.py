@@ -10,7 +10,8 @@ from typing import Any
 from pydantic import Field
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._text import ShortRepr, shown
+from cgla_graph._display import Plottable
+from cgla_graph._text import shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import file_path, four_numbers, instance, items, non_negative_number, point
 from cgla_graph.airspace.terrain.area import TerrainArea
@@ -31,7 +32,7 @@ SCHEMA = "cgla scenarios --schema"
 
 
 @dataclass(frozen=True, eq=False)
-class Scenario(ShortRepr):
+class Scenario(Plottable):
     """
     A problem with a name, a lattice, and settings of solvers for comparisons.
 

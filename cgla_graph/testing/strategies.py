@@ -83,7 +83,7 @@ def rasters(draw: st.DrawFn, interpolation: Interpolation | None = None) -> Rast
         values = np.where(rng.random(shape) < 0.5, 0.01, 3.0)
     low, high = rng.uniform(-0.3, 0.3, 2), rng.uniform(0.7, 1.3, 2)
     bounds = (0.0, 0.0, 1.0, 1.0) if draw(st.booleans()) else (*low.tolist(), *high.tolist())
-    drawn: Interpolation = interpolation or draw(st.sampled_from(get_args(Interpolation)))
+    drawn: Interpolation = draw(st.sampled_from(get_args(Interpolation))) if interpolation is None else interpolation
     return RasterRisk(
         values,
         bounds,

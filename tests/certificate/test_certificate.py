@@ -18,7 +18,6 @@ import numpy as np
 import oracles
 import pytest
 import shapely
-import strategies
 from hypothesis import given
 from hypothesis import strategies as st
 from levels import SEVERAL, missing, whole, without_strips
@@ -44,6 +43,7 @@ from cgla_graph.refine.refine import refine_path
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.solving import lower_bound
 from cgla_graph.solvers.trade_off.density import below_density
+from cgla_graph.testing import strategies as drawn
 
 ROUNDING = 1e-9
 FEW_CELLS = 20_000
@@ -256,7 +256,7 @@ def check_message(found: Certificate, *, held: bool) -> None:
         assert not found.reached
 
 
-@given(st.sampled_from([maps, maps, raster_maps]), strategies.seeds)
+@given(st.sampled_from([maps, maps, raster_maps]), drawn.seeds)
 @examples(37)
 def test_no_path_is_cheaper_than_the_bound(draw: Callable[[int], cg.Problem], seed: int) -> None:
     check_bound(draw(seed), seed)
@@ -325,7 +325,7 @@ def segment_costs(problem: cg.Problem, points: FloatArray) -> FloatArray:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("draw", [maps, raster_maps])
-@given(strategies.seeds, st.sampled_from([16, 24, 40, 64]))
+@given(drawn.seeds, st.sampled_from([16, 24, 40, 64]))
 @examples(40)
 def test_from_everywhere_on_a_path_the_rest_costs_no_less_than_the_bound(
     draw: Callable[[int], cg.Problem], seed: int, cells: int
@@ -583,7 +583,7 @@ def test_a_tolerance_that_a_finer_grid_reaches_is_not_missed(tolerance: float) -
 
 @pytest.mark.slow
 @examples(25)
-@given(strategies.seeds, st.sampled_from([0.01, 0.003]))
+@given(drawn.seeds, st.sampled_from([0.01, 0.003]))
 def test_on_crowded_maps_every_tolerance_is_reached(seed: int, tolerance: float) -> None:
     rng = np.random.default_rng(seed)
     rows = zip(rng.random((10, 2)), rng.uniform(0.05, 0.1, 10), rng.uniform(0.5, 1.0, 10), strict=True)

@@ -21,6 +21,7 @@ from cgla_graph.certificate.subsolution import Level
 from cgla_graph.eikonal import cell_runs, mesh_kernels
 from cgla_graph.eikonal import mesh as mesh_module
 from cgla_graph.eikonal.mesh import SplineMesh
+from cgla_graph.testing import strategies as drawn
 
 SIDES = np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
 
@@ -51,7 +52,7 @@ def cell_points(rng: np.random.Generator, count: int) -> FloatArray:
     return np.vstack([corner, rng.uniform(-0.5, 0.5, (count, 2))])
 
 
-@given(st.one_of(strategies.fields(), strategies.crowds(30)), strategies.risk_weights, strategies.seeds)
+@given(st.one_of(drawn.fields(), drawn.crowds(30)), drawn.risk_weights, drawn.seeds)
 @strategies.usual
 def test_the_cost_on_a_cell_is_above_its_bound(field: cg.RiskField, k: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -169,7 +170,7 @@ def sampled_steepness(level: Level, values: FloatArray, rng: np.random.Generator
     return worst
 
 
-@given(strategies.fields(), strategies.risk_weights, st.integers(1, 9), st.integers(1, 9), strategies.seeds)
+@given(drawn.fields(), drawn.risk_weights, st.integers(1, 9), st.integers(1, 9), drawn.seeds)
 @examples(40)
 def test_a_spline_is_nowhere_steeper_than_its_bound(
     field: cg.RiskField, k: float, columns: int, rows: int, seed: int
@@ -211,7 +212,7 @@ def check_beside_walls(area: BaseGeometry, field: cg.RiskField, seed: int) -> in
     return len(points)
 
 
-@given(strategies.polygons(), strategies.fields(), strategies.seeds)
+@given(drawn.polygons(), drawn.fields(), drawn.seeds)
 @examples(40)
 def test_beside_walls_a_spline_is_nowhere_steeper_than_its_bound(
     area: BaseGeometry, field: cg.RiskField, seed: int
@@ -291,7 +292,7 @@ def test_what_no_way_leads_to_is_not_steep_but_what_is_half_known_is() -> None:
     assert found[41] == math.inf
 
 
-@given(strategies.seeds)
+@given(drawn.seeds)
 @strategies.usual
 def test_costs_are_lowered_where_a_spline_is_steep_and_stay_above_zero(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -13,7 +13,6 @@ import numpy as np
 import oracles
 import pytest
 import shapely
-import strategies
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from levels import missing, whole
@@ -27,6 +26,7 @@ from cgla_graph.eikonal.marching import costs_to_go
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.errors import CglaError
 from cgla_graph.refine.refine import refine_path
+from cgla_graph.testing import strategies as drawn
 
 #: More than any way of these maps costs.
 HIGH = np.full(3, 1e3)
@@ -98,7 +98,7 @@ def check_ways(seed: int, cells: int) -> int:
     return compared
 
 
-@given(strategies.seeds, st.sampled_from([96, 160, 300]))
+@given(drawn.seeds, st.sampled_from([96, 160, 300]))
 @examples(30)
 def test_no_way_between_points_of_a_rim_costs_less_than_it_has_to(seed: int, cells: int) -> None:
     check_ways(seed, cells)
@@ -137,7 +137,7 @@ def check_all(seeds: Iterable[int]) -> None:
         check_ways(seed, 96)
 
 
-@given(strategies.seeds)
+@given(drawn.seeds)
 @examples(20)
 def test_a_charge_is_the_greatest_excess_on_the_rim(seed: int) -> None:
     problem = around_corner(seed)

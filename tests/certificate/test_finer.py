@@ -12,7 +12,6 @@ import numpy as np
 import oracles
 import pytest
 import shapely
-import strategies
 from hypothesis import given
 from levels import whole
 from scipy.sparse.csgraph import dijkstra
@@ -27,6 +26,7 @@ from cgla_graph.certificate.subsolution import Level
 from cgla_graph.eikonal.marching import costs_to_go
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.errors import CglaError
+from cgla_graph.testing import strategies as drawn
 
 #: Cells along the sides of a grid; rounding of costs, relative to costs-to-go.
 CELLS, LITTLE = 128, 1e-9
@@ -140,7 +140,7 @@ def check_charges(problem: cg.Problem, times: float = 1.15) -> int:
     return charging
 
 
-@given(strategies.seeds)
+@given(drawn.seeds)
 @examples(25)
 def test_no_way_from_rim_to_rim_costs_less_than_the_spline_falls_but_for_the_charge(seed: int) -> None:
     try:

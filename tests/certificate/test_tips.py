@@ -15,11 +15,12 @@ from cgla_graph._types import FloatArray
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.subsolution import Block, Level
 from cgla_graph.certificate.tips import EndFormula, EndGrid
+from cgla_graph.testing import strategies as drawn
 
 ROUNDING = 1e-9
 
 
-@given(st.one_of(strategies.fields(), strategies.crowds(20)), strategies.risk_weights, strategies.seeds)
+@given(st.one_of(drawn.fields(), drawn.crowds(20)), drawn.risk_weights, drawn.seeds)
 @strategies.usual
 def test_no_way_to_an_end_is_cheaper_than_its_tip(field: cg.RiskField, k: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -72,7 +73,7 @@ def spline_at(level: Level, block: Block, u: FloatArray, values: FloatArray) -> 
     return oracles.spline(known, (0.0, 0.0), (1.0, 1.0), u, values)
 
 
-@given(strategies.fields(), strategies.risk_weights, strategies.seeds)
+@given(drawn.fields(), drawn.risk_weights, drawn.seeds)
 @strategies.few
 def test_the_rim_of_a_block_is_bounded(field: cg.RiskField, k: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -126,7 +127,7 @@ def check_near(problem: cg.Problem, seed: int) -> None:
             assert bound <= problem.evaluate(way).cost * (1.0 + ROUNDING)
 
 
-@given(strategies.seeds)
+@given(drawn.seeds)
 @strategies.few
 def test_no_way_to_an_end_is_cheaper_than_a_closer_look(seed: int) -> None:
     check_near(steep_end(seed), seed)
@@ -178,7 +179,7 @@ def test_long_maps_with_steep_ends_are_proven_on_few_cells() -> None:
     assert found.reached
 
 
-@given(strategies.seeds, st.booleans())
+@given(drawn.seeds, st.booleans())
 @strategies.few
 def test_the_rim_of_a_block_is_bounded_by_a_box(seed: int, capped: bool) -> None:
     rng = np.random.default_rng(seed)

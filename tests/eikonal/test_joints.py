@@ -15,6 +15,7 @@ from cgla_graph.eikonal.marching import costs_to_go, node_costs
 from cgla_graph.eikonal.mesh import NO_PAIRS, SplineMesh, joints_of
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.testing import strategies as drawn
 
 BOX = shapely.box(0.0, 0.0, 1.0, 1.0)
 #: A wall that ends on the border of the map, which it closes.
@@ -50,7 +51,7 @@ MOST = 1.5
 @st.composite
 def walled(draw: st.DrawFn) -> tuple[shapely.Geometry, Point, tuple[int, int]]:
     """Draw walls and boxes that end at the rim of the map or on each other, a goal outside, and a grid."""
-    rng = np.random.default_rng(draw(strategies.seeds))
+    rng = np.random.default_rng(draw(drawn.seeds))
     parts = []
     for _ in range(draw(st.integers(1, 6))):
         size = rng.uniform(0.05, 0.7)

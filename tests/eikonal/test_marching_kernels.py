@@ -18,6 +18,7 @@ from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.eikonal import marching_kernels
 from cgla_graph.eikonal.marching import bends_of
 from cgla_graph.eikonal.mesh import NO_PAIRS, joints_of
+from cgla_graph.testing import strategies as drawn
 
 #: The time from a source to points of shape ``(..., 2)``.
 Times = Callable[[FloatArray], FloatArray]
@@ -51,7 +52,7 @@ def marched(
 @st.composite
 def marches(draw: st.DrawFn) -> tuple[FloatArray, FloatArray, tuple[float, float]]:
     """Draw first times, costs and a spacing: rough or smooth, from one node or many."""
-    rng = np.random.default_rng(draw(strategies.seeds))
+    rng = np.random.default_rng(draw(drawn.seeds))
     shape = draw(st.integers(1, 12)), draw(st.integers(1, 12))
     spread = draw(st.sampled_from([0.01, 0.3, 3.0]))
     cost = np.exp(spread * rng.standard_normal(shape))

@@ -27,6 +27,7 @@ from cgla_graph.eikonal.marching import costs_to_go
 from cgla_graph.eikonal.mesh import HALO, NO_CELL, SplineMesh, corners, width_at_rim
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
+from cgla_graph.testing import strategies as drawn
 
 UNIT: Bounds = (0.0, 0.0, 1.0, 1.0)
 Last = tuple[int, int]
@@ -49,7 +50,7 @@ def places(mesh: SplineMesh) -> list[Point]:
 def some_cells(draw: st.DrawFn) -> tuple[Last, WholeArray]:
     """Draw a grid and some of its cells, at least one."""
     last = draw(lasts)
-    rng = np.random.default_rng(draw(strategies.seeds))
+    rng = np.random.default_rng(draw(drawn.seeds))
     chosen = rng.random((last[1] + 1, last[0] + 1)) < draw(st.sampled_from([0.02, 0.3, 1.0]))
     chosen[rng.integers(last[1] + 1), rng.integers(last[0] + 1)] = True
     rows, columns = np.nonzero(chosen)
@@ -148,7 +149,7 @@ def test_corners_are_those_inside_the_bounds() -> None:
     assert corners(area, UNIT).tolist() == [[0.25, 0.25], [0.25, 0.5], [0.5, 0.25], [0.5, 0.5], [0.5, 0.75]]
 
 
-@given(strategies.polygons(), st.tuples(st.integers(2, 9), st.integers(2, 9)))
+@given(drawn.polygons(), st.tuples(st.integers(2, 9), st.integers(2, 9)))
 @examples(30)
 def test_boxes_and_strips_are_those_of_free_parts(area: BaseGeometry, last: Last) -> None:
     mesh = SplineMesh.build((0.0, 0.0, 4.0, 4.0), last, cell_runs.rectangle(last), NoFlyArea(area), [])
@@ -178,7 +179,7 @@ def box_of(cells: BoolArray) -> list[int]:
     return [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
 
 
-@given(strategies.polygons(), st.tuples(st.integers(2, 9), st.integers(2, 9)), strategies.seeds)
+@given(drawn.polygons(), st.tuples(st.integers(2, 9), st.integers(2, 9)), drawn.seeds)
 @examples(30)
 def test_pieces_are_found_where_points_are(area: BaseGeometry, last: Last, seed: int) -> None:
     points = np.random.default_rng(seed).uniform(0.0, 4.0, (20, 2))
@@ -242,14 +243,14 @@ def free_only(area: NoFlyArea, segments: FloatArray) -> FloatArray:
 @st.composite
 def exact_maps(draw: st.DrawFn) -> tuple[NoFlyArea, FloatArray]:
     """Draw polygons and free segments with coordinates that are halves: they touch in corners and along edges."""
-    area = NoFlyArea(draw(strategies.polygons()))
+    area = NoFlyArea(draw(drawn.polygons()))
     halves = np.arange(0.0, 4.25, 0.25)
-    rng = np.random.default_rng(draw(strategies.seeds))
+    rng = np.random.default_rng(draw(drawn.seeds))
     return area, free_only(area, rng.choice(halves, (60, 2, 2)))[:15]
 
 
 @pytest.mark.slow
-@given(exact_maps(), st.sampled_from([(7, 5), (8, 8), (16, 16), (9, 30), (2, 3)]), strategies.seeds)
+@given(exact_maps(), st.sampled_from([(7, 5), (8, 8), (16, 16), (9, 30), (2, 3)]), drawn.seeds)
 @examples(30)
 @example(
     (NoFlyArea(shapely.box(1, 1, 3, 3)), np.array([[[1.0, 0.0], [1.0, 4.0]], [[0.0, 3.0], [4.0, 3.0]]])), (8, 8), 0
@@ -282,7 +283,7 @@ def tilted(rng: np.random.Generator) -> NoFlyArea:
 
 
 @pytest.mark.slow
-@given(strategies.seeds, st.sampled_from([(7, 9), (16, 16), (40, 25), (128, 3)]), st.sampled_from([1.0, 1e-6, 1e5]))
+@given(drawn.seeds, st.sampled_from([(7, 9), (16, 16), (40, 25), (128, 3)]), st.sampled_from([1.0, 1e-6, 1e5]))
 @examples(30)
 def test_splines_are_continuous_past_walls_of_any_width(seed: int, last: Last, scale: float) -> None:
     rng = np.random.default_rng(seed)
@@ -347,7 +348,7 @@ def test_fronts_do_not_leak_through_walls_that_taper_off_at_the_rim(monkeypatch:
     assert round_the(TAPERED) < 0.57
 
 
-@given(strategies.polygons(), st.tuples(*[st.floats(0.0, 2.0)] * 2, *[st.floats(2.1, 4.0)] * 2))
+@given(drawn.polygons(), st.tuples(*[st.floats(0.0, 2.0)] * 2, *[st.floats(2.1, 4.0)] * 2))
 @examples(100)
 @example(TAPERED, UNIT)
 def test_the_width_at_the_rim_is_no_more_than_what_the_rim_crosses(area: BaseGeometry, bounds: Bounds) -> None:

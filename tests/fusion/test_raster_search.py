@@ -37,11 +37,12 @@ from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
 from cgla_graph.scenarios.scenario import load_scenario
+from cgla_graph.testing import strategies as drawn
 
 UNIT = (0.0, 0.0, 1.0, 1.0)
 EXACT = 1e-12
 PAPER = load_scenario("paper").problem.field
-any_field = st.one_of(strategies.fields(max_threats=6), strategies.crowds(max_threats=18))
+any_field = st.one_of(drawn.fields(max_threats=6), drawn.crowds(max_threats=18))
 
 
 # ------------------------------------------------------------------------------------------------------------ bounds
@@ -139,14 +140,14 @@ def check(guide: RasterGuide, start: Point, obstacles: list[Threat], goal: Point
 @given(data=st.data())
 def test_a_plan_costs_what_dijkstra_finds(data: st.DataObject) -> None:
     draw = data.draw
-    lattice = draw(strategies.lattices(max_side=8, unit=True))
+    lattice = draw(drawn.lattices(max_side=8, unit=True))
     on_lattice = st.sampled_from([(x, y) for x, y in lattice.points.tolist()])
-    spot = st.one_of(strategies.points, on_lattice)
+    spot = st.one_of(drawn.points, on_lattice)
     goal = draw(spot)
     model = draw(strategies.models())
     guide = RasterGuide.lay(lattice, model, goal, bounds=UNIT, samples=draw(st.sampled_from([50, 50, 5, 1])))
     for _ in range(3):
-        obstacles = draw(st.lists(strategies.threats(), max_size=2))
+        obstacles = draw(st.lists(drawn.threats(), max_size=2))
         check(guide, draw(spot), obstacles, goal, lattice)
         model = draw(strategies.changed(model))
         guide = guide.knowing(model)
@@ -154,7 +155,7 @@ def test_a_plan_costs_what_dijkstra_finds(data: st.DataObject) -> None:
 
 @pytest.mark.slow
 @few
-@given(strategies.seeds, st.sampled_from([1.0, 10.0, 200.0]), strategies.areas())
+@given(drawn.seeds, st.sampled_from([1.0, 10.0, 200.0]), strategies.areas())
 def test_plans_on_the_way_cost_what_dijkstra_finds(seed: int, k: float, area: shapely.MultiPolygon) -> None:
     """What the guide learned on the way must not mislead it later."""
     rng = np.random.default_rng(seed)
@@ -287,7 +288,7 @@ def check_flights(mission: cg.Mission) -> None:
 @pytest.mark.slow
 @few
 @given(
-    strategies.seeds,
+    drawn.seeds,
     st.sampled_from([2.0, 10.0, 200.0]),
     st.sampled_from(
         [{}, {"virtual_obstacle": True}, {"virtual_obstacle": True, "sharing": "none"}, {"start": "snapped"}]

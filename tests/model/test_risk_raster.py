@@ -20,6 +20,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_raster_kernels as kernels
 from cgla_graph.model.risk_raster import MOST_CELLS, RasterRisk
+from cgla_graph.testing import strategies as drawn
 
 CHECKED = RasterRisk([[0, 0, 0], [0, 6, 2]], bounds=(0, 0, 3, 2))
 LEFT_LOW = RasterRisk([[1, 2], [4, 8]], bounds=(0, 0, 2, 2), interpolation="nearest")
@@ -36,14 +37,14 @@ def integral(raster: RasterRisk, start: Any, end: Any) -> float:  # noqa: ANN401
 # Density and gradient
 
 
-@given(strategies.rasters(), strategies.seeds)
+@given(drawn.rasters(), drawn.seeds)
 @strategies.usual
 def test_the_density_is_scipys(raster: RasterRisk, seed: int) -> None:
     points = random_points(seed, 50)
     assert raster.density(points) == pytest.approx(oracles.raster_density(raster, points), rel=1e-12, abs=1e-300)
 
 
-@given(strategies.raster_fields(), strategies.seeds)
+@given(drawn.raster_fields(), drawn.seeds)
 @strategies.usual
 def test_rasters_are_added_to_threats(field: cg.RiskField, seed: int) -> None:
     points = random_points(seed, 30)
@@ -52,7 +53,7 @@ def test_rasters_are_added_to_threats(field: cg.RiskField, seed: int) -> None:
     assert field.density(points) == pytest.approx(wanted, rel=1e-12, abs=1e-12)
 
 
-@given(strategies.raster_fields(), strategies.seeds)
+@given(drawn.raster_fields(), drawn.seeds)
 @strategies.usual
 def test_the_gradient_is_that_of_the_density(field: cg.RiskField, seed: int) -> None:
     points, step = random_points(seed, 30), 1e-7
@@ -89,7 +90,7 @@ def test_edges_are_met_though_rounding_puts_them_off(x: float) -> None:
 # Line integrals
 
 
-@given(strategies.rasters(), strategies.seeds)
+@given(drawn.rasters(), drawn.seeds)
 @examples(60)
 def test_integrals_are_those_of_scipy_on_each_piece(raster: RasterRisk, seed: int) -> None:
     start, end = random_points(seed, 2)
@@ -98,7 +99,7 @@ def test_integrals_are_those_of_scipy_on_each_piece(raster: RasterRisk, seed: in
     assert found == integral(raster, end, start)
 
 
-@given(strategies.raster_fields(), strategies.seeds)
+@given(drawn.raster_fields(), drawn.seeds)
 @strategies.usual
 def test_integrals_of_rasters_are_added_to_those_of_threats(field: cg.RiskField, seed: int) -> None:
     start, end = random_points(seed, 2)
@@ -131,7 +132,7 @@ def test_sampling_would_be_seen() -> None:
     assert sampled != pytest.approx(wanted, rel=1e-5)
 
 
-@given(strategies.rasters(), strategies.seeds)
+@given(drawn.rasters(), drawn.seeds)
 @strategies.usual
 def test_moments_are_derivatives_of_the_integral(raster: RasterRisk, seed: int) -> None:
     start, end = random_points(seed, 2)
@@ -154,7 +155,7 @@ def test_moments_are_derivatives_of_the_integral(raster: RasterRisk, seed: int) 
 # Bounds on rectangles
 
 
-@given(strategies.raster_fields(max_threats=0), strategies.seeds)
+@given(drawn.raster_fields(max_threats=0), drawn.seeds)
 @examples(150)
 def test_no_density_on_a_rectangle_is_below_its_floor_or_outside_its_range(field: cg.RiskField, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -263,7 +264,7 @@ def test_rasters_are_equal_if_they_are_the_same_risk() -> None:
     assert repr(here) == "RasterRisk(2 x 2 cells, bilinear, up to 4, bounds=(0.0, 0.0, 1.0, 1.0))"
 
 
-@given(strategies.raster_fields())
+@given(drawn.raster_fields())
 @strategies.few
 def test_fields_with_rasters_survive_copies_and_pickles(field: cg.RiskField) -> None:
     for other in (pickle.loads(pickle.dumps(field)), copy.deepcopy(field)):  # noqa: S301 - our own
@@ -281,7 +282,7 @@ def test_a_pickle_holds_the_values_once() -> None:
     assert len(pickle.dumps(raster)) < 1.1 * raster.values.nbytes
 
 
-@given(strategies.rasters(), st.floats(0.0, 2.0), st.floats(0.0, 0.3), strategies.seeds)
+@given(drawn.rasters(), st.floats(0.0, 2.0), st.floats(0.0, 0.3), drawn.seeds)
 @strategies.usual
 def test_a_corridor_outside_the_area_meets_no_cell_above_the_level(
     raster: RasterRisk, level: float, half_width: float, seed: int

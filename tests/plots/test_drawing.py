@@ -8,7 +8,6 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pytest
-import strategies
 from hypothesis import assume, given
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
@@ -16,6 +15,7 @@ from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph._text import figure as digits_of
+from cgla_graph.testing import strategies as drawn
 
 PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.5, 0.5, 0.1)]), k=10.0)
 
@@ -68,7 +68,7 @@ def test_solutions_are_named_by_solver_and_cost() -> None:
     assert words[0] == f"cgla: {solution.cost:.5g}"
 
 
-@given(strategies.problems(max_threats=2))
+@given(drawn.problems(max_threats=2))
 @examples(5)
 def test_pictures_of_a_proof_have_the_path_that_it_knows(problem: cg.Problem) -> None:
     proof = cg.lower_bound(problem, 0.2, max_cells=20_000)

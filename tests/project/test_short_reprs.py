@@ -21,7 +21,10 @@ from cgla_graph.model.solution import TracePoint
 from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
 
 RNG = np.random.default_rng(3)
-SHOWN = ("Problem", "GraphProblem", "CostMatrix", "Solution", "Certificate", "Flight", "Mission", "Study")
+SHOWN = (
+    *("Problem", "GraphProblem", "GeometricGraph", "CostMatrix", "Scenario", "MissionFile"),
+    *("Solution", "Certificate", "Flight", "Mission", "Study"),
+)
 
 
 @cache
@@ -74,6 +77,7 @@ def instances() -> dict[str, Any]:
         *(scenario, entrant, comparisons.Run(scenario, "hybrid", None, exact=False, solution=solution)),
         comparisons.Study([scenario] * 30, [entrant] * 30),
         cg.Aircraft(12.0, power=300.0, battery=90.0),
+        cg.load_mission("fig8"),
         cg.Waypoint(24.0, 60.0),
         cg.FlightPlan(tuple(cg.Waypoint(24.0 + 1e-4 * i, 60.0) for i in range(900))),
         cg.VolumeSettings(speed=15.0, dimension=0.8, pitch=30.0, buffer="ballistic", width=25.0, gnss_error=2.0),

@@ -10,7 +10,6 @@ import numpy as np
 import oracles
 import pytest
 import shapely
-import strategies
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
@@ -23,6 +22,7 @@ from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.refine import refine_kernels
 from cgla_graph.refine.refine import _Refiner, refine_path
 from cgla_graph.solvers import registry
+from cgla_graph.testing import strategies as drawn
 
 Gradient = Callable[[FloatArray, float, Any, FloatArray], float]
 
@@ -36,7 +36,7 @@ UNCERTIFIED = {"hybrid": {"tolerance": None}}
 
 def polylines(min_size: int = 2, max_size: int = 6) -> st.SearchStrategy[FloatArray]:
     return st.builds(
-        lambda seed, n: np.random.default_rng(seed).random((n, 2)), strategies.seeds, st.integers(min_size, max_size)
+        lambda seed, n: np.random.default_rng(seed).random((n, 2)), drawn.seeds, st.integers(min_size, max_size)
     )
 
 
@@ -57,13 +57,13 @@ def gradient_error(kernel: Gradient, field: cg.RiskField, k: float, points: Floa
     return max(float(np.abs(found - wanted).max()) / scale, abs(cost - problem.evaluate(points).cost) / scale)
 
 
-@given(st.one_of(strategies.fields(), strategies.crowds(30)), st.floats(0.0, 100.0), polylines())
+@given(st.one_of(drawn.fields(), drawn.crowds(30)), st.floats(0.0, 100.0), polylines())
 @examples(60)
 def test_the_gradient_is_that_of_the_cost(field: cg.RiskField, k: float, points: FloatArray) -> None:
     assert gradient_error(refine_kernels.cost_and_gradient, field, k, points) < 1.0
 
 
-@given(strategies.raster_fields(), st.floats(0.0, 100.0), strategies.seeds)
+@given(drawn.raster_fields(), st.floats(0.0, 100.0), drawn.seeds)
 @examples(60)
 def test_the_gradient_is_that_of_the_cost_over_rasters(field: cg.RiskField, k: float, seed: int) -> None:
     """Waypoints in general position: next to a line, a difference sees both sides of it."""
@@ -94,7 +94,7 @@ def test_a_wrong_gradient_is_told_from_the_right_one(fault: str) -> None:
     assert gradient_error(wrong, ONE_THREAT.field, 10.0, points) > 1e3
 
 
-@given(strategies.fields(min_threats=1), strategies.seeds)
+@given(drawn.fields(min_threats=1), drawn.seeds)
 @examples(30)
 def test_the_gradient_equals_its_integrals(field: cg.RiskField, seed: int) -> None:
     """``dR/db = u F(b)`` along the segment and the integral of ``(s / L) dF/dn`` across, by scipy's quadrature."""
@@ -136,12 +136,12 @@ def walks(draw: st.DrawFn) -> tuple[cg.Problem, FloatArray]:
 
     The path is a random one over the visibility graph of corners and random points.
     """
-    area = draw(strategies.polygons())
+    area = draw(drawn.polygons())
     if draw(st.booleans()):
         area = shapely.affinity.rotate(area, draw(st.floats(0.0, 360.0)), origin=(2.0, 2.0))
     scale = draw(st.sampled_from([1.0, 1e4]))
     area = shapely.affinity.scale(area, scale, scale, origin=(0.0, 0.0))
-    rng = np.random.default_rng(draw(strategies.seeds))
+    rng = np.random.default_rng(draw(drawn.seeds))
     bounds = tuple(scale * bound for bound in (-0.5, -0.5, 4.5, 4.5))
     corners = shapely.get_coordinates(area)
     inside = ((corners >= bounds[0]) & (corners <= bounds[2])).all(axis=1)
@@ -200,7 +200,7 @@ def test_without_risk_a_path_becomes_a_taut_string(case: tuple[cg.Problem, Float
         assert away.max() <= 1e-3 * refined.cost
 
 
-@given(strategies.fields(min_threats=1, max_threats=6), polylines(3, 8), st.floats(0.1, 100.0))
+@given(drawn.fields(min_threats=1, max_threats=6), polylines(3, 8), st.floats(0.1, 100.0))
 @examples(60)
 def test_a_refined_path_stays_in_the_box_and_is_settled(field: cg.RiskField, path: FloatArray, k: float) -> None:
     problem = cg.Problem(tuple(path[0]), tuple(path[-1]), field, k)
@@ -210,7 +210,7 @@ def test_a_refined_path_stays_in_the_box_and_is_settled(field: cg.RiskField, pat
     assert refine_path(problem, refined.path, tolerance=1e-5).cost >= refined.cost * (1.0 - 1e-2)
 
 
-@given(st.one_of(strategies.crowds(60), strategies.fields(0, 6)), strategies.seeds)
+@given(st.one_of(drawn.crowds(60), drawn.fields(0, 6)), drawn.seeds)
 @examples(40)
 def test_shortcuts_are_the_cheapest_there_are(field: cg.RiskField, seed: int) -> None:
     """Against Bellman and Ford over all pairs of waypoints in their order, in crowds too."""

@@ -8,7 +8,6 @@ import numpy as np
 import oracles
 import pytest
 import shapely
-import strategies
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import examples
@@ -24,6 +23,7 @@ from cgla_graph.scenarios.scenario import shipped
 from cgla_graph.solvers.checks import check_solver
 from cgla_graph.solvers.continuous import hybrid, hybrid_roadmap
 from cgla_graph.solvers.continuous.hybrid import Hybrid
+from cgla_graph.testing.strategies import polygons
 
 QUICK = Hybrid(tolerance=None)
 
@@ -86,7 +86,7 @@ def test_it_takes_more_than_the_best_guess_of_the_lattice() -> None:
 @st.composite
 def walled_maps(draw: st.DrawFn) -> cg.Problem:
     """Draw boxes and triangles, straight or askew, between two corners of the map."""
-    area = draw(strategies.polygons())
+    area = draw(polygons())
     if draw(st.booleans()):
         area = shapely.affinity.rotate(area, draw(st.floats(0.0, 360.0)), origin=(2.0, 2.0))
     return cg.Problem((-0.9, -0.9), (4.9, 4.9), bounds=(-1, -1, 5, 5), no_fly=area)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import scipy.ndimage
-import strategies
 from hypothesis import given
 from strategies import examples
 from test_hybrid import QUICK, random_map
@@ -14,6 +13,7 @@ from test_hybrid import QUICK, random_map
 import cgla_graph as cg
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.continuous import hybrid, hybrid_valley
+from cgla_graph.testing import strategies as drawn
 
 #: How much worse the one way may be than that of a wide search.
 WORSE = 4e-5
@@ -39,7 +39,7 @@ def excess(problem: cg.Problem) -> float | None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("drawn", [random_map, steep_ends])
-@given(seed=strategies.seeds)
+@given(seed=drawn.seeds)
 @examples(25)
 def test_where_there_is_one_way_no_other_is_better(drawn: Callable[[int], cg.Problem], seed: int) -> None:
     assert (excess(drawn(seed)) or 0.0) <= WORSE
@@ -64,7 +64,7 @@ def test_a_grid_that_is_wrong_about_the_best_way_says_nothing(seed: int, monkeyp
     assert (excess(steep_ends(seed)) or 0.0) > 0.005
 
 
-@given(seed=strategies.seeds)
+@given(seed=drawn.seeds)
 @examples(50)
 def test_parts_less_holes(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import strategies
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
@@ -11,6 +10,7 @@ from strategies import examples
 
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.solvers.continuous.roadmap_kernels import grow_tree
+from cgla_graph.testing import strategies as drawn
 
 
 def tree(matrix: FloatArray) -> tuple[FloatArray, IntArray]:
@@ -23,7 +23,7 @@ def tree(matrix: FloatArray) -> tuple[FloatArray, IntArray]:
     return values, before
 
 
-@given(st.one_of(strategies.weight_matrices(), strategies.whole_weights(0)))
+@given(st.one_of(drawn.weight_matrices(), drawn.whole_weights(0)))
 @examples(60)
 def test_trees_cost_as_little_as_those_of_scipy(matrix: FloatArray) -> None:
     values, before = tree(matrix)
@@ -38,7 +38,7 @@ def test_trees_cost_as_little_as_those_of_scipy(matrix: FloatArray) -> None:
             assert values[node] == values[before[node]] + matrix[before[node], node]
 
 
-@given(strategies.weight_matrices(elements=st.floats(-3.0, 3.0)))
+@given(drawn.weight_matrices(elements=st.floats(-3.0, 3.0)))
 @examples(30)
 def test_with_costs_below_nothing_it_ends_and_finds_ways(matrix: FloatArray) -> None:
     values, before = tree(matrix)

@@ -5,7 +5,6 @@ import itertools
 import numpy as np
 import pytest
 import shapely
-import strategies
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import examples
@@ -14,6 +13,7 @@ import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.solvers.trade_off.density import below_density, density_front
+from cgla_graph.testing import strategies as drawn
 
 BOUNDS = (0.0, 0.0, 6.0, 6.0)
 
@@ -49,7 +49,7 @@ def is_joined(problem: cg.Problem, level: float) -> bool:
 
 
 @pytest.mark.slow
-@given(strategies.seeds, st.integers(1, 8), st.sampled_from([0.1, 0.5]))
+@given(drawn.seeds, st.integers(1, 8), st.sampled_from([0.1, 0.5]))
 @examples(15)
 def test_a_corridor_stays_below_or_there_is_none(seed: int, level: int, width: float) -> None:
     problem = town(seed)
@@ -62,7 +62,7 @@ def test_a_corridor_stays_below_or_there_is_none(seed: int, level: int, width: f
 
 
 @pytest.mark.slow
-@given(strategies.seeds)
+@given(drawn.seeds)
 @examples(4)
 def test_a_front_begins_at_the_least_limit_and_falls(seed: int) -> None:
     problem = town(seed)
