@@ -13,7 +13,7 @@ from cgla_graph._text import shown
 from cgla_graph._validate import choice, instance, kind_of, truth_value
 from cgla_graph.errors import SolverSettingError, SolverUnavailableError, UnknownSolverError
 from cgla_graph.model.solver import Solver, Traits
-from cgla_graph.solvers import listing
+from cgla_graph.solvers import listing, own
 
 _BUILT_IN: Mapping[str, str] = {
     "cgla": "cgla_graph.solvers.exact.cgla:Cgla",
@@ -73,14 +73,14 @@ def names(*, installed: bool = True) -> list[str]:
 
 def solver_class(name: str) -> type[Solver]:
     """
-    Return the class behind a name.
+    Return the class behind a name, or in a file: ``./detour.py:Detour``.
 
     Raises
     ------
     UnknownSolverError
         If there is none; the message offers the nearest names.
     SolverUnavailableError
-        If a plug-in cannot be imported.
+        If a plug-in or a file cannot be imported.
 
     Examples
     --------
@@ -91,6 +91,8 @@ def solver_class(name: str) -> type[Solver]:
     if name in _BUILT_IN:
         module, _, attribute = _BUILT_IN[name].partition(":")
         return cast("type[Solver]", getattr(importlib.import_module(module), attribute))
+    if (found := own.find(name)) is not None:
+        return found.kind
     # looking through all installed distributions takes milliseconds: only for names that are not built in
     plug_ins = listing.plug_ins()
     if name in plug_ins:
@@ -115,9 +117,7 @@ def _load(plug_in: EntryPoint) -> type[Solver]:
     except Exception as error:
         msg = f"{place} cannot be imported: {error}"
         raise SolverUnavailableError(msg) from error
-    if not (dataclasses.is_dataclass(kind) and isinstance(getattr(kind, "traits", None), Traits)):
-        msg = f"{place} is no solver: it has to be a dataclass with traits"
-        raise SolverUnavailableError(msg)
+    own.check_kind(kind, place)
     return cast("type[Solver]", kind)
 
 
@@ -131,6 +131,19 @@ def is_built_in(name: str) -> bool:
     (True, False)
     """
     return name in _BUILT_IN
+
+
+def built_in_name(kind: type) -> str | None:
+    """
+    Return the name of a built-in solver's class; None for other classes.
+
+    Examples
+    --------
+    >>> built_in_name(solver_class("cgla")), built_in_name(int)
+    ('cgla', None)
+    """
+    place = f"{kind.__module__}:{kind.__qualname__}"
+    return next((name for name, where in _BUILT_IN.items() if where == place), None)
 
 
 def traits(name: str) -> Traits:
@@ -166,7 +179,7 @@ def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has
     Parameters
     ----------
     name
-        As in `names`.
+        As in `names`, or a class in a file, ``./detour.py:Detour``.
     **settings
         The fields of its dataclass.
 
@@ -244,12 +257,12 @@ def check_ready(solver: object) -> None:
     if isinstance(solver, type):
         msg = f"solver is the class {solver.__name__}; give an instance, as {solver.__name__}()"
         raise SolverSettingError(msg)
-    own = getattr(solver, "traits", None)
-    if not isinstance(own, Traits) or not callable(getattr(solver, "solve", None)):
+    said = getattr(solver, "traits", None)
+    if not isinstance(said, Traits) or not callable(getattr(solver, "solve", None)):
         wanted = "a name, as 'hybrid', or a solver with traits and a method solve, as cg.solvers.get('hybrid')"
         msg = f"solver is {kind_of(solver)}; give {wanted}"
         raise SolverSettingError(msg)
-    choice(f"the domain of {own.name}", own.domain, ("graph", "plane"), SolverSettingError)
+    choice(f"the domain of {said.name}", said.domain, ("graph", "plane"), SolverSettingError)
 
 
 def _isolated(solver: Solver) -> Solver:

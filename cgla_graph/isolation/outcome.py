@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
 
+import cloudpickle
+
 from cgla_graph._text import remark
 from cgla_graph.errors import UnknownSolverError, WorkerError
 
@@ -74,9 +76,9 @@ class Reply(NamedTuple):
 
 
 def packed(function: Callable[..., Any], args: tuple[Any, ...]) -> bytes | Outcome:
-    """Pickle a call; if it cannot be pickled, return the failure."""
+    """Pickle a call, classes that workers cannot import by value; if it cannot be pickled, return the failure."""
     try:
-        return pickle.dumps((function, args), pickle.HIGHEST_PROTOCOL)
+        return bytes(cloudpickle.dumps((function, args), pickle.HIGHEST_PROTOCOL))
     except Exception as error:  # noqa: BLE001 - arguments may be anything
         return Outcome(None, Failure.NOT_MADE, f"its arguments cannot be sent: {one_line(error)}")
 

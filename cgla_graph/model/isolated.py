@@ -125,7 +125,7 @@ def made(solver: Any, method: str, args: tuple[Any, ...], *, apart: bool = False
         outcome = _worker().make(_make, (solver, method, args, limit), limit + PREPARATION, _progress.tell_inside)
     if outcome.failure in {Failure.RAISED, Failure.NOT_MADE}:
         # (an exception of the solver itself is returned as a value)
-        remedy = "define its class, and those in its problem, in a module that can be imported"
+        remedy = "keep in it, and in its problem, only what can be pickled"
         msg = f"{solver.traits.name} runs in a process of its own: {outcome.message}; {remedy}"
         raise SolverSettingError(msg)
     if outcome.failure is not None:

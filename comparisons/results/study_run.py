@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from cgla_graph._text import listed
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.performance import performances
@@ -24,6 +25,7 @@ from cgla_graph.comparisons.workers.tasks import run_tasks
 from cgla_graph.errors import CglaError, WorkerError
 from cgla_graph.model.cost_model import n_cores
 from cgla_graph.scenarios.mission_file import MissionFile, is_mission_file, load_mission
+from cgla_graph.solvers import own
 
 #: Of a study without a file, this many scenarios get pictures of their own, unless told otherwise.
 PICTURES = 20
@@ -181,6 +183,10 @@ def read_request(asked: Settings, how: RunOptions | None = None) -> Request:
     elif how.resume and how.folder is not None and not asked.specs:
         _alone(how.folder / FILE, asked)
         study = load_study(how.folder)
+        forgotten = [one.label for one in study.entrants if own.is_forgotten(one.name)]
+        if forgotten:
+            msg = f"{listed(forgotten)}: a study does not keep solvers of your own; give its maps and --solvers again"
+            raise CglaError(msg)
     else:
         study = _study(asked, how.command)
         pictures = PICTURES if asked.pictures is None else asked.pictures

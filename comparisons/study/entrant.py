@@ -5,13 +5,16 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import NoneType
-from typing import Any, get_args, get_type_hints
+from typing import Any, cast, get_args, get_type_hints
 
 from cgla_graph._text import cut, shown
 from cgla_graph.errors import CglaError, ScenarioError, SolverSettingError
+from cgla_graph.model.solver import Solver
 from cgla_graph.scenarios.scenario import Scenario
-from cgla_graph.solvers import registry
+from cgla_graph.solvers import own, registry
+from cgla_graph.solvers.own import OwnSolver
 
 #: Settings that end the run of an anytime solver; None is no limit.
 BUDGETS = ("seconds", "iterations", "evaluations")
@@ -36,6 +39,8 @@ class Entrant:
         Limits that all entrants share (see `with_budget`).
     refine
         Whether its path is refined before it counts.
+    own
+        The solver, if it is not installed: a class in a file, or that of an instance.
 
     Examples
     --------
@@ -48,20 +53,36 @@ class Entrant:
     settings: Mapping[str, Any] = field(default_factory=dict)
     budget: Mapping[str, float] = field(default_factory=dict)
     refine: bool = False
+    own: OwnSolver | None = field(default=None, repr=False, compare=False)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make an own solver known in the process that unpickles it."""
+        self.__dict__.update(state)
+        if self.own is not None:
+            own.adopt(self.own)
 
     @classmethod
-    def parse(cls, text: str) -> "Entrant":
+    def parse(cls, text: str, *, folder: Path | None = None) -> "Entrant":
         """
-        Read ``name`` or ``name:setting=value:setting=value``.
+        Read ``name`` or ``name:setting=value:setting=value``; a name may be a class in a file, ``./detour.py:Detour``.
+
+        Parameters
+        ----------
+        text
+            The text.
+        folder
+            Where relative paths of files start; the current folder if left out.
 
         Raises
         ------
         UnknownSolverError
             If there is no such solver.
+        SolverUnavailableError
+            If a file cannot be read or imported, or has no such solver.
         SolverSettingError
             If a setting lacks the form ``setting=value``, is unknown or set twice, or its value is not allowed.
         """
-        name, *parts = text.strip().split(":")
+        name, parts = _name_and_settings(text.strip())
         settings: dict[str, Any] = {}
         for part in parts:
             key, equals, value = part.partition("=")
@@ -72,10 +93,61 @@ class Entrant:
                 msg = f"{cut(text)}: {shown(key)} is set twice; set it once"
                 raise SolverSettingError(msg)
             settings[key] = _literal(value)
-        registry.solver_class(name)
-        if registry.missing(name) is None:
-            registry.get(name, **settings)
-        return cls(text.strip(), name, settings)
+        return cls.named(name, settings, ":".join([*parts]), folder=folder)
+
+    @classmethod
+    def named(
+        cls, name: str, settings: Mapping[str, Any], written: str, *, label: str = "", folder: Path | None = None
+    ) -> "Entrant":
+        """
+        Enter a solver by its name, or a class in a file.
+
+        Parameters
+        ----------
+        name, settings
+            As `cgla_graph.solvers.get` takes them.
+        written
+            The settings as text, for its label.
+        label
+            Its label; empty for that of name and settings.
+        folder
+            Where relative paths of files start; the current folder if left out.
+
+        Raises
+        ------
+        UnknownSolverError, SolverUnavailableError, SolverSettingError
+            As of `parse`.
+        """
+        mine = None
+        if own.is_in_file(name):
+            mine = own.find(name if folder is None else str(folder / name))
+        known = name if mine is None else mine.name
+        registry.solver_class(known)
+        if registry.missing(known) is None:
+            registry.get(known, **settings)
+        shown_name = name if mine is None else mine.label
+        return cls(label or ":".join(filter(None, [shown_name, written])), known, settings, own=mine)
+
+    @classmethod
+    def of(cls, solver: Solver) -> "Entrant":
+        """
+        Enter an instance, by its class and the settings that differ from defaults.
+
+        Raises
+        ------
+        SolverSettingError
+            If it is no solver, or no dataclass.
+
+        Examples
+        --------
+        >>> Entrant.of(registry.get("cgla", early_stop=False)).label
+        'cgla:early_stop=False'
+        """
+        registry.check_ready(solver)
+        mine, settings = own.of_instance(solver)
+        built_in = registry.built_in_name(mine.kind)
+        label = ":".join([built_in or mine.label, *(f"{key}={value}" for key, value in settings.items())])
+        return cls(label, built_in or mine.name, settings, own=None if built_in else mine)
 
     @property
     def is_exact(self) -> bool:
@@ -174,12 +246,12 @@ class Entrant:
 
 def as_entrant(given: object) -> Entrant:
     """
-    Return an entrant as it is, or read a text as `Entrant.parse` does.
+    Return an entrant as it is, read a text as `Entrant.parse` does, or enter an instance of a solver.
 
     Raises
     ------
     SolverSettingError
-        If it is neither of them.
+        If it is none of them.
 
     Examples
     --------
@@ -190,7 +262,10 @@ def as_entrant(given: object) -> Entrant:
         return given
     if isinstance(given, str):
         return Entrant.parse(given)
-    msg = f"an entrant is {shown(given)}; give a text, as 'cgla' or 'prm-star:milestones=200', or an Entrant"
+    if hasattr(given, "traits"):
+        return Entrant.of(cast("Solver", given))
+    texts = "a text, as 'cgla', 'prm-star:milestones=200' or './mine.py:Mine'"
+    msg = f"an entrant is {shown(given)}; give {texts}, an instance of a solver, or an Entrant"
     raise SolverSettingError(msg)
 
 
@@ -283,6 +358,14 @@ def budget_note(entrants: Sequence[Entrant]) -> str:
     takers = ", ".join(entrant.label for entrant in entrants if entrant.takes_budget())
     words = ", ".join(f"{key}={value:g}" for key, value in budget.items())
     return f"budget: {words}, {f'taken by {takers}' if takers else 'which no solver here takes'}"
+
+
+def _name_and_settings(text: str) -> tuple[str, list[str]]:
+    """Split at colons; the first two parts of a class in a file are its name."""
+    name, *parts = text.split(":")
+    if parts and name.lower().endswith(".py"):
+        name, parts = f"{name}:{parts[0]}", parts[1:]
+    return name, parts
 
 
 def _literal(text: str) -> Any:  # noqa: ANN401 - any literal

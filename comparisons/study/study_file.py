@@ -141,9 +141,10 @@ def study_from_toml(text: str, folder: Path | None = None, *, where: str = "stud
         raise StudyError(str(error)) from error
     with _error_context(where):
         seeds = seed_list(table.seeds)
-        entrants = _entrants(table, seeds)
+        home = Path() if folder is None else folder
+        entrants = _entrants(table, seeds, home)
         return Study(
-            scenarios=number_names(_scenarios(table, Path() if folder is None else folder)),
+            scenarios=number_names(_scenarios(table, home)),
             entrants=entrants,
             seeds=seeds,
             tolerance=table.tolerance or None,
@@ -206,8 +207,8 @@ def _from_folder(spec: str, folder: Path) -> str:
     return str(folder / spec) if is_file else spec
 
 
-def _entrants(table: StudyTable, seeds: Sequence[int]) -> list[Entrant]:
-    """Enter the solvers, each under a label of its own."""
+def _entrants(table: StudyTable, seeds: Sequence[int], folder: Path) -> list[Entrant]:
+    """Enter the solvers, each under a label of its own; paths of files start at the folder."""
     entries = every_solver() if table.solvers is None else table.solvers
     places: dict[str, str] = {}
     found = []
@@ -215,9 +216,9 @@ def _entrants(table: StudyTable, seeds: Sequence[int]) -> list[Entrant]:
         place = f"solvers.{number}"
         with _error_context(place):
             if isinstance(entry, str):
-                entrant = Entrant.parse(entry)
+                entrant = Entrant.parse(entry, folder=folder)
             else:
-                entrant = entry.build() if isinstance(entry, SolverTable) else entry
+                entrant = entry.build(folder) if isinstance(entry, SolverTable) else entry
             if table.refine:
                 entrant = entrant.refined()
             other = places.setdefault(entrant.label, place)

@@ -4,6 +4,7 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
@@ -18,7 +19,6 @@ from cgla_graph.scenarios.area_tables import Pair, Table
 from cgla_graph.scenarios.map_tables import Range
 from cgla_graph.scenarios.mission_tables import Line
 from cgla_graph.scenarios.scenario import Scenario
-from cgla_graph.solvers import registry
 
 #: More seeds than this are a mistake.
 MOST_SEEDS = 100_000
@@ -130,17 +130,16 @@ class SolverTable(Table):
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Setting]
 
-    name: str = Field(min_length=1, description="as cgla solvers lists them")
+    name: str = Field(
+        min_length=1, description="as cgla solvers lists them, or a class in a file, as ./detour.py:Detour"
+    )
     label: Line | None = Field(None, min_length=1, description="what tables call it (default: NAME:SETTING=VALUE…)")
 
-    def build(self) -> Entrant:
-        """Enter the solver, its settings checked."""
+    def build(self, folder: Path) -> Entrant:
+        """Enter the solver, its settings checked; paths of files start at the folder."""
         settings = self.__pydantic_extra__
-        registry.solver_class(self.name)
-        if registry.missing(self.name) is None:
-            registry.get(self.name, **settings)
-        label = ":".join([self.name, *(f"{key}={_written(value)}" for key, value in settings.items())])
-        return Entrant(self.label or label, self.name, settings)
+        written = ":".join(f"{key}={_written(value)}" for key, value in settings.items())
+        return Entrant.named(self.name, settings, written, label=self.label or "", folder=folder)
 
 
 class BudgetTable(Table):

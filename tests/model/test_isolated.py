@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -185,13 +186,17 @@ class Unreadable:
         return unreadable, ()
 
 
-def test_what_cannot_be_sent_is_refused() -> None:
+def test_a_class_that_no_module_has_is_sent_by_value() -> None:
     @dataclass(frozen=True)
     class Local(Awkward):
         pass
 
-    with pytest.raises(SolverSettingError, match=r"awkward runs in .* cannot be sent.*; define its class"):
-        cg.solve(PROBLEM, Local())
+    assert cg.solve(PROBLEM, Local()).status.has_path
+
+
+def test_what_cannot_be_sent_is_refused() -> None:
+    with pytest.raises(SolverSettingError, match=r"awkward runs in .* cannot be sent.*; keep in it"):
+        solve(extra=threading.Lock())
     with pytest.raises(SolverSettingError, match="not here"):
         solve(extra=Unreadable())
 

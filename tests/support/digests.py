@@ -21,8 +21,8 @@ OF_KERNELS = tuple(
     f"tests/{name}.py"
     for name in (
         "model/test_risk", "model/test_risk_raster", "model/test_no_fly", "model/test_graph",
-        "cost_to_go/test_cost_matrix", "cost_to_go/test_repair", "theorem_1/test_part_1_least_costs", "theorem_1/test_delta_sets",
-        "theorem_1/test_part_3_early_stop",
+        "cost_to_go/test_cost_matrix", "cost_to_go/test_repair",
+        "theorem_1/test_part_1_least_costs", "theorem_1/test_delta_sets", "theorem_1/test_part_3_early_stop",
         "eikonal/test_mesh", "eikonal/test_marching_kernels", "eikonal/test_queue_kernels",
         "certificate/test_certificate_kernels", "certificate/test_tips", "certificate/test_corners",
         "fusion/test_fusion", "motion/test_trajectory", "motion/test_space_time",

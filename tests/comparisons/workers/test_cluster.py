@@ -123,7 +123,7 @@ def test_outcomes_are_those_of_this_machine_though_a_worker_is_killed(awkward: M
         Call("eat", awkward.eat, (100.0,)),
         Call("raises", awkward.raises, (ValueError, "bad")),
         Call("no pickle", awkward.no_pickle),
-        Call("not sent", awkward.square, (lambda: 3,)),
+        Call("not sent", awkward.square, (threading.Lock(),)),
         *(Call(number, awkward.square, (number,)) for number in range(60)),
         *(Call(f"slow {number}", awkward.nap_noted, (str(note), 1.0)) for number in range(4)),
         *(Call(number, awkward.square, (number,)) for number in range(60, 120)),

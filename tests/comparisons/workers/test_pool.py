@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
@@ -81,7 +82,7 @@ def test_whatever_a_call_does_is_an_outcome(awkward: ModuleType) -> None:
         ((awkward.raises, "speak"), Failure.RAISED, "Unspeakable"),
         ((awkward.no_pickle,), Failure.RAISED, "pickle"),
         ((awkward.no_reading,), Failure.NOT_MADE, "cannot be read: RuntimeError: not readable"),
-        ((awkward.square, lambda: 3), Failure.NOT_MADE, "cannot be sent"),
+        ((awkward.square, threading.Lock()), Failure.NOT_MADE, "cannot be sent"),
         ((awkward.square,), Failure.RAISED, "TypeError"),
         ((awkward.nested,), Failure.RAISED, "a limit within a limit"),
     ]
