@@ -138,23 +138,50 @@ def of_instance(solver: Solver) -> tuple[OwnSolver, dict[str, Any]]:
 
 def _in_file(name: str) -> OwnSolver:
     """Load the class of a name such as ``./detour.py:Detour``."""
+    kind, path, digest = load(name, f"solver {shown(name)}")
+    check_kind(kind, f"{place(path)}: {name.rpartition(':')[2]}")
+    return adopt(OwnSolver(kind, f"{path.name}:{name.rpartition(':')[2]}", digest))
+
+
+def load(name: str, where: str) -> tuple[Any, Path, str]:
+    """
+    Run a file of the user's, once in a process, and return what has a name in it.
+
+    Parameters
+    ----------
+    name
+        As ``./detour.py:Detour``.
+    where
+        What needs it, for errors.
+
+    Returns
+    -------
+    value, path, digest
+        What the name stands for, the file, and SHA-256 of its bytes.
+
+    Raises
+    ------
+    SolverUnavailableError
+        If the file cannot be read or run, or has no such name.
+    """
     match = _IN_FILE.fullmatch(name)
-    assert match is not None  # noqa: S101 - for type checkers
+    if match is None:
+        msg = f"{where} is no name in a file; write it as ./FILE.py:NAME"
+        raise SolverUnavailableError(msg)
     path, attribute = Path(match["path"]), match["attribute"]
     try:
         data = read_bytes(path)
     except CglaError as error:
-        msg = f"solver {shown(name)}: {error}"
+        msg = f"{where}: {error}"
         raise SolverUnavailableError(msg) from error
-    module = _module(path.resolve(), hashlib.sha256(data).hexdigest(), data)
-    kind = getattr(module, attribute, None)
-    if kind is None:
-        classes = [key for key, one in vars(module).items() if isinstance(getattr(one, "traits", None), Traits)]
-        known = f"it has {', '.join(classes)}" if classes else "it has no class with traits"
-        msg = f"{place(path)} has no {attribute}; {known}"
+    digest = hashlib.sha256(data).hexdigest()
+    module = _module(path.resolve(), digest, data)
+    if not hasattr(module, attribute):
+        own = [key for key, one in vars(module).items() if getattr(one, "__module__", None) == module.__name__]
+        known = f"it has {', '.join(own)}" if own else "it has no class and no function of its own"
+        msg = f"{where}: {place(path)} has no {attribute}; {known}"
         raise SolverUnavailableError(msg)
-    check_kind(kind, f"{place(path)}: {attribute}")
-    return adopt(OwnSolver(kind, f"{path.name}:{attribute}", hashlib.sha256(data).hexdigest()))
+    return getattr(module, attribute), path, digest
 
 
 def check_kind(kind: object, where: str) -> None:

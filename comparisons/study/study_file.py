@@ -11,7 +11,7 @@ from cgla_graph._text import shown
 from cgla_graph.comparisons.study.entrant import Entrant, every_solver
 from cgla_graph.comparisons.study.options import MapOptions, number_names, open_all
 from cgla_graph.comparisons.study.study import Study
-from cgla_graph.comparisons.study.study_tables import RandomTable, SolverTable, StudyTable, seed_list
+from cgla_graph.comparisons.study.study_tables import FunctionTable, RandomTable, SolverTable, StudyTable, seed_list
 from cgla_graph.errors import CglaError, StudyError
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.scenarios.map_tables import read_table
@@ -29,7 +29,8 @@ EXAMPLE = """\
 title = "risk maps, easy and hard"
 
 # Names of shipped scenarios, files (paths start at this file's folder): .toml, .geojson, .map, FILE.scen:FIRST-LAST,
-# and tables of random maps.
+# patterns of files ("maps/*.toml"), and tables of random maps, or of maps that a function of yours makes of seeds:
+# { generate = "./maps.py:maze", seeds = 20 }, a function seed -> Problem.
 scenarios = [
     "paper",
     "maze",
@@ -40,7 +41,8 @@ scenarios = [
     { generate = "random", seeds = 4, threats = 20, areas = 3, k = 50.0 },
 ]
 
-# Names, with settings as NAME:SETTING=VALUE, or tables with settings and a label. Left out: every solver.
+# Names, with settings as NAME:SETTING=VALUE, or tables with settings and a label; "./detour.py:Detour" is a class of
+# yours in a file. Left out: every solver.
 solvers = [
     "hybrid",
     "cgla",
@@ -192,19 +194,31 @@ def _scenarios(table: StudyTable, folder: Path) -> Iterator[Scenario]:
             if isinstance(entry, RandomTable):
                 yield from entry.build(table.resolution)
                 continue
-            spec = _from_folder(entry, folder)
-            if is_mission_file(spec):
-                msg = (
-                    f"{entry!r} is a mission, and a study has maps only; cgla compare {spec} flies it with the solvers"
-                )
+            if isinstance(entry, FunctionTable):
+                yield from entry.build(table.resolution, folder)
+                continue
+            specs = _from_folder(entry, folder)
+            missions = [spec for spec in specs if is_mission_file(spec)]
+            if missions:
+                flown = f"cgla compare {missions[0]} flies it with the solvers"
+                msg = f"{entry!r} is a mission, and a study has maps only; {flown}"
                 raise StudyError(msg)
-            yield from open_all([spec], MapOptions(resolution=table.resolution, takes_k=False))
+            yield from open_all(specs, MapOptions(resolution=table.resolution, takes_k=False))
 
 
-def _from_folder(spec: str, folder: Path) -> str:
-    """Let the path of a file start at the study's folder; names of shipped scenarios stay."""
-    is_file = re.search(r"\.(toml|geojson|json|map|scen)(:.*)?$", spec, re.IGNORECASE | re.DOTALL)
-    return str(folder / spec) if is_file else spec
+def _from_folder(spec: str, folder: Path) -> list[str]:
+    """Let the path of a file start at the study's folder, and a pattern be all its files; shipped names stay."""
+    if not re.search(r"\.(toml|geojson|json|map|scen)(:.*)?$", spec, re.IGNORECASE | re.DOTALL):
+        return [spec]
+    path = folder / spec
+    if not set("*?[") & set(spec) or path.exists():
+        return [str(path)]
+    anchor = Path(path.anchor)
+    found = sorted(anchor.glob(str(path.relative_to(anchor))))
+    if not found:
+        msg = f"no file matches {shown(spec)}; give a name, or a pattern such as maps/*.toml"
+        raise StudyError(msg)
+    return [str(one) for one in found]
 
 
 def _entrants(table: StudyTable, seeds: Sequence[int], folder: Path) -> list[Entrant]:

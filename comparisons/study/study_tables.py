@@ -4,21 +4,26 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
 
+from cgla_graph._text import shown
 from cgla_graph.comparisons.study.entrant import BUDGETS, Entrant
 from cgla_graph.comparisons.study.study import SEEDS
 from cgla_graph.errors import StudyError
 from cgla_graph.isolation.limits import Limits
+from cgla_graph.isolation.outcome import one_line
+from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios import random_map
 from cgla_graph.scenarios.area_tables import Pair, Table
 from cgla_graph.scenarios.map_tables import Range
 from cgla_graph.scenarios.mission_tables import Line
-from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario, as_scenario
+from cgla_graph.solvers import own
 
 #: More seeds than this are a mistake.
 MOST_SEEDS = 100_000
@@ -29,6 +34,12 @@ MOST_SECONDS, MOST_MEGABYTES = 31_536_000.0, 2.0**30
 def _table_or_text(value: object) -> str:
     """Choose the member of a union of a table and a text, so that errors name only that member's faults."""
     return "=table" if isinstance(value, dict | Table) else "=text"
+
+
+def _map_entry(value: object) -> str:
+    """Choose the member for a text, a table of random maps, or one that names a function in a file."""
+    of_function = isinstance(value, dict) and own.is_in_file(str(value.get("generate")))
+    return "=function" if of_function or isinstance(value, FunctionTable) else _table_or_text(value)
 
 
 def _list_or_number(value: object) -> str:
@@ -124,6 +135,32 @@ class RandomTable(Table):
         )
 
 
+class FunctionTable(Table):
+    """Maps that a function in a file makes of seeds."""
+
+    generate: str = Field(description="function of a seed that returns a Problem or a Scenario, as ./maps.py:maze")
+    seeds: Seeds = Field(description="one map for each of 1 to this, or of a list")
+    resolution: int | None = Field(None, ge=2, description="points a side of the lattice (default: the study's, or 20)")
+
+    def build(self, resolution: int | None, folder: Path) -> list[Scenario]:
+        """Make the maps; the path of the file starts at the folder."""
+        make, _, _ = own.load(str(folder / self.generate), f"generate is {shown(self.generate)}, which")
+        name, points = self.generate.rpartition(":")[2], self.resolution or resolution
+        if not callable(make):
+            msg = f"{self.generate} is no function; give one that makes a Problem of a seed"
+            raise StudyError(msg)
+        found = []
+        for seed in seed_list(self.seeds):
+            try:
+                made = as_scenario(make(seed), f"{name}-{seed}")
+            except Exception as error:
+                msg = f"{self.generate} on seed {seed}: {one_line(error)}"
+                raise StudyError(msg) from error
+            lattice = made.lattice if points is None else Lattice(points, bounds=made.problem.bounds)
+            found.append(replace(made, lattice=lattice))
+        return found
+
+
 class SolverTable(Table):
     """A solver with settings: all other keys."""
 
@@ -172,8 +209,13 @@ class StudyTable(Table):
 
     title: Line = ""
     scenarios: list[
-        Annotated[Annotated[str, Tag("=text")] | Annotated[RandomTable, Tag("=table")], Discriminator(_table_or_text)]
-    ] = Field(min_length=1, description="shipped names, files, and tables of random maps")
+        Annotated[
+            Annotated[str, Tag("=text")]
+            | Annotated[RandomTable, Tag("=table")]
+            | Annotated[FunctionTable, Tag("=function")],
+            Discriminator(_map_entry),
+        ]
+    ] = Field(min_length=1, description="shipped names, files, patterns of files, and tables of maps that are made")
     solvers: (
         Annotated[
             list[

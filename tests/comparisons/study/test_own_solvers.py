@@ -1,5 +1,6 @@
 """Solvers in files, and instances of people's own classes, take part as registered solvers do."""
 
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -148,7 +149,7 @@ print(cg.solve(cg.load_scenario("one-threat").problem, Dies(), isolated=True).st
     ("text", "name", "says"),
     [
         (None, "none.py:Detour", "no such file"),
-        (FILE, "detour.py:Other", "detour.py has no Other; it has Detour, Dies, Sleeps"),
+        (FILE, "detour.py:Other", "detour.py has no Other; it has bend, Detour, Dies, Sleeps"),
         (FILE, "detour.py:bend", "detour.py: bend is no solver: it has to be a dataclass with traits"),
         (FILE, "detour.py:Detour:attempts=3", "has no setting 'attempts'; it has tries"),
         (FILE, "detour.py:Detour:tries=many", "tries is 'many'; its type is int"),
@@ -177,3 +178,33 @@ def test_an_instance_without_known_settings_is_refused() -> None:
         Entrant.of(Plain())
     with pytest.raises(CglaError, match="give an instance"):
         Entrant.of(Bent)  # type: ignore[arg-type]
+
+
+MAPS = """
+import cgla_graph as cg
+
+def valley(seed):
+    if seed == 13:
+        raise ValueError("unlucky")
+    return cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.5, 0.1 * seed, 0.1)]), k=5.0)
+"""
+
+
+def test_study_files_take_patterns_and_functions_of_seeds(tmp_path: Path) -> None:
+    (tmp_path / "maps.py").write_text(MAPS, encoding="utf-8")
+    for name in ("b", "a"):
+        (tmp_path / f"{name}.toml").write_text("start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 1", encoding="utf-8")
+    text = 'scenarios = ["*.toml", {generate = "./maps.py:valley", seeds = [3, 7], resolution = 9}]\nsolvers = ["cgla"]'
+    study = study_from_toml(text, tmp_path)
+    assert [one.name for one in study.scenarios] == ["a", "b", "valley-3", "valley-7"]
+    assert study.scenarios[3].problem.field.threats[0].y == pytest.approx(0.7)
+    assert study.scenarios[3].lattice.n_points == 81
+    for wrong, says in (
+        ('["none/*.toml"]', "no file matches 'none/*.toml'"),
+        ('[{generate = "./maps.py:hill", seeds = 2}]', "maps.py has no hill; it has valley"),
+        ('[{generate = "./maps.py:valley", seeds = [13]}]', "on seed 13: ValueError: unlucky"),
+        ('[{generate = "./maps.py:cg", seeds = 1}]', "is no function"),
+        ('[{generate = "./maps.py:valley"}]', "seeds"),
+    ):
+        with pytest.raises(CglaError, match=re.escape(says)):
+            study_from_toml(f"scenarios = {wrong}", tmp_path)
