@@ -38,6 +38,7 @@ from cgla_graph.model.problem import GraphProblem as GraphProblem
 from cgla_graph.model.problem import Problem as Problem
 from cgla_graph.model.risk import RiskField as RiskField
 from cgla_graph.model.risk import Threat as Threat
+from cgla_graph.model.risk_footprint import footprint_density as footprint_density
 from cgla_graph.model.risk_raster import RasterRisk as RasterRisk
 from cgla_graph.model.solution import Solution as Solution
 from cgla_graph.model.solution import Status as Status

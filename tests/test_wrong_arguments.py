@@ -157,6 +157,9 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
          "reserve": 0.1, "climb_rate": 9.0, "descent_rate": 9.0, "altitude": 9.0, "above": "home",
          "ground_speed": 9.0},
     ),
+    "footprint_density": (
+        cg.footprint_density, {"people": RASTER, "radius": 0.1, "ahead": 0.0, "outside": 0.0},
+    ),
     "volumes": (
         cg.volumes,
         {"flight": STRAIGHT, "settings": None, "height": 60.0, "altitude": None, "above": "home", "ground": None,

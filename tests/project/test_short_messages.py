@@ -123,6 +123,7 @@ def calls() -> dict[str, tuple[Callable[..., object], dict[str, Any]]]:
         "load_mission": (cg.load_mission, {"name": "swarm"}),
         "read_zones": (cg.read_zones, {"files": "no.json"}),
         "read_plan": (cg.read_plan, {"path": "no.plan"}),
+        "footprint_density": (cg.footprint_density, {"people": raster, "radius": 0.1, "outside": 0.0}),
         "volumes": (cg.volumes, {"flight": plan, "height": 60.0, "speed": 9.0, "dimension": 1.0, "pitch": 30.0}),
         "VolumeSettings": (cg.VolumeSettings, {"speed": 9.0, "dimension": 1.0, "pitch": 30.0}),
         "write_plan": (cg.write_plan, {"plan": plan, "path": "no.there/plan"}),
