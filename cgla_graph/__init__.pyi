@@ -9,6 +9,7 @@ from cgla_graph.airspace.flight_plans.plan import FlightPlan as FlightPlan
 from cgla_graph.airspace.flight_plans.plan import Waypoint as Waypoint
 from cgla_graph.airspace.plan_check.check import check as check
 from cgla_graph.airspace.volumes.dimensions import VolumeSettings as VolumeSettings
+from cgla_graph.airspace.volumes.footprint import footprint_density as footprint_density
 from cgla_graph.airspace.volumes.volumes import volumes as volumes
 from cgla_graph.airspace.zones.reading import read_zones as read_zones
 from cgla_graph.certificate.certificate import Certificate as Certificate
@@ -38,7 +39,6 @@ from cgla_graph.model.problem import GraphProblem as GraphProblem
 from cgla_graph.model.problem import Problem as Problem
 from cgla_graph.model.risk import RiskField as RiskField
 from cgla_graph.model.risk import Threat as Threat
-from cgla_graph.model.risk_footprint import footprint_density as footprint_density
 from cgla_graph.model.risk_raster import RasterRisk as RasterRisk
 from cgla_graph.model.solution import Solution as Solution
 from cgla_graph.model.solution import Status as Status

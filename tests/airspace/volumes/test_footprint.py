@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cgla_graph as cg
+from cgla_graph.airspace.volumes.footprint import disc_weights
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.ground_risk import people_of
-from cgla_graph.model.risk_footprint import disc_weights
 
 
 @settings(max_examples=25)
@@ -52,7 +52,7 @@ def test_what_is_beyond_the_border_is_unknown_until_it_is_said() -> None:
     spread = cg.footprint_density(people, 24.0)
     assert spread.missing.sum() == 11 * 11 - 7 * 7
     assert spread.cells.min() == pytest.approx(50.0, rel=1e-12)
-    problem = cg.Problem((55, 55), (60, 60), cg.RiskField(rasters=[spread]), bounds=(0, 0, 110, 110))
+    problem = cg.Problem((55, 55), (85, 60), cg.RiskField(rasters=[spread]), bounds=(0, 0, 110, 110))
     flight = cg.volumes(cg.solve(problem, "straight-line"), height=5, speed=2, dimension=0.3, pitch=45, width=2)
     assert flight.people_below(people_of(problem)).ground_risk_class.value is None
     assert cg.footprint_density(people, 24.0, outside=0.0).cells[0, 0] == pytest.approx(50.0 * _quarter(24.0), rel=1e-3)
