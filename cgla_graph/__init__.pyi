@@ -42,6 +42,9 @@ from cgla_graph.model.risk import Threat as Threat
 from cgla_graph.model.risk_raster import RasterRisk as RasterRisk
 from cgla_graph.model.solution import Solution as Solution
 from cgla_graph.model.solution import Status as Status
+from cgla_graph.people.exposure import exposure as exposure
+from cgla_graph.people.units import at_prices as at_prices
+from cgla_graph.people.units import flown_over as flown_over
 from cgla_graph.plots.drawing import animate as animate
 from cgla_graph.plots.drawing import plot as plot
 from cgla_graph.scenarios.mission_file import load_mission as load_mission

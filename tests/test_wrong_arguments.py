@@ -25,6 +25,11 @@ FIELD = cg.RiskField([THREAT])
 RASTER = cg.RasterRisk([[1.0, 2.0]], (0, 0, 1, 1))
 PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), FIELD, k=1.0)
 ON_RASTER = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField(rasters=[RASTER]), k=1.0)
+ON_PEOPLE, ON_FATALITIES = (
+    cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField(rasters=[cg.RasterRisk([[1.0, 2.0]], (0, 0, 1, 1), unit=unit)]))
+    for unit in ("people/km2", "fatalities/m")
+)
+ON_FLOWN = cg.flown_over(ON_PEOPLE, failures_per_hour=1.0, speed=1.0, lethal_area=1.0)
 ROADS: "nx.DiGraph[str]" = nx.DiGraph([("a", "b", {"weight": 1.0}), ("b", "c", {"weight": 1.0})])
 GRAPH = cg.GeometricGraph.from_matrix(
     [[0, 1, 5], [1, 0, 1], [5, 1, 0]], labels="abc", positions=[(0, 0), (1, 0), (1, 1)]
@@ -126,6 +131,15 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     ),
     "FailureModel": (cg.FailureModel, {"failures_per_hour": 1.0, "speed": 1.0, "lethal_area": 1.0, "fatality": 1.0}),
     "people_of": (cg.people_of, {"problem": None}),
+    "flown_over": (
+        cg.flown_over,
+        {"problem": ON_PEOPLE, "failures_per_hour": 1.0, "speed": 1.0, "lethal_area": 1.0, "fatality": 1.0},
+    ),
+    "at_prices": (cg.at_prices, {"problem": ON_FATALITIES, "prevented_fatality": 1.0, "metre": 1.0}),
+    "exposure": (
+        cg.exposure,
+        {"problem": ON_FLOWN, "path": [(0.1, 0.1)], "corridor": 0.0, "max_density": 3.0, "target": 1.0},
+    ),
     "risk_weight": (cg.risk_weight, {"prevented_fatality": 1.0, "metre": 1.0}),
     "flyable": (cg.flyable, {"solution": None, "turn_radius": 0.1, "start_heading": None, "goal_heading": None}),
     "save": (STRAIGHT.save, {"file": "out.csv"}),

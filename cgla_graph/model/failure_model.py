@@ -8,8 +8,10 @@ from cgla_graph.errors import ProblemError
 
 #: Units of the density of people.
 People: TypeAlias = Literal["people/km2", "people/m2"]
+#: Units of the values of a raster that are known: people, or the risk to them.
+Unit: TypeAlias = Literal["people/km2", "people/m2", "fatalities/m"]
 #: People per km2 in each unit.
-PER_KM2: dict[People, float] = {"people/km2": 1.0, "people/m2": 1e6}
+PER_KM2: dict[str, float] = {"people/km2": 1.0, "people/m2": 1e6}
 SQUARE_KILOMETRE = 1e6
 SECONDS_AN_HOUR = 3600.0
 #: Greatest characteristic dimension, metres, and lethal (critical) area, square metres, by SORA 2.5, Annex F.
@@ -83,29 +85,29 @@ class FailureModel:
         failures_per_hour, speed, lethal_area, fatality
             As in `FailureModel`.
         dimension
-            Characteristic dimension (wingspan, or the greatest distance of blade tips), metres, instead of the area.
+            Characteristic dimension (wingspan, or the greatest distance of blade tips), metres, if no area is given.
 
         Raises
         ------
         ProblemError
-            If both or none of area and dimension are given, or a number is out of range.
+            If neither area nor dimension is given, or a number is out of range.
 
         Examples
         --------
         >>> FailureModel.of_aircraft(failures_per_hour=1e-3, speed=20, dimension=2.4).lethal_area
         65.0
         """
-        if (lethal_area is None) == (dimension is None):
-            both = "are both given" if dimension is not None else "are missing"
-            msg = f"lethal_area and dimension {both}; give one of them: square metres, or metres for SORA's area"
-            raise ProblemError(msg)
-        if dimension is not None:
+        area = lethal_area
+        if area is None:
+            if dimension is None:
+                msg = "lethal_area and dimension are missing; give one: square metres, or metres for SORA's area"
+                raise ProblemError(msg)
             reach = positive_number("dimension", dimension)
-            lethal_area = next((area for most, area in LETHAL_AREAS if reach <= most), None)
-            if lethal_area is None:
+            area = next((area for most, area in LETHAL_AREAS if reach <= most), None)
+            if area is None:
                 msg = f"dimension is {reach:g} m, and SORA 2.5, Annex F, goes up to 40 m; give lethal_area"
                 raise ProblemError(msg)
-        return cls(failures_per_hour, speed, lethal_area or 0.0, fatality)
+        return cls(failures_per_hour, speed, area, fatality)
 
     def __str__(self) -> str:
         """Return all numbers with their units, and the source of those that may be defaults."""
@@ -113,11 +115,11 @@ class FailureModel:
         source = f" (SORA 2.5, Annex F: up to {size} m of characteristic dimension)" if size else ""
         worst = " (the worst case)" if self.fatality == 1.0 else ""
         return (
-            f"{self.failures_per_hour:g} failures per flight hour at {self.speed:g} m/s, lethal area "
+            f"{self.failures_per_hour:g} failures per flight hour at {self.speed:g} m/s over ground, lethal area "
             f"{self.lethal_area:g} m2{source}, fatality {self.fatality:g}{worst}"
         )
 
-    def per_metre(self, unit: People) -> float:
+    def per_metre(self, unit: str) -> float:
         """Return the expected fatalities of a metre flown over a density of 1 in a unit."""
         return (
             (self.failures_per_hour / SECONDS_AN_HOUR / self.speed)
@@ -126,7 +128,7 @@ class FailureModel:
             / (SQUARE_KILOMETRE / PER_KM2[unit])
         )
 
-    def per_hour(self, unit: People) -> float:
+    def per_hour(self, unit: str) -> float:
         """Return the expected fatalities of an hour of flight over a density of 1 in a unit."""
         return self.per_metre(unit) * self.speed * SECONDS_AN_HOUR
 

@@ -27,7 +27,7 @@ from cgla_graph._validate import (
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_raster_kernels as kernels
 from cgla_graph.model.earth import LocalProjection
-from cgla_graph.model.failure_model import PER_KM2, FailureModel, People
+from cgla_graph.model.failure_model import PER_KM2, FailureModel, Unit
 from cgla_graph.model.raster_file import Coordinates, Kind, RasterCells, cells_in_metres, read_cells
 
 Interpolation: TypeAlias = Literal["bilinear", "nearest"]
@@ -67,8 +67,8 @@ class RasterRisk:
     nodata
         Value of cells that are NaN, before scaling. None: NaN is refused.
     unit
-        Of values that are people, on a map in metres: ``people/km2`` or ``people/m2``. None: the values have a unit of
-        their own.
+        Of values that are people, on a map in metres: ``people/km2`` or ``people/m2``; or ``fatalities/m`` for expected
+        fatalities per metre. None: the values have a unit of their own.
     failures
         The aircraft that fails above the people (`ground_risk`); it needs the `unit`.
 
@@ -96,7 +96,7 @@ class RasterRisk:
     origin: Origin
     scale: float
     nodata: float | None
-    unit: People | None
+    unit: Unit | None
     failures: FailureModel | None
 
     def __init__(
@@ -108,20 +108,20 @@ class RasterRisk:
         origin: Origin = "upper",
         scale: float = 1.0,
         nodata: float | None = None,
-        unit: People | None = None,
+        unit: Unit | None = None,
         failures: FailureModel | None = None,
     ) -> None:
         """Check everything, and keep a copy of the values."""
         for name, chosen, allowed in (
             ("interpolation", interpolation, get_args(Interpolation)),
             ("origin", origin, get_args(Origin)),
-            *([] if unit is None else [("unit", unit, get_args(People))]),
+            *([] if unit is None else [("unit", unit, get_args(Unit))]),
         ):
             choice(f"raster {name}", chosen, allowed)
         if failures is not None:
             instance("failures", failures, FailureModel, "a FailureModel, or None")
-            if unit is None:
-                msg = "the raster has a model of failures, but its values have no unit; give unit='people/km2'"
+            if unit not in PER_KM2:
+                msg = "the raster has a model of failures, and no unit of people; give unit='people/km2'"
                 raise ProblemError(msg)
         given = _checked(values, "give nodata=… to say what it stands for" if nodata is None else None)
         for name, one in {
@@ -150,7 +150,7 @@ class RasterRisk:
         origin: Origin = "upper",
         scale: float = 1.0,
         nodata: float | None = None,
-        unit: People | None = None,
+        unit: Unit | None = None,
         coordinates: Coordinates | None = None,
         projection: LocalProjection | None = None,
     ) -> "RasterRisk":
@@ -175,7 +175,7 @@ class RasterRisk:
         nodata
             Value of cells without data, in the file's own units, before scaling. None: they are refused.
         unit
-            Of densities of people: ``people/km2`` or ``people/m2``. None: a unit of their own, or people if counted.
+            As in `RasterRisk`; None: a unit of their own, or people if they are counts.
         coordinates
             ``plane`` or ``lonlat`` (degrees); None takes those that a GeoTIFF declares, else a plane.
         projection
@@ -234,8 +234,8 @@ class RasterRisk:
     @cached_property
     def _digest(self) -> bytes:
         """Digest of the risk, for equality."""
-        per_person = None if self.unit is None else self.factor / PER_KM2[self.unit]
-        told = (self.bounds, self.interpolation, self.cells.shape, per_person, self.failures)
+        known = self.unit if self.unit not in PER_KM2 else self.factor / PER_KM2[self.unit]
+        told = (self.bounds, self.interpolation, self.cells.shape, known, self.failures)
         settings = repr(told).encode()
         return hashlib.sha256(settings + np.ascontiguousarray(self.cells).tobytes()).digest()
 
@@ -256,8 +256,8 @@ class RasterRisk:
 
     @cached_property
     def people(self) -> "RasterRisk | None":
-        """The people that the risk is of, people per km2, whatever its scale; None if the values have no unit."""
-        if self.unit is None:
+        """The people that the risk is of, people per km2, whatever its scale; None if the values are no people."""
+        if self.unit not in PER_KM2:
             return None
         per_km2 = PER_KM2[self.unit]
         if per_km2 == self.factor == 1.0:
@@ -370,8 +370,11 @@ class RasterRisk:
         '9.03e-11 per metre'
         """
         wrong = ""
-        if self.unit is None:
-            wrong = f"its values have no unit, and may be people; give one of {', '.join(get_args(People))} (unit)"
+        if self.unit not in PER_KM2:
+            known = f"its values have {'no unit' if self.unit is None else f'the unit {self.unit}'}"
+            wrong = (
+                f"{known}; if they are people, say so: {', '.join(PER_KM2)} (unit), or kind count for people of cells"
+            )
         elif self.failures is not None:
             wrong = f"it is the risk of {self.failures} already; give its people, as raster.people"
         elif self.scale != 1.0:
@@ -413,7 +416,7 @@ def laid_out(
     kind: Kind,
     nodata: float | None,
     *,
-    unit: People | None = None,
+    unit: Unit | None = None,
     **settings: Any,  # noqa: ANN401 - of RasterRisk
 ) -> RasterRisk:
     """

@@ -2,8 +2,8 @@
 
 import dataclasses
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +16,12 @@ from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import four_numbers, point
 from cgla_graph.airspace.zones.reading import is_geojson
 from cgla_graph.errors import CglaError, FileFormatError, ScenarioError
+from cgla_graph.model.ground_risk import people_layers
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.raster_file import in_degrees
+from cgla_graph.people.below import people_on
+from cgla_graph.people.units import flown_over
 from cgla_graph.scenarios.area_tables import NoFlyTable, applied_zones, with_files
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.grid_map import GridMap
@@ -51,6 +54,7 @@ def open_scenarios(
     no_fly: Sequence[Path] = (),
     zones: Mapping[str, object] | None = None,
     raster: Mapping[str, object] | None = None,
+    aircraft: Mapping[str, float] | None = None,
 ) -> Iterator[Scenario]:
     """
     Open all scenarios that one argument names, one after the other.
@@ -76,6 +80,8 @@ def open_scenarios(
         Settings of zones: altitude, at, treat, ground, lines, vertical_clearance, as in ``[no_fly]`` of scenario files.
     raster
         Settings of a raster, as `raster_scenario` takes them; only for a raster file.
+    aircraft
+        The aircraft that fails above the people of the map, as `cgla_graph.flown_over` takes it.
 
     Yields
     ------
@@ -112,11 +118,38 @@ def open_scenarios(
     if raster and kind not in RASTERS:
         msg = f"{spec} is no raster (those end in {', '.join(RASTERS)}): leave out {next(iter(raster))}"
         raise ScenarioError(msg)
+    opened = partial(_opened, path, rows, spec, start, goal, bounds, clearance, no_fly, zones or {})
     try:
-        for scenario in _opened(path, rows, spec, start, goal, bounds, clearance, no_fly, zones or {}, raster or {}):
-            yield _changed(scenario, k=k, clearance=clearance if kind in {".map", ".scen"} else None)
+        for scenario in opened(raster or {}):
+            changed = _changed(scenario, k=k, clearance=clearance if kind in {".map", ".scen"} else None)
+            if aircraft:
+                if kind in RASTERS and all(one.unit is None for one in scenario.problem.field.rasters):
+                    raise ScenarioError(_unknown_people(path, raster or {}, opened))
+                with scenario_errors(spec):
+                    changed = dataclasses.replace(changed, problem=flown_over(changed.problem, **aircraft))
+            yield changed
     except FileFormatError as error:
         raise ScenarioError(str(error)) from error
+
+
+def _unknown_people(
+    path: Path, given: Mapping[str, object], opened: Callable[[dict[str, object]], Iterator[Scenario]]
+) -> str:
+    """Return the error of a raster whose values may be people, with the people on the map in each unit."""
+    readings: dict[str, dict[str, object]] = {
+        "--kind count (people of each cell)": {"kind": "count", "unit": None},
+        "--unit people/km2": {"kind": "density", "unit": "people/km2"},
+        "--unit people/m2": {"kind": "density", "unit": "people/m2"},
+    }
+    found = []
+    for option, settings in readings.items():
+        (one,) = opened({**given, **settings})
+        people = sum(people_on(layer, one.problem.bounds) for layer in people_layers(one.problem))
+        found.append(f"{people:,.0f} with {option}")
+    return (
+        f"{path}: an aircraft fails above people, and it is not said whether the values are people; say so. The people "
+        f"on the map would be {', '.join(found)}"
+    )
 
 
 def _opened(
@@ -202,8 +235,8 @@ def raster_scenario(
     zones
         Settings of zones: altitude, at, treat, ground, lines, vertical_clearance.
     settings
-        Other keys of ``[[rasters]]`` in scenario files: kind, scale, nodata, interpolation, origin; and coordinates,
-        plane or lonlat.
+        Other keys of ``[[rasters]]`` in scenario files: kind, unit, scale, nodata, interpolation, origin; and
+        coordinates, plane or lonlat.
 
     Raises
     ------

@@ -22,7 +22,7 @@ from cgla_graph.airspace.zones.geojson import Area
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.clearance import ROUNDING
 from cgla_graph.model.earth import LocalProjection, geodesic_length, places_around, project_on_map, projected_bounds
-from cgla_graph.model.failure_model import FailureModel, People
+from cgla_graph.model.failure_model import FailureModel, Unit
 from cgla_graph.model.lattice import Lattice, LatticeKind
 from cgla_graph.model.raster_file import Kind, RasterCells, cells_in_metres, read_cells
 from cgla_graph.model.risk import Reading, Threat
@@ -124,8 +124,10 @@ class RasterTable(Table):
     file: str = Field(min_length=1, description="path of a .tif, .asc, .csv, .csv.gz, .npy or .npz, from this file")
     kind: Kind = Field("density", description="count: values are people of whole cells, and divided by their areas")
     scale: float = Field(1.0, gt=0, description="what densities are multiplied by to give risk per unit length")
-    unit: People | None = Field(
-        None, description="of densities of people, on a map in metres (counts are people of cells); no scale changes it"
+    unit: Unit | None = Field(
+        None,
+        description="of densities of people on a map in metres (counts are people of cells), whatever the scale; "
+        "or fatalities/m: risk in expected fatalities per metre",
     )
     ground_risk: GroundRiskTable | None = Field(
         None, description="the aircraft that fails above the people: risk is in expected fatalities per metre"

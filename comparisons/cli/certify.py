@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,6 +10,8 @@ import typer
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import (
+    AircraftOptions,
+    GroundRiskOptions,
     MapOptions,
     OutputOptions,
     RasterOptions,
@@ -30,6 +32,8 @@ def certify(
     maps: MapOptions,
     zones: ZoneOptions,
     raster: RasterOptions,
+    aircraft: AircraftOptions,
+    ground: GroundRiskOptions,
     path: Annotated[
         Path | None, option("--path FILE", "a path, as plan --out or --export writes it (default: hybrid's)")
     ] = None,
@@ -42,21 +46,25 @@ def certify(
     Prints a bracket of the least cost of any path, for each grid until it is tight; with --out, writes it and a
     picture (NAME-SOLVER-certificate.*). With --path, the path may be that of any planner.
     """
+    from cgla_graph.comparisons.cli import ground as on_ground
     from cgla_graph.comparisons.study.rows import plan_document
     from cgla_graph.comparisons.tables.certificate import grid_rows, proof_of
 
-    opened = open_map("certify", scenario, maps, zones, raster)
+    k = on_ground.price_of_risk(maps.k, ground)
+    _, opened = on_ground.asked_of(open_map("certify", scenario, maps, zones, raster, aircraft, k=k), ground)
     kinds, folder = output.pictures("png", "svg"), output.folder()
     zoned = zones.report([opened], as_json=output.as_json)
     with console.running_solvers([opened.problem.model]):
         run = certified(opened, path, tolerance=tolerance, max_cells=max_cells)
     proof = proof_of(run)
+    people = on_ground.exposed(run, ground)
     written = _written(folder, run, kinds) if folder else []
     if output.as_json:
+        below = {} if people is None else {"ground": people.document()}
         files = [str(file) for file in written]
-        console.out_json({**plan_document(run), "grids": grid_rows(proof), "files": files, **zoned})
+        console.out_json({**plan_document(run), "grids": grid_rows(proof), "files": files, **below, **zoned})
     else:
-        _print(run)
+        _print(run, {} if people is None else people.lines())
         console.out_files(written)
     if not math.isfinite(proof.upper_bound) or math.isnan(proof.lower_bound):
         raise typer.Exit(console.MISSING)
@@ -103,17 +111,19 @@ def certified(
     return Run(scenario, name, None, exact=False, solution=bounded, certificate=proof)
 
 
-def _print(run: "Run") -> None:
-    """Print the path, a table of the grids, and the proof."""
+def _print(run: "Run", more: Mapping[str, str]) -> None:
+    """Print the path, a table of the grids, the proof, and `more` lines."""
     from cgla_graph._text import duration, figure
     from cgla_graph.certificate.verdict import verdict
     from cgla_graph.comparisons.tables.certificate import certificate_table, proof_of
     from cgla_graph.model.earth import distortion_note
+    from cgla_graph.people.units import risk_text
 
     scenario, solution, proof = run.scenario, run.solution, proof_of(run)
     unit = " m" if scenario.projection else ""
     numbers = f"cost {figure(solution.cost, 9)}{unit}, length {figure(solution.length, 9)}{unit}, "
-    numbers += f"risk {figure(solution.risk, 6)}, {len(solution.path)} waypoints"
+    risk = risk_text(solution.risk, scenario.problem.field, 6)
+    numbers += f"risk {risk}, {len(solution.path)} waypoints"
     none = f"{solution.status.label}: {solution.message or solution.status.value}"
     console.out_lines({
         "scenario": f"{scenario.full_title} (k = {scenario.problem.k:g})",
@@ -125,6 +135,7 @@ def _print(run: "Run") -> None:
     console.out_lines({
         "proven": verdict(proof, with_path=solution.status.has_path, unit=unit),
         "flat map": distortion_note(scenario.projection, [solution.path]),
+        **more,
         "ended": f"{proof.message}{remedy} ({duration(proof.seconds)})",
     })  # fmt: skip
 

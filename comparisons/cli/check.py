@@ -8,9 +8,11 @@ import typer
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import (
+    AircraftOptions,
     BoundsOption,
     ClearanceOption,
     FlightTimeOptions,
+    GroundRiskOptions,
     KOption,
     OutputOptions,
     PlanOptions,
@@ -38,6 +40,8 @@ def check(
     plan_options: PlanOptions,
     times: FlightTimeOptions,
     volume: VolumeOptions,
+    ground: GroundRiskOptions,
+    failing: AircraftOptions,
     against: Annotated[
         list[str] | None,
         typer.Argument(metavar="[MAP]", help="a scenario or a raster of risk, as for plan, and files of zones"),
@@ -63,12 +67,14 @@ def check(
 
     Prints length, risk, cost and clearance of each leg, its crossings with zones and their lengths, and a proven
     bracket of the least cost of a clean plan between the same ends. With --speed, --power and --battery, says how long
-    the flight takes, and whether the battery lasts. With --volumes, flight geography, contingency volume and ground
-    risk buffer are laid around the plan. With --out, draws it (NAME-check.*). Exits with 1 unless the plan is clean,
-    and its contingency volume too.
+    the flight takes, and whether the battery lasts. On a raster of people, prints the expected fatalities; with
+    --max-density or --target, a plan above is not clean. With --volumes, flight geography, contingency volume and
+    ground risk buffer are laid around the plan. With --out, draws it (NAME-check.*). Exits with 1 unless the plan is
+    clean, and its contingency volume too.
     """
     from cgla_graph.airspace.plan_check.check import check as check_plan
     from cgla_graph.comparisons.cli import check_report
+    from cgla_graph.comparisons.cli import ground as on_ground
 
     laying = None
     if volume.are_asked_for:
@@ -82,8 +88,10 @@ def check(
     over_ground = zone_options.ground is not None
     spec, zone_files = _maps_and_zones(plan_file, against or [], risk, zones or [], over_ground=over_ground)
     alone = {} if aircraft is None else {"altitude": None}
-    _require_meaning(spec, zone_files, bounds, raster, {**settings, **alone})
-    on = None if spec is None else _opened(plan_file, spec, bounds, raster, given)
+    of_map = {**vars(raster), **failing.settings(), **vars(ground)}
+    _require_meaning(spec, zone_files, bounds, of_map, {**settings, **alone})
+    changes = {"bounds": bounds, "raster": vars(raster), "aircraft": failing.settings()}
+    on = None if spec is None else on_ground.priced(_opened(plan_file, spec, changes, given), ground)
     folder = output.folder()
     with console.running_solvers():
         checked = check_plan(
@@ -92,7 +100,10 @@ def check(
             zones=zone_files,
             **settings,
             **given,
-            k=k,
+            k=on_ground.price_of_risk(k, ground),
+            corridor=ground.corridor,
+            max_density=ground.max_density,
+            target=ground.target,
             clearance=clearance,
             tolerance=asked,
             through=through,
@@ -152,14 +163,18 @@ def _maps_and_zones(
 
 
 def _require_meaning(
-    spec: str | None, zones: Sequence[Path], bounds: str | None, raster: RasterOptions, settings: Mapping[str, object]
+    spec: str | None,
+    zones: Sequence[Path],
+    bounds: str | None,
+    of_map: Mapping[str, object],
+    settings: Mapping[str, object],
 ) -> None:
     """Refuse options of maps without a map, and of zones without zones."""
     from cgla_graph.errors import CglaError
     from cgla_graph.scenarios.area_tables import OF_TERRAIN
 
-    if spec is None and (bounds is not None or any(value is not None for value in vars(raster).values())):
-        msg = "--bounds and options of rasters need a map; give one (--risk FILE, or a scenario)"
+    if spec is None and (bounds is not None or any(value is not None for value in of_map.values())):
+        msg = "--bounds and options of rasters and people need a map; give one (--risk FILE, or a scenario)"
         raise CglaError(msg)
     for name, value in settings.items():
         if value is not None and not zones and not (name in OF_TERRAIN and settings["ground"] is not None):
@@ -168,21 +183,19 @@ def _require_meaning(
             raise CglaError(msg)
 
 
-def _opened(
-    plan_file: Path, spec: str, bounds: str | None, raster: RasterOptions, given: Mapping[str, Any]
-) -> "Scenario":
+def _opened(plan_file: Path, spec: str, changes: Mapping[str, Any], given: Mapping[str, Any]) -> "Scenario":
     """Open a scenario, or a raster of risk between the ends of the plan."""
     from cgla_graph.airspace.flight_plans.formats import read_plan
     from cgla_graph.comparisons.study.options import MapOptions, is_raster, open_one
     from cgla_graph.errors import ScenarioError
 
     if not is_raster(spec):
-        return open_one("check", spec, MapOptions(bounds=bounds, raster=vars(raster)))
+        return open_one("check", spec, MapOptions(**changes))
     # without a weight, risk is shown but does not count as cost
     flown = read_plan(plan_file, **given).flown
     start, goal = (",".join(map(repr, flown[at].tolist())) for at in (0, -1))
     try:
-        return open_one("check", spec, MapOptions(start, goal, bounds, k=0.0, raster=vars(raster)))
+        return open_one("check", spec, MapOptions(start, goal, k=0.0, **changes))
     except ScenarioError as error:
         msg = f"{plan_file}: {error}"
         raise ScenarioError(msg) from error

@@ -12,6 +12,7 @@ from cgla_graph.airspace.plan_check.plan_map import ROUNDED
 from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.comparisons import console, files
 from cgla_graph.model.earth import distortion_note
+from cgla_graph.people.units import risk_text
 
 #: Legs that are printed, at most: of longer plans, only those that are not clean.
 MOST_ROWS = 30
@@ -46,7 +47,7 @@ def print_checked(checked: PlanCheck) -> None:
     asked = on.problem.clearance
     console.out_lines({
         "length": figure(checked.length, 9) + unit,
-        "risk": figure(checked.risk, _DIGITS),
+        "risk": risk_text(checked.risk, on.problem.field, _DIGITS),
         "cost": figure(checked.cost, 9) + unit,
         "clearance": (_far(checked, clearance) + unit if math.isfinite(clearance) else "no area")
         + (f", required: at least {asked:g}{unit}" if asked > 0.0 else "")
@@ -55,6 +56,7 @@ def print_checked(checked: PlanCheck) -> None:
         "flat map": distortion_note(on.problem.projection, [on.route]),
         "geodesic": _geodesic_line(checked),
         **({} if checked.flight is None else checked.flight.lines(" m/s" if _unit(checked) else " a second")),
+        **({} if checked.exposure is None else checked.exposure.lines()),
         "best": _best_line(checked),
         "through": _through_line(checked),
         "verdict": "; ".join(checked.verdict),

@@ -9,6 +9,7 @@ import typer
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import (
+    AircraftOptions,
     JsonOption,
     MapOptions,
     MissionsArg,
@@ -30,6 +31,7 @@ def compare(
     maps: MapOptions,
     zones: ZoneOptions,
     raster: RasterOptions,
+    aircraft: AircraftOptions,
     scenarios: MissionsArg = None,
     solvers: SolversOption = None,
     seeds: Annotated[int | None, option("--seeds N", "runs of each randomised solver (default: 3)", min=1)] = None,
@@ -86,7 +88,7 @@ def compare(
             seeds=seeds,
             budget=budget,
             limits=limits,
-            maps=map_changes(maps, zones, raster),
+            maps=map_changes(maps, zones, raster, aircraft),
             refine=refine,
             tolerance=proof.tolerance,
             certify=not proof.no_certificate,

@@ -302,8 +302,11 @@ class PlanOptions:
 class RasterOptions:
     """Options of reading a raster of risk."""
 
-    kind: Annotated[Text, option("--kind KIND", "of a raster: density, or count (of each cell, as people)")] = None
-    scale: Annotated[Number, option("--scale S", "of a raster: factor of its densities")] = None
+    kind: Annotated[Text, option("--kind KIND", "of a raster: density, or count (people of each cell)")] = None
+    unit: Annotated[
+        Text, option("--unit UNIT", "of densities: people/km2 or people/m2; or fatalities/m (default: not known)")
+    ] = None
+    scale: Annotated[Number, option("--scale S", "of a raster: factor of its risk; it does not change people")] = None
     nodata: Annotated[Number, option("--nodata V", "of a raster: value of cells without data")] = None
     interpolation: Annotated[Text, option("--interpolation HOW", "of a raster: bilinear or nearest")] = None
     origin: Annotated[Text, option("--origin WHERE", "of a .npy: row 0 is the upper one (default), or lower")] = None
@@ -313,8 +316,39 @@ class RasterOptions:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
+class AircraftOptions:
+    """The aircraft that fails above people."""
+
+    failures_per_hour: Annotated[
+        Number, option("--failures-per-hour F", "crashes per flight hour: risk is in expected fatalities (no default)")
+    ] = None
+    lethal_area: Annotated[
+        Number, option("--lethal-area A", "where it hits people, square metres (or --dimension)")
+    ] = None
+    dimension: DimensionOption = None
+    fatality_rate: Annotated[
+        Number, option("--fatality-rate P", "probability that a person who is hit dies (default: 1, the worst case)")
+    ] = None
+    speed: SpeedOption = None
+
+    def settings(self) -> dict[str, float]:
+        """
+        Return what `cgla_graph.flown_over` takes; empty if there is no such aircraft.
+
+        Examples
+        --------
+        >>> AircraftOptions(speed=20.0).settings(), AircraftOptions(1e-3, dimension=1.0, speed=20.0).settings()
+        ({}, {'failures_per_hour': 0.001, 'dimension': 1.0, 'speed': 20.0})
+        """
+        given = {name: value for name, value in vars(self).items() if value is not None}
+        if "fatality_rate" in given:
+            given["fatality"] = given.pop("fatality_rate")
+        return {} if set(given) <= {"speed", "dimension"} else given
+
+
+@dataclass(frozen=True, repr=False, eq=False)
 class GroundRiskOptions:
-    """Prices instead of a risk weight, and limits of the density below."""
+    """Prices instead of a risk weight, limits of the density below, and a target of fatalities."""
 
     prevented_fatality: Annotated[
         Number, option("--prevented-fatality P", "value of preventing a fatality; with --metre-price")
@@ -322,10 +356,14 @@ class GroundRiskOptions:
     metre_price: Annotated[
         Number, option("--metre-price P", "price of a metre flown: k is the ratio of both prices")
     ] = None
-    max_density: Annotated[Number, option("--max-density D", "of rasters: no cell under the corridor is above it")] = (
-        None
-    )
+    max_density: Annotated[
+        Number,
+        option("--max-density D", "no cell under the corridor is above it: people/km2, else the raster's own unit"),
+    ] = None
     corridor: CorridorOption = None
+    target: Annotated[
+        Number, option("--target T", "expected fatalities per flight hour, at most, as 1e-6: is it met?")
+    ] = None
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -571,6 +609,7 @@ def open_map(
     maps: MapOptions,
     zones: ZoneOptions,
     raster: RasterOptions,
+    aircraft: AircraftOptions | None = None,
     *,
     k: float | None = None,
     exported: bool = False,
@@ -582,7 +621,7 @@ def open_map(
     ----------
     command, spec
         Name of the command, and the map.
-    maps, zones, raster
+    maps, zones, raster, aircraft
         Changes to the map.
     k
         The risk weight; None for that of `maps`.
@@ -598,10 +637,17 @@ def open_map(
 
     with naming_graphs(command, spec):
         changed = dataclasses.replace(maps, k=maps.k if k is None else k)
-        return open_one(command, spec, map_changes(changed, zones, raster, exported=exported))
+        return open_one(command, spec, map_changes(changed, zones, raster, aircraft, exported=exported))
 
 
-def map_changes(maps: MapOptions, zones: ZoneOptions, raster: RasterOptions, *, exported: bool = False) -> "MapChanges":
+def map_changes(
+    maps: MapOptions,
+    zones: ZoneOptions,
+    raster: RasterOptions,
+    aircraft: AircraftOptions | None = None,
+    *,
+    exported: bool = False,
+) -> "MapChanges":
     """
     Gather the changes to a map, whose path becomes a plan if `exported`.
 
@@ -613,7 +659,8 @@ def map_changes(maps: MapOptions, zones: ZoneOptions, raster: RasterOptions, *, 
     from cgla_graph.comparisons.study.options import MapOptions as MapChanges
 
     changes = {**vars(maps), "no_fly": maps.no_fly or ()}
-    return MapChanges(**changes, zones=zones.settings(exported=exported), raster=dict(vars(raster)))
+    flown, of_zones = {} if aircraft is None else aircraft.settings(), zones.settings(exported=exported)
+    return MapChanges(**changes, zones=of_zones, raster=dict(vars(raster)), aircraft=flown)
 
 
 @contextmanager

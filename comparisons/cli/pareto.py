@@ -8,6 +8,7 @@ import typer
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import (
+    AircraftOptions,
     CorridorOption,
     MapOptions,
     OutputOptions,
@@ -38,6 +39,7 @@ def pareto(
     maps: MapOptions,
     zones: ZoneOptions,
     raster: RasterOptions,
+    aircraft: AircraftOptions,
     solver: SolverOption = "hybrid",
     corridor: CorridorOption = None,
 ) -> None:
@@ -51,7 +53,7 @@ def pareto(
     from cgla_graph.comparisons.study.options import read_entrant
 
     entrant = read_entrant(solver)
-    opened = open_map("pareto", scenario, maps, zones, raster)
+    opened = open_map("pareto", scenario, maps, zones, raster, aircraft)
     kinds, folder = output.pictures("png"), output.folder()
     zoned = zones.report([opened], as_json=output.as_json)
     with console.running_solvers():
@@ -71,12 +73,13 @@ def _of_weights(scenario: "Scenario", entrant: "Entrant") -> _Answer:
     """Find the front of length against risk, by `cgla_graph.pareto`."""
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.tables import fronts
+    from cgla_graph.people.units import risk_unit
     from cgla_graph.solvers import registry
     from cgla_graph.solvers.trade_off.pareto import pareto as front_of
 
     chosen = registry.get(entrant.name, **entrant.settings_on(scenario))
     front = front_of(scenario.problem, solver=chosen, resolution=scenario.lattice)
-    document = front.document()
+    document = {**front.document(), "unit_of_risk": risk_unit(scenario.problem.field)}
 
     def show() -> None:
         if front.points:
@@ -107,12 +110,16 @@ def _of_limits(scenario: "Scenario", entrant: "Entrant", corridor: float) -> _An
     """Find the cost of each limit of the density under a corridor, by `cgla_graph.density_front`."""
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.tables import fronts
+    from cgla_graph.people.below import held_against
+    from cgla_graph.people.units import risk_unit
     from cgla_graph.solvers import registry
     from cgla_graph.solvers.trade_off.density import density_front
 
     chosen = registry.get(entrant.name, **entrant.settings_on(scenario))
     front = density_front(scenario.problem, corridor=corridor, solver=chosen)
     points = [point.document() for point in front]
+    field = scenario.problem.field
+    units = {"density_unit": held_against(scenario.problem)[1], "unit_of_risk": risk_unit(field)}
 
     def show() -> None:
         console.out_table(fronts.density_table(scenario, entrant, corridor, front))
@@ -124,4 +131,4 @@ def _of_limits(scenario: "Scenario", entrant: "Entrant", corridor: float) -> _An
         return [files.write_text(stem.with_name(f"{stem.name}.csv"), table)]
 
     found = any(point.solution.status.has_path for point in front)
-    return _Answer(found, {"corridor": corridor, "points": points}, show, write)
+    return _Answer(found, {"corridor": corridor, **units, "points": points}, show, write)

@@ -10,6 +10,7 @@ import typer
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import (
+    AircraftOptions,
     BudgetOptions,
     ExportOptions,
     FlightTimeOptions,
@@ -47,6 +48,7 @@ def plan(
     times: FlightTimeOptions,
     budget: BudgetOptions,
     ground: GroundRiskOptions,
+    aircraft: AircraftOptions,
     proof: ProofOptions,
     maps: MapOptions,
     zones: ZoneOptions,
@@ -70,22 +72,23 @@ def plan(
     below them are counted.
     For the file of a graph, use cgla graph plan.
     """
+    from cgla_graph.comparisons.cli import ground as on_ground
     from cgla_graph.comparisons.study.options import read_entrant, read_tolerance
     from cgla_graph.comparisons.study.rows import plan_document
 
     endurance = _endurance(times, export, profile, curved=flyable.turn_radius is not None)
     flying = _flying(flyable, budget, endurance)
     laying = _laying(volume, zones, export)
-    zoned_map = any(zones.may_count(one, maps) for one in scenario)
-    exported = _exports(export, zoned=zoned_map or endurance is not None or laying is not None)
-    tolerance, entrant = (
-        read_tolerance(proof.tolerance, certify=not proof.no_certificate),
-        read_entrant(solver, refine=refine),
+    exported = _exports(
+        export,
+        zoned=endurance is not None or laying is not None or any(zones.may_count(one, maps) for one in scenario),
     )
-    opened = open_map(
-        "plan", scenario, maps, zones, raster, k=_price_of_risk(maps.k, ground), exported=bool(export.export)
+    certify, entrant = not proof.no_certificate, read_entrant(solver, refine=refine)
+    tolerance = read_tolerance(proof.tolerance, certify=certify)
+    k, planned = on_ground.price_of_risk(maps.k, ground), bool(export.export)
+    without_limit, opened = on_ground.asked_of(
+        open_map("plan", scenario, maps, zones, raster, aircraft, k=k, exported=planned), ground
     )
-    without_limit, opened = opened, _below_density(opened, ground)
     for one in (exported, laying):
         if one is not None:
             one.check_map(opened)
@@ -108,25 +111,30 @@ def plan(
         if ground.max_density is not None and not run.solution.status.has_path:
             run = _with_proof(run)
     flight = None if endurance is None else endurance.of(run)
+    people = on_ground.exposed(run, ground, bounded=budget == BudgetOptions())
     laid = None if laying is None else laying.around_run(run, without_limit, export, flying)
     written = _written(run, folder, kinds, profile, flying, endurance, exported, laid)
     if output.as_json:
-        parts = {"within": within, "flight": flight, "volumes": laid}
-        more: dict[str, Any] = {name: part.document() for name, part in parts.items() if part is not None}
-        more |= {} if flying is None else {"flyable": flying.document(run)}
+        parts = {"within": within, "flight": flight, "ground": people, "volumes": laid}
+        more: dict[str, Any] = {} if flying is None else {"flyable": flying.document(run)}
+        more |= {name: part.document() for name, part in parts.items() if part is not None}
         files = [str(file) for group in written for file in group]
         console.out_json({**plan_document(run), "files": files, **more, **zoned})
     else:
-        lines = {} if flying is None else flying.lines(run)
-        lines |= {} if flight is None else flight.lines(" m/s" if opened.projection else " a second")
-        lines |= {} if laid is None else laid.lines()
-        _print(run, lines if within is None else {**lines, **status_within(within)})
+        lines = {
+            **({} if people is None else people.lines(windy=times.wind is not None)),
+            **({} if flying is None else flying.lines(run)),
+            **({} if flight is None else flight.lines(" m/s" if opened.projection else " a second")),
+            **({} if laid is None else laid.lines()),
+            **({} if within is None else status_within(within)),
+        }
+        _print(run, lines)
         if within is not None:
             print_within(opened, within)
         for group in written:
             console.out_files(group)
-    faults = bool(flight is not None and flight.faults) or bool(laid is not None and laid.report.touched)
-    if not run.solution.status.has_path or faults:
+    missed = any(one.faults for one in (flight, people) if one is not None)
+    if not run.solution.status.has_path or missed or (laid is not None and laid.report.touched):
         raise typer.Exit(console.MISSING)
 
 
@@ -253,6 +261,7 @@ def _print(run: "Run", more: Mapping[str, str]) -> None:
     from cgla_graph._text import duration, figure, percent, rounded_down
     from cgla_graph.comparisons.study.rows import bound_note, claims_note
     from cgla_graph.model.earth import distortion_note
+    from cgla_graph.people.units import risk_text
 
     scenario, solution = run.scenario, run.solution
     unit = " m" if scenario.projection else ""
@@ -270,7 +279,7 @@ def _print(run: "Run", more: Mapping[str, str]) -> None:
         "gap": f"{percent(solution.gap)}: {note}" if note and solution.status.has_path else "",
         "claim": claims_note([run], unit),
         "length": figure(solution.length, 9) + unit,
-        "risk": figure(solution.risk, 6),
+        "risk": risk_text(solution.risk, scenario.problem.field, 6),
         "k": f"{scenario.problem.k:g}",
         "clearance": clearance,
         "flat map": distortion_note(scenario.projection, [solution.path]) if unit and solution.status.has_path else "",
@@ -280,57 +289,6 @@ def _print(run: "Run", more: Mapping[str, str]) -> None:
         "remark": solution.message,
     }
     console.out_lines(lines)
-
-
-def _price_of_risk(k: float | None, ground: GroundRiskOptions) -> float | None:
-    """
-    Return the given risk weight, or that of two prices.
-
-    Examples
-    --------
-    >>> _price_of_risk(None, GroundRiskOptions(2e6, 0.01)), _price_of_risk(5.0, GroundRiskOptions())
-    (200000000.0, 5.0)
-
-    Raises
-    ------
-    CglaError
-        If both are given, or only one of the prices, or a price is not above 0.
-    """
-    from cgla_graph.errors import CglaError
-
-    if ground.prevented_fatality is None and ground.metre_price is None:
-        return k
-    if k is not None:
-        msg = "--k and prices are both given; give one of them"
-        raise CglaError(msg)
-    if ground.prevented_fatality is None or ground.metre_price is None:
-        msg = "--prevented-fatality and --metre-price go together: k is their ratio; give both"
-        raise CglaError(msg)
-    from cgla_graph.model.ground_risk import risk_weight
-
-    return risk_weight(prevented_fatality=ground.prevented_fatality, metre=ground.metre_price)
-
-
-def _below_density(scenario: "Scenario", ground: GroundRiskOptions) -> "Scenario":
-    """
-    Return the scenario with cells above a density, and half a corridor around them, closed.
-
-    Raises
-    ------
-    CglaError
-        If there is a corridor without a density, the scenario has no raster, or no path stays below.
-    """
-    if ground.max_density is None:
-        if ground.corridor is not None:
-            from cgla_graph.errors import CglaError
-
-            msg = f"--corridor {ground.corridor:g} without --max-density; give the greatest density under the corridor"
-            raise CglaError(msg)
-        return scenario
-    from cgla_graph.solvers.trade_off.density import below_density
-
-    problem = below_density(scenario.problem, ground.max_density, corridor=ground.corridor or 0.0)
-    return dataclasses.replace(scenario, problem=problem)
 
 
 def _with_proof(run: "Run") -> "Run":

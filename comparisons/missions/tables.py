@@ -7,6 +7,7 @@ from cgla_graph._text import duration, figure
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.mission.records import EXPOSED_ABOVE, MissionStatus, UavFlight
+from cgla_graph.people.units import risk_unit
 
 #: The columns of `flight_table`, and those of `variants_table`.
 _COLUMNS: Mapping[str, Callable[[UavFlight], str]] = {
@@ -58,7 +59,17 @@ def flight_notes(flown: MissionRun) -> list[str]:
     ]
     remarks += [f"{uav.name}: {uav.remark}" for uav in flown.flight.uavs.values() if uav.remark]
     near = [closest_note(flown)] if len(flown.flight.uavs) > 1 else []
-    return [rules_note(flown), *near, *_worth_lines(flown), *_warnings(flown), *_livelock_lines(flown), *remarks]
+    unit_of_risk = risk_unit(flown.mission.world.field)
+    units = [f"risk: in {unit_of_risk}"] if unit_of_risk else []
+    return [
+        rules_note(flown),
+        *units,
+        *near,
+        *_worth_lines(flown),
+        *_warnings(flown),
+        *_livelock_lines(flown),
+        *remarks,
+    ]
 
 
 def _livelock_lines(flown: MissionRun) -> list[str]:

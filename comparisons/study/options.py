@@ -160,8 +160,10 @@ class MapOptions:
     takes_k
         Whether the command has ``--k``, for messages.
     raster
-        Settings of a raster from ``--kind``, ``--scale``, ``--nodata``, ``--interpolation``, ``--origin`` and
-        ``--coordinates``; None where an option was left out.
+        Settings of a raster from ``--kind``, ``--unit``, ``--scale``, ``--nodata``, ``--interpolation``, ``--origin``
+        and ``--coordinates``; None where an option was left out.
+    aircraft
+        The aircraft that fails above people, as `cgla_graph.flown_over` takes it; empty without one.
 
     Examples
     --------
@@ -178,6 +180,7 @@ class MapOptions:
     no_fly: Sequence[Path] = ()
     zones: Mapping[str, Any] = field(default_factory=dict)
     raster: Mapping[str, Any] = field(default_factory=dict)
+    aircraft: Mapping[str, float] = field(default_factory=dict)
     takes_k: bool = True
 
     @property
@@ -188,8 +191,10 @@ class MapOptions:
     @property
     def given(self) -> dict[str, object]:
         """The given values by option name."""
-        fields = [one.name for one in dataclasses.fields(self) if one.name not in {"raster", "zones", "takes_k"}]
-        every = {**{name: getattr(self, name) for name in fields}, **self.zones, **self.raster}
+        fields = [
+            one.name for one in dataclasses.fields(self) if one.name not in {"raster", "zones", "takes_k", "aircraft"}
+        ]
+        every = {**{name: getattr(self, name) for name in fields}, **self.zones, **self.raster, **self.aircraft}
         return {
             f"--{name.replace('_', '-')}": value for name, value in every.items() if value is not None and value != ()
         }
@@ -226,6 +231,7 @@ class MapOptions:
             no_fly=self.no_fly,
             zones=zones,
             raster=settings,
+            aircraft=self.aircraft,
         ):
             check_settings(scenario)
             # `--altitude` may also belong to an exported plan, and terrain counts without zones

@@ -11,6 +11,8 @@ from cgla_graph.comparisons import files
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.model.earth import degrees_of, distortion_note
+from cgla_graph.people.below import held_against
+from cgla_graph.people.units import risk_unit
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.trade_off.density import DensityPoint
 from cgla_graph.solvers.trade_off.pareto import Front
@@ -47,7 +49,8 @@ def front_table(scenario: Scenario, entrant: Entrant, front: Front) -> FittedTab
         f"cheaper by more than {100.0 * front.error:.2g} %: {what}"
     )
     flat = distortion_note(scenario.projection, [point.path for point in front])
-    notes = [note, flat] if flat else [note]
+    unit_of_risk = risk_unit(scenario.problem.field)
+    notes = [note, *([f"risk in {unit_of_risk}"] if unit_of_risk else []), *([flat] if flat else [])]
     return FittedTable(title, (), heads, ("less risk", "longer", "knee"), notes, rows)
 
 
@@ -63,7 +66,8 @@ def density_table(scenario: Scenario, entrant: Entrant, corridor: float, front: 
         numbers = [figure(found.cost, 6), figure(found.length, 6), figure(found.risk, 4), percent(found.gap)]
         rows.append([status, figure(point.level, 4), *(numbers if has_path else ["-"] * 4)])
     heads = ("at most", "cost", "length", "risk", "gap")
-    note = "at most: no cell of a raster within half the corridor is above it, in the raster's unit"
+    what = f"in {held_against(scenario.problem)[1]}; risk in {risk_unit(scenario.problem.field)}"
+    note = f"at most: no cell within half the corridor is above it, {what}"
     return FittedTable(title, ("status",), heads, ("risk", "gap"), [note], rows)
 
 

@@ -10,6 +10,7 @@ from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
 from cgla_graph.comparisons.study.rows import Summary, bound_note, claims_note, summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
+from cgla_graph.people.units import risk_unit
 from cgla_graph.scenarios.scenario import Scenario
 
 #: The columns of numbers of one solver on one scenario.
@@ -43,6 +44,8 @@ def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[st
         "evaluations: pairs of points whose cost was asked for",
         "of several seeds: the median run; seed spread: how much more the most expensive costs than the cheapest",
     ]
+    unit_of_risk = risk_unit(scenario.problem.field)
+    explained += [f"risk in {unit_of_risk}"] if unit_of_risk else []
     words = {"solver": lambda one: one.solver, "status": lambda one: one.status}
     numbers = {head: write for head, write in SUMMARY_COLUMNS.items() if head != "runs"}
     claims = [note for note in [claims_note(runs)] if note]

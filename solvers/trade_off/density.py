@@ -1,6 +1,7 @@
 """Paths whose corridor stays below a density, as SORA limits it, and the cost of each limit."""
 
 import dataclasses
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,13 +12,16 @@ import shapely
 
 from cgla_graph._progress import waiting
 from cgla_graph._text import ShortRepr, json_number
+from cgla_graph._types import Point
 from cgla_graph._validate import instance, non_negative_number, number_array, whole_number
 from cgla_graph.certificate.verdict import is_proven_closed
 from cgla_graph.errors import ProblemError
+from cgla_graph.model.earth import degrees_of
 from cgla_graph.model.problem import Problem, problem_wanted
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Solver
+from cgla_graph.people.below import DensityLimitWarning, density_limit, limited_layers
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.trade_off.reweighing import solve_or_fail
 
@@ -39,7 +43,8 @@ def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> P
     problem
         With rasters.
     level
-        Risk per unit length, at least 0, in the unit that the rasters have with their scale.
+        At least 0: people per km2 where people are known (`RasterRisk.people`), whatever the scale of their risk; else
+        in the raster's own unit.
     corridor
         Whole width, map units, at least 0.
 
@@ -52,7 +57,12 @@ def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> P
     ------
     ProblemError
         If there is no raster, the problem has a clearance, a number is negative, or start or goal are closed, so that
-        there is no such path.
+        there is no such path; or if a raster without a unit has a scale, so that the unit of the level is not known.
+
+    Warns
+    -----
+    DensityLimitWarning
+        If the level limits nothing, or is far off every value.
 
     Examples
     --------
@@ -66,25 +76,34 @@ def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> P
     2.785
     """
     instance("problem", problem, Problem, problem_wanted)
-    if not problem.field.rasters:
-        msg = "the problem has no raster whose density could be limited; give RiskField(threats, rasters=[…])"
-        raise ProblemError(msg)
+    layers, unit = limited_layers(problem)
     if problem.clearance > 0.0:
         msg = f"a limit of density has a corridor of its own; leave out the clearance of {problem.clearance:g}"
         raise ProblemError(msg)
     level = non_negative_number("level", level)
     width = non_negative_number("corridor", corridor)
-    closed = [_past_the_rim(raster, problem).area_above(level, buffer=0.5 * width) for raster in problem.field.rasters]
+    limit = density_limit(problem, level)
+    closed = [_past_the_rim(layer, problem).area_above(level, buffer=0.5 * width) for layer in layers]
     for name in ("start", "goal"):
         here = shapely.Point(getattr(problem, name))
         if any(shapely.contains_properly(area, here) for area in closed):
             msg = (
-                f"{name} {getattr(problem, name)} has a density above {level:g} within {0.5 * width:g}: no path stays "
-                "below; raise the level, or narrow the corridor"
+                f"{name} {_place(problem, getattr(problem, name))} has a density above {level:g} {unit} within "
+                f"{0.5 * width:g}: no path stays below; raise the level, or narrow the corridor"
             )
-            raise SealedError(msg)
+            raise SealedError("; ".join([msg, *limit.notes]))
+    limit.warn()
     parts = [problem.no_fly, *closed] if problem.no_fly is not None else closed
     return dataclasses.replace(problem, no_fly=shapely.union_all(parts))
+
+
+def _place(problem: Problem, place: Point) -> str:
+    """Return a place for messages, in degrees where the map is in degrees."""
+    return (
+        f"{place}"
+        if problem.projection is None
+        else f"{tuple(degrees_of(np.array([place]), problem.projection)[0].tolist())}"
+    )
 
 
 def _past_the_rim(raster: RasterRisk, problem: Problem) -> RasterRisk:
@@ -145,8 +164,8 @@ def density_front(
     corridor
         Whole width, map units, at least 0.
     levels
-        The limits; or how many, at least 2, spread over the densities of cells by their ranks, from the least limit
-        for which a path is known up to where the limit plays no part.
+        The limits, as in `below_density`; or how many, at least 2, spread over the densities of cells by their ranks,
+        from the least limit for which a path is known up to where the limit plays no part.
     solver, **settings
         As `cgla_graph.solve` takes them.
 
@@ -184,7 +203,10 @@ def _point(
     problem: Problem, corridor: float, solver: str | Solver, settings: dict[str, Any], level: float
 ) -> DensityPoint:
     try:
-        limited = below_density(problem, level, corridor=corridor)
+        with warnings.catch_warnings():
+            # (a front ends where the limit plays no part)
+            warnings.simplefilter("ignore", DensityLimitWarning)
+            limited = below_density(problem, level, corridor=corridor)
     except SealedError as error:
         return DensityPoint(level, Solution(Status.NO_PATH, message=str(error)), no_path=True)
     found = solve_or_fail(limited, registry.ready(solver, settings))
@@ -193,7 +215,8 @@ def _point(
 
 def _spread(problem: Problem, count: int, point: Callable[[float], DensityPoint]) -> Iterator[DensityPoint]:
     """Find the least limit with a path by halving, then points up to where there is no limit."""
-    every = np.unique(np.concatenate([raster.cells.ravel() for raster in problem.field.rasters]))
+    layers, _ = limited_layers(problem)
+    every = np.unique(np.concatenate([layer.cells.ravel() for layer in layers]))
     known = {len(every) - 1: point(float(every[-1]))}
     low, high = -1, len(every) - 1
     while high - low > 1 and known[high].solution.status.has_path:

@@ -111,7 +111,7 @@ WRONG: list[tuple[Callable[[], object], str]] = [
     (lambda: cg.ground_risk(KNOWN.scaled(2.0), **PARTS), "a scale of 2, a second factor"),
     (lambda: cg.ground_risk(cg.ground_risk(KNOWN, **PARTS), **PARTS), "already; give its people"),
     (lambda: cg.RasterRisk([[1.0]], (0, 0, 1, 1), unit="people"), "raster unit is 'people'"),  # type: ignore[arg-type]
-    (lambda: cg.RasterRisk([[1.0]], (0, 0, 1, 1), failures=cg.FailureModel(1, 1, 1)), "values have no unit"),
+    (lambda: cg.RasterRisk([[1.0]], (0, 0, 1, 1), failures=cg.FailureModel(1, 1, 1)), "no unit of people"),
     (lambda: cg.FailureModel.of_aircraft(failures_per_hour=1, speed=1), "lethal_area and dimension are missing"),
     (lambda: cg.FailureModel.of_aircraft(failures_per_hour=1, speed=1, dimension=41), "goes up to 40 m"),
     (lambda: cg.risk_weight(prevented_fatality=1.0, metre=0.0), "metre is 0"),

@@ -32,6 +32,7 @@ from cgla_graph.certificate.certificate import MAX_CELLS
 from cgla_graph.errors import CglaError, ProblemError
 from cgla_graph.model.earth import geodesic_between
 from cgla_graph.model.problem import Problem, problem_wanted
+from cgla_graph.people.exposure import exposure
 from cgla_graph.untrusted.files import FilePath
 
 #: Default width of the bracket of the best possible cost, as a ratio.
@@ -60,6 +61,9 @@ def check(
     acceptance_radius: float | None = None,
     k: float | None = None,
     clearance: float | None = None,
+    corridor: float | None = None,
+    max_density: float | None = None,
+    target: float | None = None,
     tolerance: float | None = TOLERANCE,
     through: int = MOST_PROVEN,
     max_cells: int = MAX_CELLS,
@@ -94,6 +98,8 @@ def check(
         What the file of a plan may leave open, as in `cgla_graph.read_plan`. Only for plans that are files.
     k, clearance
         Risk weight and clearance instead of the map's own; 0 without a map.
+    corridor, max_density, target
+        What is asked for of the people below the plan, as in `cgla_graph.exposure`; the map needs rasters.
     tolerance
         Wanted width of the proven bracket of the least cost, as a ratio; None for no proof.
     through
@@ -174,7 +180,23 @@ def check(
     if elevations is not None:
         flight = None if altitude is None else Altitude.of(altitude)
         checked = _above(checked, elevations, terrain_clearance, flight)
-    return checked if tolerance is None else _with_proofs(checked, tolerance, through, max_cells)
+    asked = {"corridor": corridor, "max_density": max_density, "target": target}
+    checked = _above_people(checked, asked)
+    return checked if tolerance is None else _above_people(_with_proofs(checked, tolerance, through, max_cells), asked)
+
+
+def _above_people(checked: PlanCheck, asked: Mapping[str, float | None]) -> PlanCheck:
+    """Measure what the plan means for people, with what its bracket proves; without rasters, nothing may be asked."""
+    problem, given = checked.on.problem, {name: value for name, value in asked.items() if value is not None}
+    if not problem.field.rasters:
+        if given:
+            msg = f"{next(iter(given))} needs a map with a raster of people; give one (on)"
+            raise ProblemError(msg)
+        return checked
+    if checked.exposure is not None and checked.best is None:
+        return checked
+    bound = math.nan if checked.best is None else checked.best.lower_bound
+    return dataclasses.replace(checked, exposure=exposure(problem, checked.on.route, lower_bound=bound, **given))
 
 
 def _require_meaning(

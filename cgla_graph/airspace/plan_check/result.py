@@ -18,6 +18,7 @@ from cgla_graph.airspace.plan_check.plan_map import PlanMap
 from cgla_graph.airspace.terrain.legs import LegsAboveGround
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.model.earth import degrees_of
+from cgla_graph.people.exposure import Exposure
 
 #: Reasons for which it is not known where a plan flies that a verdict names, at most.
 _MOST_UNKNOWN = 3
@@ -102,6 +103,8 @@ class PlanCheck(Plottable):
         Time and energy of the flight; None if no aircraft was given.
     terrain
         Heights of the legs above the ground; None without elevations.
+    exposure
+        What the plan means for people on the ground; None on a map without rasters.
     """
 
     file: str
@@ -116,6 +119,7 @@ class PlanCheck(Plottable):
     through: Through | None = None
     flight: FlightTime | None = None
     terrain: LegsAboveGround | None = None
+    exposure: Exposure | None = None
 
     @property
     def k(self) -> float:
@@ -213,13 +217,14 @@ class PlanCheck(Plottable):
 
     @property
     def is_clean(self) -> bool:
-        """Whether the plan has no fault, it is known everywhere where it flies, and a battery lasts."""
+        """Whether the plan has no fault, it is known everywhere where it flies, and meets what is asked for."""
         return self.is_straight and not self.unknown and not self._not_flyable
 
     @property
     def _not_flyable(self) -> list[str]:
-        """Why the aircraft cannot fly it, or whether it can is not known."""
-        return [] if self.flight is None else self.flight.faults
+        """What the aircraft cannot fly, or people below may not be exposed to, or is not known of either."""
+        flight = [] if self.flight is None else self.flight.faults
+        return flight if self.exposure is None else [*flight, *self.exposure.faults]
 
     @property
     def unknown(self) -> list[str]:
@@ -398,6 +403,7 @@ class PlanCheck(Plottable):
             "no_best": self.no_best,
             **({} if self.flight is None else {"flight": self.flight.document()}),
             **({} if self.terrain is None else {"terrain": self.terrain.document()}),
+            **({} if self.exposure is None else {"ground": self.exposure.document()}),
             **({} if on.zones is None else {"zones": {on.name: on.zones.document()}}),
         }
 

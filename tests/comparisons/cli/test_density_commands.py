@@ -43,8 +43,9 @@ def test_a_proof_of_no_path_is_printed_and_an_exit_status(cgla: Call, town: str)
 
 
 def test_prices_make_the_weight(cgla: Call, town: str) -> None:
-    by_price = planned(cgla, town, "--scale", "1e-12", "--prevented-fatality", "2e6", "--metre-price", "0.01")
-    by_weight = planned(cgla, town, "--scale", "1e-12", "--k", "2e8")
+    aircraft = ["--unit", "people/km2", "--failures-per-hour", "1e-3", "--speed", "20", "--lethal-area", "6.5"]
+    by_price = planned(cgla, town, *aircraft, "--prevented-fatality", "2e6", "--metre-price", "0.01")
+    by_weight = planned(cgla, town, *aircraft, "--k", "2e8")
     assert by_price["cost"] == by_weight["cost"]
 
 

@@ -91,7 +91,7 @@ def test_what_cannot_be_limited_is_refused() -> None:
     problem = town(1)
     with pytest.raises(ProblemError, match="no raster"):
         below_density(cg.Problem((0, 0), (1, 1)), 1.0)
-    with pytest.raises(ProblemError, match=r"start \(0.5, 0.4\) has a density above 0.5 within 1: no path stays below"):
+    with pytest.raises(ProblemError, match=r"start \(0.5, 0.4\) has a density above 0.5 .* within 1: no path"):
         below_density(cg.Problem((0.5, 0.4), (5.5, 5.5), problem.field, bounds=BOUNDS), 0.5, corridor=2.0)
     for wrong in ({"corridor": -1.0}, {"levels": 1}, {"levels": ["a"]}):
         with pytest.raises(ProblemError):

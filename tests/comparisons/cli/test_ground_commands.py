@@ -1,0 +1,184 @@
+"""People on the ground on the command line: one model of failures, one unit of a limit, by every door."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command_line import Call
+
+import cgla_graph as cg
+
+#: People per km2 of cells of 2 km, and the same as counts of cells.
+TOWN = np.array([[50.0, 400.0, 50.0], [50.0, 3000.0, 900.0], [50.0, 800.0, 50.0]])
+ASC = "ncols 3\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 2000\n"
+ENDS = ("--start", "500,5500", "--goal", "5500,500")
+AIRCRAFT = ("--failures-per-hour", 1e-3, "--speed", 20, "--dimension", 1)
+PRICES = ("--prevented-fatality", 2e6, "--metre-price", 0.01)
+QUICK = ("--no-certificate",)
+FACTOR = 1e-3 / 3600 / 20 * 6.5 / 1e6
+SCENARIO = """
+start = [500, 5500]
+goal = [5500, 500]
+k = 1e8
+[[rasters]]
+file = "{file}"
+{more}
+ground_risk = {{ failures_per_hour = 1e-3, speed = 20, dimension = 0.9 }}
+"""
+
+
+@pytest.fixture(autouse=True)
+def files(tmp_path: Path) -> None:
+    """Write the town in several ways."""
+    rows = lambda values: "\n".join(" ".join(f"{value:.17g}" for value in row) for row in values)  # noqa: E731
+    np.save(tmp_path / "density.npy", TOWN)
+    (tmp_path / "count.asc").write_text(ASC + rows(TOWN * 4.0))
+    (tmp_path / "density.asc").write_text(ASC + rows(TOWN))
+    (tmp_path / "square.asc").write_text(ASC + rows(TOWN / 1e6))
+    (tmp_path / "risk.asc").write_text(ASC + rows(TOWN * FACTOR))
+    (tmp_path / "count.toml").write_text(SCENARIO.format(file="count.asc", more='kind = "count"'))
+    (tmp_path / "density.toml").write_text(SCENARIO.format(file="density.asc", more='unit = "people/km2"'))
+
+
+#: One town by every door: the map and its options.
+DOORS: dict[str, tuple[object, ...]] = {
+    "npy": ("density.npy", "--bounds", "0,0,6000,6000", *ENDS, "--unit", "people/km2", *AIRCRAFT, "--k", 1e8),
+    "counts": ("count.asc", *ENDS, "--kind", "count", *AIRCRAFT, "--k", 1e8),
+    "densities": ("density.asc", *ENDS, "--unit", "people/km2", *AIRCRAFT, "--k", 1e8),
+    "per m2": ("square.asc", *ENDS, "--unit", "people/m2", *AIRCRAFT, "--k", 1e8),
+    "file of counts": ("count.toml",),
+    "file of densities": ("density.toml",),
+}
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_every_door_has_the_same_numbers(door: str, cgla: Call) -> None:
+    asked = ("--max-density", 800, "--corridor", 200, "--target", 1e-6)
+    document = cgla("plan", *DOORS[door], *asked, *QUICK, "--json").document()
+    raster = cg.RasterRisk(TOWN, (0, 0, 6000, 6000))
+    risk = cg.ground_risk(raster, unit="people/km2", failures_per_hour=1e-3, speed=20, lethal_area=6.5)
+    problem = cg.Problem((500, 5500), (5500, 500), cg.RiskField(rasters=[risk]), 1e8, raster.bounds)
+    limited = cg.below_density(problem, 800.0, corridor=200.0)
+    found = cg.solve(limited, "hybrid", tolerance=None)
+    below, numbers = document["ground"], cg.exposure(limited, found.path, corridor=200, max_density=800, target=1e-6)
+    assert document["cost"] == pytest.approx(found.cost, rel=1e-9)
+    assert below["fatalities_per_flight"] == pytest.approx(document["risk"]) == pytest.approx(numbers.fatalities)
+    assert below["fatalities_per_hour"] == pytest.approx(numbers.per_hour)
+    assert below["people_on_map"] == pytest.approx(TOWN.sum() * 4.0)
+    assert (below["greatest_density"], below["density_unit"]) == (pytest.approx(800.0), "people/km2")
+    assert (below["max_density"], below["meets_max_density"], below["meets_target"]) == (800.0, True, False)
+    assert below["model"]["lethal_area"] == 6.5
+
+
+def test_what_is_printed_has_units_and_sources(cgla: Call) -> None:
+    shown = cgla("plan", *DOORS["counts"][:-2], *PRICES, "--max-density", 5000, "--target", 1e-9).out
+    for words in (
+        "expected fatalities\n",
+        "21,400 on the map; up to",
+        "people/km2 under the path, limit 5000",
+        "expected per flight",
+        "per flight hour",
+        "lethal area 6.5 m2 (SORA 2.5, Annex F: up to 1 m of characteristic dimension)",
+        "fatality 1 (the worst case)",
+        "missed: at most 1e-09 expected fatalities per flight hour; proven: every allowed path that meets it is",
+        "proven: every allowed path at most as long as this one has at least",
+        "the limit of 5000 people/km2 limits nothing, as no cell of the map is above 3000",
+    ):
+        assert words in shown, shown
+    plain = cgla("plan", "density.asc", *ENDS, "--k", 0.01, *QUICK).out
+    assert "in the raster's own unit x length" in plain
+    assert "if they are people, say so" in plain
+    counted = cgla("plan", "count.asc", *ENDS, "--kind", "count", "--k", 1e3, *QUICK).out
+    assert "in people/m2 x m" in counted
+    assert "21,400 on the map" in counted
+
+
+@pytest.mark.parametrize("command", ["plan", "certify"])
+@pytest.mark.parametrize("scale", ["1", "4.514e-7"])
+def test_no_scale_gets_into_a_limit(command: str, scale: str, cgla: Call) -> None:
+    """A limit was compared with scaled values, in silence: 0.0005 and 500 both limited nothing."""
+    counts = ("count.asc", *ENDS, "--kind", "count", "--scale", scale, "--k", 1.0, "--corridor", 200)
+    quick = QUICK if command == "plan" else ("--tolerance", 0.5)
+    cgla(command, *counts, "--max-density", 0.0005, *quick).refused("above 0.0005 people/km2", "in another unit")
+    document = cgla(command, *counts, "--max-density", 800, *quick, "--json").document()
+    assert document["ground"]["greatest_density"] == pytest.approx(800.0)
+    assert document["ground"]["notes"] == []
+
+
+def test_the_front_of_limits_is_in_people_per_km2(cgla: Call) -> None:
+    counts = ("count.asc", *ENDS, "--kind", "count", "--scale", 4.514e-7, "--k", 0, "--corridor", 200)
+    document = cgla("pareto", *counts, "--json").document()
+    assert [point["max_density"] for point in document["points"]] == pytest.approx([400.0, 800.0, 900.0, 3000.0])
+    assert document["density_unit"] == "people/km2"
+    assert "is above it, in people/km2" in " ".join(cgla("pareto", *counts).out.split())
+
+
+REFUSED: list[tuple[tuple[object, ...], tuple[str, ...]]] = [
+    (("density.asc", *ENDS, *PRICES), ("needs expected fatalities", "--failures-per-hour", "--unit fatalities/m")),
+    (("count.asc", *ENDS, "--kind", "count", *PRICES), ("needs expected fatalities", "people/m2 x m")),
+    (("paper", *PRICES), ("needs expected fatalities", "units of threats")),
+    (("density.asc", *ENDS, *AIRCRAFT, "--k", 1), ("21,400,000,000 with", "5,350 with --kind count", "21,400 with")),
+    (("density.asc", *ENDS, *AIRCRAFT, "--k", 1, "--kind", "density"), ("5,350 with --kind count",)),
+    (("count.asc", *ENDS, *AIRCRAFT, "--kind", "count", "--scale", 2, "--k", 1), ("second factor",)),
+    (("count.asc", *ENDS, "--kind", "count", "--unit", "people/km2", "--k", 1), ("leave out one",)),
+    (("density.asc", *ENDS, "--scale", 1e-6, "--k", 1, "--max-density", 5), ("a scale of 1e-06 and no people",)),
+    (("density.asc", *ENDS, "--unit", "people", "--k", 1), ("unit", "people/km2")),
+    (("count.asc", *ENDS, "--kind", "count", "--k", 1, "--target", 1e-6), ("target", "--failures-per-hour")),
+    (("count.asc", *ENDS, "--kind", "count", "--k", 1, *AIRCRAFT[:4]), ("lethal_area and dimension are missing",)),
+    (("count.asc", *ENDS, "--kind", "count", "--k", 1, *AIRCRAFT[:2], *AIRCRAFT[4:]), ("speed of the aircraft",)),
+    (
+        ("count.asc", *ENDS, "--kind", "count", "--k", 1, "--lethal-area", 5, *AIRCRAFT[2:]),
+        ("failures_per_hour of the aircraft",),
+    ),
+    (("count.toml", *AIRCRAFT), ("already",)),
+    (("paper", *AIRCRAFT), ("no raster of people",)),
+]
+
+
+@pytest.mark.parametrize(("words", "said"), REFUSED)
+def test_what_has_no_meaning_is_refused(words: tuple[object, ...], said: tuple[str, ...], cgla: Call) -> None:
+    cgla("plan", *words).refused(*said)
+
+
+def test_fatalities_per_metre_have_prices(cgla: Call) -> None:
+    document = cgla("plan", "risk.asc", *ENDS, "--unit", "fatalities/m", *PRICES, *QUICK, "--json").document()
+    by_model = cgla("plan", *DOORS["counts"][:-2], *PRICES, *QUICK, "--json").document()
+    assert document["cost"] == pytest.approx(by_model["cost"], rel=1e-9)
+    assert document["ground"]["fatalities_per_flight"] == document["risk"]
+
+
+@pytest.mark.parametrize("door", ["counts", "npy", "file of counts"])
+def test_a_check_of_a_plan(door: str, cgla: Call, tmp_path: Path) -> None:
+    (tmp_path / "plan.csv").write_text("x,y\n500,5500\n5500,500\n")
+    spec, *words = [one for one in DOORS[door] if one not in {*ENDS, "--k", 1e8}]
+    asked = ("--max-density", 500, "--corridor", 200, "--target", 1e-9)
+
+    def checked(*more: object) -> Any:  # noqa: ANN401 - JSON
+        return cgla("check", "plan.csv", spec, *words, *more, "--json", "--k", 1e10, "--tolerance", 0.02)
+
+    clean = checked().document()
+    assert clean["clean"]
+    assert clean["ground"]["greatest_density"] == pytest.approx(3000.0)
+    assert clean["ground"]["fatalities_per_flight"] == pytest.approx(clean["risk"])
+    assert 0.0 < clean["ground"]["least_fatalities_at_this_length"] <= clean["risk"]
+    answer = checked(*asked)
+    assert answer.code == 1
+    found = answer.document()
+    assert found["verdict"][0].startswith(
+        "not clean: the greatest density under the corridor is 3000 people/km2, above"
+    )
+    assert "above the target of 1e-09" in found["verdict"][1]
+    assert math.isfinite(found["ground"]["least_length_for_target"])
+    cgla("check", "plan.csv", "paper", "--target", 1e-6).refused("needs the aircraft")
+
+
+def test_comparisons_take_the_aircraft(cgla: Call) -> None:
+    words = ("--solvers", "straight-line", "--json", *QUICK)
+    rows = cgla("compare", *DOORS["counts"], *words).document()
+    assert "risk in expected fatalities" in " ".join(cgla("compare", *DOORS["counts"], *words[:2], *QUICK).out.split())
+    by_file = cgla("compare", "count.toml", *words).document()
+    risks = [one["runs"][0]["risk"] if "runs" in one else one["rows"][0]["risk"] for one in (rows, by_file)]
+    assert risks[0] == pytest.approx(risks[1])
+    assert risks[0] < 1e-5
