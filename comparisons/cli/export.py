@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar, get_args
+from typing import TYPE_CHECKING, Final, TypeVar, get_args
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
@@ -19,12 +19,15 @@ from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.scenario import Scenario
 
 if TYPE_CHECKING:
+    from cgla_graph.airspace.terrain.area import TerrainArea
     from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 
 #: Values of ``--above``; altitudes above the ellipsoid are not exported.
 ABOVE: tuple[Reference, ...] = tuple(one for one in get_args(Reference) if one != "ellipsoid")
 Word = TypeVar("Word", bound=str)
 
+#: What is said of a tolerance that is not given.
+DEFAULT: Final = " (default tolerance: ours; --terrain-tolerance M gives another)"
 #: Autopilots need an altitude.
 _AUTOPILOTS = (".plan", ".waypoints")
 
@@ -46,6 +49,9 @@ class Export:
         Metres per second; None if left to the aircraft.
     vehicle, autopilot
         The aircraft; None for a multirotor, or a fixed wing if turns have a radius.
+    terrain_tolerance
+        Greatest deviation of straight legs from an altitude above ground, metres, where elevations are known; None for
+        the default.
     """
 
     targets: Sequence[Path] = ()
@@ -54,6 +60,7 @@ class Export:
     speed: float | None = None
     vehicle: Vehicle | None = None
     autopilot: Autopilot = "any"
+    terrain_tolerance: float | None = None
 
     def check_map(self, scenario: "Scenario | MissionSpec") -> None:
         """
@@ -102,7 +109,7 @@ class Export:
             said = f"turns of {solution.turn_radius:g} m or more, within {within:.3g} m"
             name, usual = f"{name}: {said}", "fixed-wing"
             console.say(f"exported waypoints: {len(waypoints)}; {said} of the arcs")
-        plan = self._plan(lonlat, name, usual)
+        plan = self._plan(lonlat, name, usual, scenario.terrain)
         for remark in plan.remarks:
             console.say(f"exported plan: {remark}")
         fenced = dataclasses.replace(plan, fence=tuple(fence))
@@ -110,7 +117,7 @@ class Export:
         texts = [text_of_plan(one, str(target)) for one, target in zip(plans, self.targets, strict=True)]
         return [files.write_text(target, text) for target, text in zip(self.targets, texts, strict=True)]
 
-    def write_flights(self, flights: "Sequence[MissionRun]") -> list[Path]:
+    def write_flights(self, flights: "Sequence[MissionRun]", terrain: "TerrainArea | None" = None) -> list[Path]:
         """
         Write the path of each UAV to ``NAME-UAV.plan``, or with several variants to ``NAME-VARIANT-UAV.plan``.
 
@@ -118,6 +125,8 @@ class Export:
         ----------
         flights
             Flights on maps in degrees. UAVs that did not arrive are left out, because their plans cannot be flown.
+        terrain
+            Terrain of the map, which plans above ground follow.
 
         Raises
         ------
@@ -134,7 +143,7 @@ class Export:
                 if uav.status is not MissionStatus.ARRIVED or flown.projection is None:
                     continue
                 label = f"{flown.variant} {uav.name}" if len(flights) > 1 else uav.name
-                plan = self._plan(degrees_of(uav.path, flown.projection), f"{flown.name} {label}")
+                plan = self._plan(degrees_of(uav.path, flown.projection), f"{flown.name} {label}", terrain=terrain)
                 plans.append((files.file_stem(label, taken), plan))
         texts = []
         for target in self.targets:
@@ -143,8 +152,26 @@ class Export:
                 texts.append((file, text_of_plan(plan, str(file))))
         return [files.write_text(file, text) for file, text in texts]
 
-    def _plan(self, lonlat: FloatArray, name: str, usual: Vehicle = "multirotor") -> FlightPlan:
+    def _plan(
+        self,
+        lonlat: FloatArray,
+        name: str,
+        usual: Vehicle = "multirotor",
+        terrain: "TerrainArea | None" = None,
+    ) -> FlightPlan:
+        """Return the plan of a path; one above ground follows it where elevations are known."""
         plan = FlightPlan.along(lonlat, altitude=self.altitude, reference=self.above, speed=self.speed, name=name)
+        ground = None if terrain is None else terrain.ground
+        if ground is None and self.terrain_tolerance is not None:
+            msg = f"--terrain-tolerance {self.terrain_tolerance:g} needs elevations: give --ground FILE.tif"
+            raise CglaError(msg)
+        if self.above == "ground" and self.altitude is not None and terrain is not None and ground is not None:
+            from cgla_graph.airspace.terrain.following import follow_terrain
+
+            kept = terrain.clearance
+            found = follow_terrain(plan, ground, tolerance=self.terrain_tolerance, clearance=kept)
+            console.say(f"exported plan: {found.summary()}{'' if self.terrain_tolerance else DEFAULT}")
+            plan = found.plan
         return for_vehicle(plan, self.vehicle or usual, self.autopilot)
 
 
@@ -178,7 +205,12 @@ def read_export(export: ExportOptions, *, zones: bool = False) -> Export:
             raise CglaError(msg)
         files.make_folder(target.parent)
     of_zones = {"--altitude": altitude, "--above": above}
-    of_plans = {"--speed": export.speed, "--vehicle": export.vehicle, "--autopilot": export.autopilot}
+    of_plans = {
+        "--terrain-tolerance": export.terrain_tolerance,
+        "--speed": export.speed,
+        "--vehicle": export.vehicle,
+        "--autopilot": export.autopilot,
+    }
     for option, value in {**of_zones, **of_plans}.items():
         if value is not None and not targets and not (zones and option in of_zones):
             msg = f"{option} needs a plan to write: give its file (--export NAME.plan), or leave {option} out"
@@ -191,7 +223,11 @@ def read_export(export: ExportOptions, *, zones: bool = False) -> Export:
     FlightPlan.along([(0.0, 0.0)], altitude=altitude, reference=reference, speed=export.speed)
     vehicle = None if export.vehicle is None else _word("--vehicle", export.vehicle, VEHICLES)
     autopilot = AUTOPILOTS[0] if export.autopilot is None else _word("--autopilot", export.autopilot, AUTOPILOTS)
-    return Export(targets, altitude, reference, export.speed, vehicle, autopilot)
+    tolerance = export.terrain_tolerance
+    if tolerance is not None and reference != "ground":
+        msg = f"--terrain-tolerance {tolerance:g} is of plans above ground: add --above ground, or leave it out"
+        raise CglaError(msg)
+    return Export(targets, altitude, reference, export.speed, vehicle, autopilot, tolerance)
 
 
 def _word(option: str, given: str, allowed: Sequence[Word]) -> Word:

@@ -80,7 +80,7 @@ def fly(
     folder = files.make_folder(out) if out else None
     with console.running_solvers(), console.progress(None) as tick:
         done = flights.fly_all(specs, folder, value=value, animation=animation, step=tick)
-    plans = [] if exported is None else exported.write_flights(done.flown)
+    plans = [] if exported is None else exported.write_flights(done.flown, opened.terrain)
     if as_json:
         document = flights.flights_document(opened, done)
         console.out_json({**document, "files": [*document["files"], *map(str, plans)]})

@@ -449,6 +449,14 @@ class ExportOptions:
     autopilot: Annotated[
         Text, option("--autopilot NAME", "of exported plans: any, ardupilot or px4 (default: any)")
     ] = None
+    terrain_tolerance: Annotated[
+        Number,
+        option(
+            "--terrain-tolerance M",
+            "of exported plans above ground, with --ground: greatest deviation of straight legs from the altitude "
+            "(default: 10)",
+        ),
+    ] = None
 
     def terrain_altitude(self) -> str | None:
         """

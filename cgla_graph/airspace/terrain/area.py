@@ -47,6 +47,8 @@ class TerrainArea:
         Whether a part of the map is outside the raster, and closed.
     shape
         The closed area, degrees; None if nothing is closed.
+    ground
+        The elevations.
     """
 
     altitude: Altitude | None
@@ -58,6 +60,7 @@ class TerrainArea:
     unknown: int = 0
     outside: bool = False
     shape: AreaShape | None = None
+    ground: Ground | None = None
 
     def summary(self) -> str:
         """Return the altitude, the clearance with its source, and what is closed, in one line."""
@@ -190,11 +193,11 @@ def terrain_area(
     """
     least, is_default = clearance_of(clearance), clearance is None
     if altitude is None:
-        return TerrainArea(None, least, is_default)
+        return TerrainArea(None, least, is_default, ground=ground)
     flight = Altitude.of(altitude)
     if flight.reference == "AGL":
         _require_above(flight, least)
-        return TerrainArea(flight, least, is_default)
+        return TerrainArea(flight, least, is_default, ground=ground)
     offset = height_offset(flight.reference, "AMSL", None, home_range(ground, homes))
     if offset is None:
         msg = (
@@ -210,7 +213,7 @@ def terrain_area(
     unknown = int(np.isinf(around).sum())
     low = int((around > lowest - least).sum()) - unknown
     outside = not surface.covers(map_box or box)
-    return TerrainArea(flight, least, is_default, lowest, around.size, low, unknown, outside, shape)
+    return TerrainArea(flight, least, is_default, lowest, around.size, low, unknown, outside, shape, ground)
 
 
 def _require_above(flight: Altitude, clearance: float) -> None:
