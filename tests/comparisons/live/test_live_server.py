@@ -263,6 +263,12 @@ def test_the_page_names_an_area_and_its_file_in_degrees(tmp_path: Path) -> None:
         draft = live.first.model_copy(update={"goal": projection.forward(place).tolist()})
         error = Planner(live).path(draft, full=False)["error"]
         assert re.search(rf"goal \({place[0]:g}\d*, {place[1]:g}\d*\) is {said}", error), error
+    # above the zone, the flight lands through it
+    (tmp_path / "mine.toml").write_text(f'{ends}[no_fly]\nzones = ["castle.json"]\naltitude = 130\n')
+    high = LiveMap.open(str(tmp_path / "mine.toml"))
+    draft = high.first.model_copy(update={"goal": projection.forward((6.01, 49.01)).tolist()})
+    error = Planner(high).path(draft, full=False)["error"]
+    assert "landing between the ground and 130 m AGL goes through the no-fly area 'A-1 (Castle)'" in error
 
 
 def test_a_newer_state_replaces_what_waits() -> None:
