@@ -85,6 +85,21 @@ class Profile:
     legs: tuple[Heights, ...]
     places: tuple[Heights | None, ...]
 
+    def with_ends(self, column: Heights) -> "Profile":
+        """
+        Return the profile with other heights at the first and the last place.
+
+        Examples
+        --------
+        >>> plan = FlightPlan.along([(24.0, 60.0), (24.1, 60.0)], altitude=80)
+        >>> high = profile_of(plan, (1, 2)).with_ends(Heights("home", (0.0, 0.0), (120.0, 120.0)))
+        >>> high.places[0].highest, high.legs[0].highest
+        (120.0, 80.0)
+        """
+        if len(self.places) == 1:
+            return Profile((column,), self.places)
+        return Profile(self.legs, (column, *self.places[1:-1], column))
+
 
 def profile_of(plan: FlightPlan, stops: Sequence[int]) -> Profile:
     """
@@ -106,7 +121,13 @@ def profile_of(plan: FlightPlan, stops: Sequence[int]) -> Profile:
     """
     last = [*stops[1:], len(plan.waypoints) + 1]
     groups = [plan.waypoints[max(stop, 1) - 1 : end - 1] for stop, end in zip(stops, last, strict=True)]
-    legs = [_leg(before[-1] if before else None, after[0]) for before, after in itertools.pairwise(groups)]
+    # (a plan may begin or end with a waypoint on the ground)
+    ends = {0: groups[0][-1:], len(groups) - 1: groups[-1][:1]}
+    grounded = {number for number, waypoints in ends.items() if all(map(_is_low, waypoints))}
+    legs = [
+        _leg(before[-1] if before else None, after[0], from_ground=not grounded.isdisjoint({number, number + 1}))
+        for number, (before, after) in enumerate(itertools.pairwise(groups))
+    ]
     places: list[Heights | None] = []
     for number, group in enumerate(groups):
         came = groups[number - 1][-1] if number and groups[number - 1] else None
@@ -118,11 +139,16 @@ def profile_of(plan: FlightPlan, stops: Sequence[int]) -> Profile:
     return Profile(tuple(legs), tuple(places))
 
 
-def _leg(start: Waypoint | None, end: Waypoint) -> Heights:
+def _is_low(one: Waypoint) -> bool:
+    """Return whether a waypoint is not above the ground or home."""
+    return one.altitude is not None and one.altitude <= 0.0 and one.reference in {"home", "ground"}
+
+
+def _leg(start: Waypoint | None, end: Waypoint, *, from_ground: bool = False) -> Heights:
     """Return the heights of a leg from a waypoint, or from home on the ground, to another waypoint."""
     if start is None:
         return _span([end], from_ground=True)
-    if end.role in _ON_GROUND or start.role in _ON_GROUND:
+    if from_ground or end.role in _ON_GROUND or start.role in _ON_GROUND:
         return _span([start, end], from_ground=True)
     if end.loiter_radius > 0.0 or start.pass_radius > 0.0 or end.pass_radius > 0.0:
         return _span([start, end])
@@ -159,7 +185,7 @@ def _span(waypoints: Sequence[Waypoint], *, from_ground: bool = False) -> Height
     reference = known[0].reference
     altitudes = [one.altitude for one in known if one.altitude is not None]
     for one in landings:
-        if one.altitude is None or (one.altitude <= 0.0 and one.reference in {"home", "ground"}):
+        if one.altitude is None or _is_low(one):
             continue
         if one.reference != reference:
             return Heights(None, why=MIXED)

@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Final
 
 from cgla_graph.airspace.flight_plans.plan import LEAST_FLOWN, FlightPlan, Reference, Waypoint
+from cgla_graph.airspace.flight_plans.profile import Heights
 from cgla_graph.airspace.zones.heights import REFERENCES, Altitude
 
 #: References of a plan's altitudes that are compared with the altitude of the check, by the reference of the latter.
@@ -72,3 +73,15 @@ def at_one_altitude(plan: FlightPlan, flight: Altitude) -> FlightPlan:
         return replace(one, altitude=metres, reference=reference)
 
     return replace(plan, waypoints=tuple(map(changed, plan.waypoints)))
+
+
+def column_of(flight: Altitude) -> Heights:
+    """
+    Return the heights where a flight at one altitude takes off and lands: from the ground up.
+
+    Examples
+    --------
+    >>> column_of(Altitude.of("450 AMSL")).highest
+    450.0
+    """
+    return Heights(REFERENCES[flight.reference], high=(flight.metres, flight.metres))

@@ -52,6 +52,8 @@ class PlanHeights:
         Projection of the map.
     vertical_clearance
         Metres by which floors and ceilings are widened.
+    column
+        Heights where it takes off and lands; None for those of the plan.
     """
 
     plan: FlightPlan
@@ -62,12 +64,14 @@ class PlanHeights:
     boxes: FloatArray
     projection: LocalProjection
     vertical_clearance: float = 0.0
+    column: Heights | None = None
     #: Reasons why areas count at all heights, and the pairs of leg and area.
     unresolved: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Compute the heights of the plan and its home."""
-        self.profile: Profile = profile_of(self.plan, self.stops)
+        own = profile_of(self.plan, self.stops)
+        self.profile: Profile = own if self.column is None else own.with_ends(self.column)
         self.home = self._home()
         self._seen: dict[tuple[Heights, Limits], Shares | None] = {}
         self._met: dict[Heights | None, BoolArray] = {}

@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.airspace.flight_plans.area_outline import ClosedArea
 from cgla_graph.airspace.flight_plans.plan import FlightPlan
-from cgla_graph.airspace.plan_check.one_altitude import at_one_altitude
+from cgla_graph.airspace.plan_check.one_altitude import at_one_altitude, column_of
 from cgla_graph.airspace.plan_check.own_fence import fence_area
 from cgla_graph.airspace.plan_check.plan_heights import PlanHeights
 from cgla_graph.airspace.zones.account import ZoneAccount
@@ -257,10 +257,10 @@ def put_on_map(
     areas += [ClosedArea(one.zone.label, one.shape) for one in low]
     limits += [one.layer.limits for one in low]
     if projection is not None and any(one is not None and one.bounded for one in limits):
-        level = plan if flight is None else at_one_altitude(plan, flight)
+        level, column = (plan, None) if flight is None else (at_one_altitude(plan, flight), column_of(flight))
         known = ground if columns is None or ground is not None else columns.ground
         boxes = np.array([one.shape.bounds for one in areas])
-        heights = PlanHeights(level, stops, limits, known, route, boxes, projection, vertical)
+        heights = PlanHeights(level, stops, limits, known, route, boxes, projection, vertical, column)
     at_all_heights = zones is not None and zones.altitude is None
     return PlanMap(
         chosen,

@@ -126,6 +126,12 @@ def test_the_columns_of_a_plan_are_at_home_at_its_ends_and_on_the_ground() -> No
             assert cg.check(plan, zones=zones, altitude=altitude, tolerance=None).is_clean is clean
             from_home = cg.check(replace(plan, home=home), zones=zones, altitude=altitude, tolerance=None)
             assert not from_home.is_clean
+    # above a waypoint on the ground at an end, it may climb to the height of the next one anywhere
+    high = of_layers((60, "AGL", 70, "AGL"))
+    ground = replace(middle, altitude=0.0)
+    for plan in (FlightPlan((ground, last)), FlightPlan((first, ground))):
+        for altitude in (80, None):
+            assert not cg.check(plan, zones=high, altitude=altitude, tolerance=None).is_clean
     # a waypoint that is known to be lower keeps its height
     assert not cg.check([(5.9, 49.1), (6.3, 49.1)], zones=zones, altitude=50, tolerance=None).is_clean
     lower = FlightPlan((first, replace(middle, altitude=40.0), last))
