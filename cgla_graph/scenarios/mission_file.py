@@ -10,6 +10,7 @@ from cgla_graph._display import Plottable
 from cgla_graph._text import shown
 from cgla_graph._validate import error_context, file_path, non_negative_number
 from cgla_graph.airspace.terrain.area import TerrainArea
+from cgla_graph.airspace.zones.account import ZoneAccount
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.world import World
@@ -47,6 +48,8 @@ class MissionFile(Plottable):
         Where the values come from.
     where
         What error messages call the file.
+    zones
+        The verdict on every zone of the files that it names; None if it names none.
 
     Examples
     --------
@@ -63,6 +66,7 @@ class MissionFile(Plottable):
     notes: str = ""
     where: str = ""
     terrain: TerrainArea | None = None
+    zones: ZoneAccount | None = None
 
     @property
     def full_title(self) -> str:
@@ -177,6 +181,7 @@ def mission_from_toml(
             notes=table.notes,
             where=place,
             terrain=None if builder.ground.terrain is None else builder.ground.terrain.area,
+            zones=None if builder.ground.zones is None else builder.ground.zones.account(),
         )
 
 

@@ -11,6 +11,8 @@ from cgla_graph._types import FloatArray
 from cgla_graph.airspace.flight_plans.fence import Fence
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference
 from cgla_graph.airspace.flight_plans.vehicles import AUTOPILOTS, VEHICLES, Autopilot, Vehicle, for_vehicle
+from cgla_graph.airspace.zones.account import ZoneAccount
+from cgla_graph.airspace.zones.heights import REFERENCES, Altitude
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.cli.options import ExportOptions
 from cgla_graph.errors import CglaError, OutputError
@@ -75,6 +77,27 @@ class Export:
             msg = (
                 f"--export {self.targets[0]}: {scenario.name} is a map in the plane, but plans are in longitude and "
                 "latitude: leave it out (--out writes x and y), or use a map in degrees"
+            )
+            raise OutputError(msg)
+
+    def check_altitude(self, zones: ZoneAccount | None) -> None:
+        """
+        Check that plans are written for the altitude at which the zones of a mission count.
+
+        Raises
+        ------
+        OutputError
+            If they are for another one, at which other zones may be closed.
+        """
+        if not self.targets or zones is None or not zones.altitude or self.altitude is None:
+            return
+        flight = Altitude.of(zones.altitude)
+        same = {REFERENCES[flight.reference], *(("home",) if flight.reference == "AGL" else ())}
+        if self.altitude != flight.metres or self.above not in same:
+            above = "" if self.above in {"home", "ground"} else "the "
+            msg = (
+                f"--altitude {self.altitude:g} is above {above}{self.above}, but the zones of the mission count at "
+                f"{flight}: give that altitude, or change it in the file (no_fly.altitude)"
             )
             raise OutputError(msg)
 

@@ -75,6 +75,7 @@ def fly(
         terrain={name: value for name, value in terrain.items() if value is not None},
     )
     if exported is not None:
+        exported.check_altitude(opened.zones)
         for spec in specs:
             exported.check_map(spec)
     folder = files.make_folder(out) if out else None

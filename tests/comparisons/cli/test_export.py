@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from command_line import Call
+from zone_files import data_of, ed269
 
 import cgla_graph as cg
 from cgla_graph.airspace.flight_plans.formats import read_plan
@@ -93,6 +94,14 @@ resolution = 5
         assert plan.lonlat[:-1].tolist() == [pytest.approx(place, abs=1e-9) for place in uav["path_lonlat"]]
         assert {one.altitude for one in plan.waypoints[:-1]} == {60.0}
     cgla("fly", "swap", "--export", "mine.kml").refused("plane")
+    # plans at another altitude than that of the zones may fly into others
+    (tmp_path / "zones.json").write_bytes(data_of(ed269()))
+    zoned = mission + '[no_fly]\nzones = ["zones.json"]\naltitude = 130\n'
+    (tmp_path / "zoned.toml").write_text(zoned, encoding="utf-8")
+    how = ("fly", "zoned.toml", "--no-value", "--export", "mine.plan", "--altitude")
+    cgla(*how, 60).refused("the zones of the mission count at 130 m AGL", "no_fly.altitude")
+    cgla(*how, 130, "--above", "sea").refused("is above the sea")
+    assert cgla(*how, 130).code == 0
 
 
 def test_without_a_path_nothing_is_written(cgla: Call, tmp_path: Path) -> None:
