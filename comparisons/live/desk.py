@@ -129,19 +129,25 @@ class Desk:
         self._here, self._apart = Line(), Line()
         self._worker = WorkerProcess(execution.PRELOAD)
 
-    def path(self, page: str, number: int, draft: Draft, *, full: bool) -> "Future[dict[str, Any]]":
-        """Request the path and its proof."""
+    def path(
+        self, page: str, number: int, draft: Draft, *, full: bool, planner: Planner | None = None
+    ) -> "Future[dict[str, Any]]":
+        """Request the path and its proof, on the map of another planner if one is given."""
+        plans = planner or self.planner
         self._apart.newest(page, number)
-        return self._here.put(page, number, FULL if full else QUICK, lambda: self.planner.path(draft, full=full))
+        return self._here.put(page, number, FULL if full else QUICK, lambda: plans.path(draft, full=full))
 
-    def solver(self, page: str, number: int, draft: Draft, entrant: Entrant) -> "Future[dict[str, Any]]":
+    def solver(
+        self, page: str, number: int, draft: Draft, entrant: Entrant, planner: Planner | None = None
+    ) -> "Future[dict[str, Any]]":
         """Request another solver's path: in this process if it is fast, else in a worker process."""
-        if self.planner.is_fast(entrant):
-            return self._here.put(page, number, OTHERS, lambda: self.planner.solver(draft, entrant))
-        return self._apart.put(page, number, OTHERS, lambda: self._made_apart(draft, entrant))
+        plans = planner or self.planner
+        if plans.is_fast(entrant):
+            return self._here.put(page, number, OTHERS, lambda: plans.solver(draft, entrant))
+        return self._apart.put(page, number, OTHERS, lambda: self._made_apart(plans, draft, entrant))
 
-    def _made_apart(self, draft: Draft, entrant: Entrant) -> dict[str, Any]:
-        scenario = self.planner.live.drawn(draft)
+    def _made_apart(self, plans: Planner, draft: Draft, entrant: Entrant) -> dict[str, Any]:
+        scenario = plans.live.drawn(draft)
         seed = with_seed(entrant)
         args = (execution.pack(scenario), entrant, seed, self._limits)
         try:

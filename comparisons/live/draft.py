@@ -15,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import shown
 from cgla_graph.comparisons.live.areas import WrittenPlaces, as_flat
+from cgla_graph.comparisons.live.versions import version_of
 from cgla_graph.comparisons.report.maps import MOST_SAMPLES, RISK_SAMPLES, map_document
 from cgla_graph.comparisons.study.options import MapOptions, open_one
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
@@ -110,6 +111,8 @@ class LiveMap:
         That file; None for maps that are shipped, or no scenario file.
     places
         The numbers of that file for places on the page.
+    read
+        The version of that file which was read here, or written since.
     """
 
     scenario: Scenario
@@ -118,6 +121,7 @@ class LiveMap:
     table: ScenarioTable | None = None
     file: Path | None = None
     places: WrittenPlaces = field(default_factory=WrittenPlaces)
+    read: dict[Path, str] = field(default_factory=dict, repr=False)
 
     @classmethod
     def open(cls, spec: str) -> "LiveMap":
@@ -140,8 +144,10 @@ class LiveMap:
         >>> len(live.first.threats), live.first.k, live.fixed
         (10, 10.0, None)
         """
-        scenario = open_one("live", spec, MapOptions(takes_k=False))
         is_file = spec.lower().endswith(".toml")
+        # (a change after this is one that Save refuses to replace)
+        read = {Path(spec).absolute(): version_of(Path(spec))} if is_file else {}
+        scenario = open_one("live", spec, MapOptions(takes_k=False))
         try:
             table = open_table(spec) if is_file or not Path(spec).suffix else None
         except ScenarioError:
@@ -172,7 +178,7 @@ class LiveMap:
             threats=[DraftThreat(x=t.x, y=t.y, spread=t.spread, peak=t.peak) for t in problem.field.threats],
             areas=areas,
         )
-        return cls(scenario, first, fixed, table, Path(spec) if is_file else None, places)
+        return cls(scenario, first, fixed, table, Path(spec) if is_file else None, places, read)
 
     def drawn(self, draft: Draft) -> Scenario:
         """

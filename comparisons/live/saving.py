@@ -2,10 +2,12 @@
 
 import re
 from pathlib import Path
+from typing import NamedTuple
 
+from cgla_graph._files import write_files
 from cgla_graph._text import shown
-from cgla_graph.comparisons.files import write_text
 from cgla_graph.comparisons.live.draft import Draft, LiveMap, area_name, unwarned
+from cgla_graph.comparisons.live.versions import GONE, NO_FILE, saving_in, version_of, version_with
 from cgla_graph.errors import OutputError
 from cgla_graph.scenarios.lonlat_box import bounds_of
 from cgla_graph.scenarios.map_tables import MapBuilder
@@ -32,7 +34,23 @@ def default_file(live: LiveMap) -> Path:
     return Path.cwd() / f"{stem[:80]}-live.toml"
 
 
-def save(live: LiveMap, draft: Draft, name: str, *, overwrite: bool) -> Path:
+class TakenError(OutputError):
+    """A file that Save may replace only if the user says so."""
+
+
+class Saved(NamedTuple):
+    """A file that was written, and its version."""
+
+    path: Path
+    version: str
+
+
+def save(live: LiveMap, draft: Draft, name: str, *, overwrite: bool, read: str | None = None) -> Path:
+    """Write a draft as `write_draft` does, and return the path of the file."""
+    return write_draft(live, draft, name, overwrite=overwrite, read=read).path
+
+
+def write_draft(live: LiveMap, draft: Draft, name: str, *, overwrite: bool, read: str | None = None) -> Saved:
     """
     Write a draft as a scenario file, beside the file that was opened, or into the current folder.
 
@@ -43,12 +61,17 @@ def save(live: LiveMap, draft: Draft, name: str, *, overwrite: bool) -> Path:
     name
         Of the file, without a folder; empty for `default_file`.
     overwrite
-        Whether a file of that name may be replaced. The one that was opened always may.
+        Whether a file of that name may be replaced, whatever it holds.
+    read
+        The version of the file that may be replaced, as `version_of` gives it; empty if there was none. None: the
+        version of the opened file that was read here, or written since.
 
     Raises
     ------
+    TakenError
+        If the file on disk is another one than the one that was read: it changed, is gone, or was there already.
     OutputError
-        If the name is invalid, or the file exists or cannot be written.
+        If the name is invalid, or the file cannot be written.
     ScenarioError
         If the draft cannot be written as such a file, or would not load.
     """
@@ -57,18 +80,47 @@ def save(live: LiveMap, draft: Draft, name: str, *, overwrite: bool) -> Path:
         msg = f"{shown(name)} is no name of a scenario file; give letters, digits, dots or dashes, and .toml at the end"
         raise OutputError(msg)
     path = usual.with_name(name) if name else usual
-    is_own = live.file is not None and path == usual
-    if not overwrite and not is_own and path.exists():
-        msg = f"{path} is there already; give another name, or replace it"
-        raise OutputError(msg)
-    if live.table is None:
+    text = None if live.table is None else draft_toml(live, live.table, draft)
+    if text is not None:
+        # a file that does not load is not written
         with unwarned():
-            return write_scenario(live.drawn(draft), path, overwrite=overwrite)
-    text = draft_toml(live, live.table, draft)
-    # a file that does not load is not written
-    with unwarned():
-        scenario_from_toml(text, path.stem, folder=path.parent, where=path.name)
-    return write_text(path, text)
+            scenario_from_toml(text, path.stem, folder=path.parent, where=path.name)
+    with saving_in(path.parent):
+        if not overwrite:
+            _require_version(path, live.read.get(path, GONE) if read is None else read)
+        # what a link leads to was read, and is written; with `overwrite`, a file replaces the link
+        target = path.resolve() if path.is_symlink() and not overwrite else path
+        if text is None:
+            with unwarned():
+                write_scenario(live.drawn(draft), target, overwrite=overwrite or target.exists())
+            version = version_of(path)
+        else:
+            data = text.encode("utf-8", errors="backslashreplace")
+            write_files({target: data})
+            version = version_with(path, data)
+        if path in live.read:
+            live.read[path] = version
+    return Saved(path, version)
+
+
+def _require_version(path: Path, read: str) -> None:
+    """Refuse to replace a file that is not the one that was read."""
+    now = version_of(path)
+    if now == read and now != NO_FILE:
+        return
+    if now == NO_FILE:
+        msg = f"{path} is no file that can be read here (a folder, a pipe, or without permission); give another name"
+        raise OutputError(msg)
+    if read == GONE:
+        msg = f"{path} is there already; give another name, or replace it"
+    elif now == GONE:
+        msg = f"{path} is gone: it was deleted or moved since it was read here; give another name, or write it again"
+    else:
+        msg = (
+            f"{path} has changed since it was read here, and was not replaced; give another name, reload the page to "
+            "see the new file, or replace it"
+        )
+    raise TakenError(msg)
 
 
 def draft_toml(live: LiveMap, table: ScenarioTable, draft: Draft) -> str:

@@ -9,6 +9,7 @@ opened one only.
 import hmac
 import json
 import secrets
+import threading
 from http import HTTPStatus
 from importlib import resources
 from typing import Annotated, Any
@@ -19,11 +20,12 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.live.desk import Desk
 from cgla_graph.comparisons.live.draft import Draft, LiveMap, Part, read_part
 from cgla_graph.comparisons.live.planning import Planner, offered
-from cgla_graph.comparisons.live.saving import default_file, save
+from cgla_graph.comparisons.live.saving import TakenError, default_file, write_draft
+from cgla_graph.comparisons.live.versions import version_of
 from cgla_graph.comparisons.report.loopback import HTML, JSON, LoopbackHandler, LoopbackServer, Response, refusal
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import reason
-from cgla_graph.errors import CglaError, OutputError
+from cgla_graph.errors import CglaError, OutputError, ScenarioError
 
 #: Longest body of a request, bytes.
 MOST_BYTES = 2_000_000
@@ -42,9 +44,14 @@ _FILES = {
 }
 
 
-class StateRequest(Part):
-    """A state of a page, numbered."""
+#: Most readings of the map that pages may still be open on.
+MOST_MAPS = 8
 
+
+class StateRequest(Part):
+    """A state of a page, numbered, on the reading of the map that it was opened with (empty: the newest)."""
+
+    map: Annotated[str, Field(max_length=16)] = ""
     page: Annotated[str, Field(min_length=1, max_length=64)]
     number: Annotated[int, Field(ge=0, le=2**53)]
     draft: Draft
@@ -63,8 +70,10 @@ class SolverRequest(StateRequest):
 
 
 class SaveRequest(Part):
-    """Asks for a file."""
+    """Asks for a file; `read` is the version of it that the page has read or written."""
 
+    map: Annotated[str, Field(max_length=16)] = ""
+    read: Annotated[str, Field(max_length=64)] | None = None
     draft: Draft
     name: Annotated[str, Field(max_length=200)] = ""
     overwrite: bool = False
@@ -95,6 +104,10 @@ class LiveServer(LoopbackServer):
         self.token = secrets.token_urlsafe(24)
         super().__init__(_Handler, port, "cgla live")
         self.desk = desk or Desk(Planner(live))
+        self._planners = {"1": self.desk.planner}
+        self._file, self._reading, self._note = live.file, threading.Lock(), ""
+        # of the file as the newest reading has it
+        self._version = live.read.get(default_file(live))
 
     @property
     def url(self) -> str:
@@ -108,8 +121,61 @@ class LiveServer(LoopbackServer):
             self.desk.close()
 
     def map_document(self) -> dict[str, Any]:
-        """Return the first data of the page."""
-        return {**self.live.document, "solvers": offered(), "file": str(default_file(self.live))}
+        """Return the first data of the page: the map as it was saved last, or as its file is now."""
+        with self._reading:
+            self._read_again()
+            usual = default_file(self.live)
+            return {
+                **self.live.document,
+                "reading": next(reversed(self._planners)),
+                "solvers": offered(),
+                "file": str(usual),
+                "version": self._version or "",
+                "note": self._note,
+            }
+
+    def planner(self, reading: str) -> Planner:
+        """
+        Return the planner of a reading of the map; empty for the newest.
+
+        Raises
+        ------
+        ScenarioError
+            If it is too old.
+        """
+        found = self._planners.get(reading or next(reversed(self._planners)))
+        if found is None:
+            msg = "the map has been read again many times since this page was opened; reload the page"
+            raise ScenarioError(msg)
+        return found
+
+    def save(self, asked: SaveRequest) -> dict[str, Any]:
+        """Save a draft: pages that are opened from now on show the file."""
+        live = self.planner(asked.map).live
+        # a draft without a valid problem is not saved
+        live.drawn(asked.draft)
+        saved = write_draft(live, asked.draft, asked.name, overwrite=asked.overwrite, read=asked.read)
+        with self._reading:
+            self._file = saved.path
+        return {"saved": str(saved.path), "version": saved.version}
+
+    def _read_again(self) -> None:
+        """Read the file of the map again if it has changed."""
+        file, self._note = self._file, ""
+        if file is None:
+            return
+        now = version_of(file)
+        if now == self._version:
+            return
+        try:
+            self.live = LiveMap.open(str(file))
+        except CglaError as error:
+            self._note = f"This is the map as it was read before. {reason(error)}"
+            return
+        self._version = self.live.read[file.absolute()]
+        self._planners[str(int(next(reversed(self._planners))) + 1)] = Planner(self.live)
+        while len(self._planners) > MOST_MAPS:
+            self._planners.pop(next(iter(self._planners)))
 
 
 class _Handler(LoopbackHandler):
@@ -177,23 +243,23 @@ class _Handler(LoopbackHandler):
 
     def _path(self, body: bytes) -> Response:
         asked = read_part(PathRequest, body)
-        answer = self.server.desk.path(asked.page, asked.number, asked.draft, full=asked.full)
+        planner = self.server.planner(asked.map)
+        answer = self.server.desk.path(asked.page, asked.number, asked.draft, full=asked.full, planner=planner)
         return _json(HTTPStatus.OK, answer.result())
 
     def _solver(self, body: bytes) -> Response:
         asked = read_part(SolverRequest, body)
-        answer = self.server.desk.solver(asked.page, asked.number, asked.draft, Entrant.parse(asked.solver))
+        entrant, planner = Entrant.parse(asked.solver), self.server.planner(asked.map)
+        answer = self.server.desk.solver(asked.page, asked.number, asked.draft, entrant, planner)
         return _json(HTTPStatus.OK, answer.result())
 
     def _save(self, body: bytes) -> Response:
         asked = read_part(SaveRequest, body)
-        # a draft without a valid problem is not saved
-        self.server.live.drawn(asked.draft)
         try:
-            path = save(self.server.live, asked.draft, asked.name, overwrite=asked.overwrite)
+            return _json(HTTPStatus.OK, self.server.save(asked))
         except OutputError as error:
-            return _json(HTTPStatus.CONFLICT, {"error": reason(error)})
-        return _json(HTTPStatus.OK, {"saved": str(path)})
+            is_taken = isinstance(error, TakenError) or "is there already" in str(error)
+            return _json(HTTPStatus.CONFLICT, {"error": reason(error), "taken": is_taken})
 
 
 def _json(status: HTTPStatus, document: dict[str, Any]) -> Response:

@@ -1,6 +1,5 @@
 """The server of `cgla live`: access, replaced requests, refusals of bad input, and saved files."""
 
-import http.client
 import json
 import re
 import threading
@@ -16,6 +15,7 @@ import shapely
 from command_line import caller
 from hypothesis import given
 from hypothesis import strategies as st
+from live_requests import ask, own, post
 from serving import serving
 from strategies import examples
 from zone_files import data_of, ed269
@@ -56,29 +56,6 @@ def served() -> AbstractContextManager[LiveServer]:
 def server() -> Iterator[LiveServer]:
     with served() as found:
         yield found
-
-
-def own(server: LiveServer) -> dict[str, str]:
-    """Return what the page's own requests say."""
-    return {"Origin": f"http://127.0.0.1:{server.server_port}", "Content-Type": "application/json"}
-
-
-def ask(
-    server: LiveServer, method: str, path: str, body: bytes | None = None, headers: dict[str, str] | None = None
-) -> tuple[int, bytes, dict[str, str]]:
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=30)
-    try:
-        connection.request(method, path, body, headers or {})
-        answer = connection.getresponse()
-        return answer.status, answer.read(), dict(answer.getheaders())
-    finally:
-        connection.close()
-
-
-def post(server: LiveServer, what: str, document: object, **headers: str) -> tuple[int, dict[str, Any]]:
-    data = document if isinstance(document, bytes) else json.dumps(document).encode()
-    status, body, _ = ask(server, "POST", f"/{server.token}/{what}", data, {**own(server), **headers})
-    return status, json.loads(body)
 
 
 def test_every_part_of_the_page_needs_the_token(server: LiveServer) -> None:
