@@ -20,6 +20,7 @@ from cgla_graph.comparisons.report.maps import MOST_SAMPLES, RISK_SAMPLES, map_d
 from cgla_graph.comparisons.study.options import MapOptions, open_one
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.plots.degrees import compass
 from cgla_graph.plots.risk_samples import risk_samples
 from cgla_graph.scenarios.map_tables import MapBuilder
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, open_table
@@ -253,7 +254,11 @@ class LiveMap:
             )
         rows, columns = samples.density.shape
         raster = [float(f"{value:.4g}") for value in samples.density.ravel()] if before.field.rasters else None
+        origin = before.projection
         return {
+            "degrees": origin is not None and (self.table is None or self.table.coordinates == "lonlat"),
+            "origin": None if origin is None else [origin.longitude, origin.latitude],
+            "compass": None if origin is None else compass(origin, before.bounds)._asdict(),
             "name": self.scenario.name,
             "title": self.scenario.title,
             "unit": "" if self.scenario.projection is None else "m",

@@ -2,7 +2,7 @@
 The page of `cgla live`: its server on loopback.
 
 Every request needs the token in its address, which is printed in the terminal only; requests from pages of other sites
-are refused by their origin. The server sends four files of the package only, and writes scenario files beside the
+are refused by their origin. The server sends five files of the package only, and writes scenario files beside the
 opened one only.
 """
 
@@ -40,6 +40,7 @@ _FILES = {
     "": ("live", "live.html", HTML),
     "live.css": ("live", "live.css", _STYLE),
     "live.js": ("live", "live.js", _SCRIPT),
+    "earth.js": ("live", "earth.js", _SCRIPT),
     "drawing.js": ("report", "drawing.js", _SCRIPT),
 }
 

@@ -34,6 +34,14 @@
   const [xMin, yMin, xMax, yMax] = given.map.bounds, yDown = given.map.y_down, side = Math.max(xMax - xMin, yMax - yMin);
   const digits = Math.max(0, 5 - Math.ceil(Math.log10(side))), rounded = value => Number(value.toFixed(digits));
   const within = (value, low, high) => Math.min(Math.max(value, low), high);
+  // places of a map in degrees: all are drawn in metres, and read and written in degrees
+  const inDegrees = given.degrees, { origin, compass } = given;
+  const lonLat = place => earth.inverse(origin, place);
+  const fine = Math.min(Math.max(0, (inDegrees ? 5 : 4) - Math.ceil(Math.log10(inDegrees ? side / 111320 : side))), 12);
+  const written = place => {
+    const [u, v] = inDegrees ? lonLat(place) : place;
+    return inDegrees ? `${earth.text(u, 'EW', fine)}, ${earth.text(v, 'NS', fine)}` : `${u.toFixed(fine)}, ${v.toFixed(fine)}`;
+  };
   // how far beyond the bounds things may be dragged, and are seen
   const reach = 0.05 * side;
 
@@ -57,16 +65,19 @@
     const n = areas[i].length;
     return [areas[i].reduce((sum, p) => sum + p[0], 0) / n, areas[i].reduce((sum, p) => sum + p[1], 0) / n];
   }
+  function put({ kind, i, j }, [x, y]) {
+    if (kind === 'threat') Object.assign(state.draft.threats[i], { x, y });
+    else if (kind === 'corner') state.draft.areas[i][j] = [x, y];
+    else state.draft[kind] = [x, y];
+  }
   function moveTo(handle, x, y) {
-    const { kind, i, j } = handle, { threats, areas } = state.draft;
+    const { kind, i } = handle, { threats, areas } = state.draft;
     const [u0, v0] = placeOf(handle);
     // what a file has put further out may come back in steps
     x = rounded(within(x, Math.min(xMin - reach, u0), Math.max(xMax + reach, u0)));
     y = rounded(within(y, Math.min(yMin - reach, v0), Math.max(yMax + reach, v0)));
-    if (kind === 'start' || kind === 'goal') state.draft[kind] = [x, y];
-    else if (kind === 'threat') Object.assign(threats[i], { x, y });
+    if (kind === 'start' || kind === 'goal' || kind === 'threat' || kind === 'corner') put(handle, [x, y]);
     else if (kind === 'spread') setSpread(i, Math.abs(x - threats[i].x));
-    else if (kind === 'corner') areas[i][j] = [x, y];
     else {
       const [a, b] = placeOf(handle);
       areas[i] = areas[i].map(([u, v]) => [rounded(u + x - a), rounded(v + y - b)]);
@@ -76,7 +87,7 @@
   const nameOf = ({ kind, i, j }) => ({ start: 'start', goal: 'goal', threat: `threat ${i + 1}`, spread: `spread of threat ${i + 1}`, area: `no-fly area ${i + 1}`, corner: `corner ${j + 1} of no-fly area ${i + 1}` })[kind];
   const words = handle => {
     const [x, y] = placeOf(handle), one = THREAT.has(handle.kind) && state.draft.threats[handle.i];
-    return `${nameOf(handle)} at ${figure(x, 4)}, ${figure(y, 4)}${one ? `; spread ${figure(one.spread, 3)}, peak ${figure(one.peak, 3)}` : ''}`;
+    return `${nameOf(handle)} at ${written([x, y])}${one ? `; spread ${figure(one.spread, 3)}, peak ${figure(one.peak, 3)}` : ''}`;
   };
 
   // ---- undo
@@ -112,11 +123,12 @@
 
   // ---- asking: one quick question at a time, always about the newest state; all the rest when nothing moves
   let asking = false, resting = 0;
-  const request = () => ({ page, number: state.number, draft: copy() });
+  const request = () => ({ page, number: state.number, map: given.reading, draft: copy() });
   function changed() {
     state.number += 1;
     state.changedAt = performance.now();
     buttons();
+    mark();
     paint();
     clearTimeout(resting);
     follow();
@@ -129,7 +141,7 @@
       const sent = request(), from = state.changedAt;
       const answer = await ask('path', sent);
       lost = Boolean(answer.lost);
-      if (!answer.replaced) take(answer, sent.number, from);
+      if (!answer.replaced) take(answer, sent, from);
       if (!lost) for (const one of state.others) if (one.seconds !== null && one.seconds < FOLLOWS && one.fast) compare(one);
       if (state.answered < sent.number && !lost) await new Promise(done => { setTimeout(done, 50); });
     } while (state.answered < state.number && !lost);
@@ -143,14 +155,15 @@
     for (const one of state.others) if (one.number !== state.number) compare(one);
     const answer = await ask('path', sent);
     if (!answer.replaced && sent.number === state.number) {
-      take(answer, sent.number, null);
+      take(answer, sent, null);
       say(answer.error || `cost ${figure(answer.cost, 4)}, gap at most ${percent(gapOf(answer.cost))}`);
     }
   }
-  function take(answer, number, from) {
+  function take(answer, { number, draft }, from) {
     state.answered = number;
+    const { areas = [], notes = [] } = answer, seen = { areas, notes, drawn: draft.areas };
     // malformed is what no number says
-    state.answer = answer.error !== null && answer.error !== undefined ? { error: answer.error, path: [], tube: null } : answer;
+    state.answer = answer.error !== null && answer.error !== undefined ? { error: answer.error, path: [], tube: null, ...seen } : { ...answer, ...seen };
     paint();
     // until it is seen
     if (from !== null) requestAnimationFrame(() => live.latencies.push(performance.now() - from));
@@ -182,23 +195,88 @@
   const across = x => (x - xMin) * scale, down = y => (yDown ? y - yMin : yMax - y) * scale;
   const path = (points, closed) => points.length ? `M${points.map(([x, y]) => `${across(x).toFixed(1)},${down(y).toFixed(1)}`).join('L')}${closed ? 'Z' : ''}` : '';
   const pairs = flat => flat.reduce((list, value, i) => (i % 2 ? list.at(-1).push(value) : list.push([value]), list), []);
-  const layers = Object.fromEntries(['below', 'areas', 'tube', 'rings', 'paths', 'handles', 'ends'].map(name => [name, svg('g')]));
+  const layers = Object.fromEntries(['axes', 'below', 'areas', 'tube', 'rings', 'paths', 'handles', 'ends'].map(name => [name, svg('g')]));
   // areas may go on far beyond the map
   const clip = svg('rect');
   map.append(svg('defs', {}, svg('clipPath', { id: 'seen' }, clip)), ...Object.values(layers));
   for (const name of ['below', 'areas', 'rings']) layers[name].setAttribute('clip-path', 'url(#seen)');
   function fit() {
-    const room = stage.parentElement.clientWidth, tall = Math.max(280, innerHeight * (innerWidth < 900 ? 0.62 : 0.73));
-    scale = Math.min(room / (xMax - xMin + 2 * reach), tall / (yMax - yMin + 2 * reach));
+    const parent = stage.parentElement.clientWidth, tall = Math.max(280, innerHeight * (innerWidth < 900 ? 0.62 : 0.73));
+    const [along, up] = ticks(), left = 14 + 6.9 * Math.max(2, ...up.map(([, text]) => text.length)), bottom = 24, least = 16;
+    // areas and handles beyond the bounds have room, and so have the labels of the axes
+    scale = Math.min((parent - left - least) / (xMax - xMin), (parent - left) / (xMax - xMin + reach), tall / (yMax - yMin + 2 * reach));
     const margin = reach * scale;
     [width, height] = [(xMax - xMin) * scale, (yMax - yMin) * scale];
     stage.style.width = `${width}px`;
     stage.style.height = `${height}px`;
-    stage.style.marginBlock = `${margin}px`;
+    stage.style.marginTop = `${Math.max(margin, least)}px`;
+    stage.style.marginBottom = `${Math.max(margin, bottom)}px`;
+    const begin = Math.max(left, (parent - width) / 2);
+    stage.style.marginLeft = `${begin}px`;
+    $('.below').style.paddingInline = width > 420 ? `${begin}px ${Math.max(0, parent - width - begin)}px` : '';
     for (const [name, value] of Object.entries({ x: -margin, y: -margin, width: width + 2 * margin, height: height + 2 * margin })) clip.setAttribute(name, value);
     map.setAttribute('viewBox', `0 0 ${width} ${height}`);
     layers.below.replaceChildren(svg('path', { class: 'fixed', d: given.map.no_fly.map(flat => path(pointsOf(flat, given.map.bounds), true)).join('') }));
+    layers.axes.replaceChildren(...axis(along, false, left), ...axis(up, true, left));
+    measure();
     paint();
+  }
+  /** Steps of 1, 2 or 5 times a power of ten, about as many as wanted, and the digits that they need. */
+  function even(span, wanted, factors = [1, 2, 5, 10]) {
+    const rough = span / wanted, unit = 10 ** Math.floor(Math.log10(rough)), by = unit * factors.find(one => one * unit >= rough * (1 - 1e-9));
+    return [by, Math.max(0, Math.ceil(-Math.log10(by) - 1e-9))];
+  }
+  /** Places and labels along the lower and the left side: degrees where the map is on the Earth, else its own units. */
+  function ticks() {
+    if (given.map.axes) return given.map.axes.map(([places, texts]) => places.map((place, i) => [place, texts[i]]));
+    if (origin) return [[], []];
+    const [by, places] = even(side, 5);
+    return [[xMin, xMax], [yMin, yMax]].map(([low, high]) => {
+      const first = Math.ceil(low / by - 1e-9), last = Math.floor(high / by + 1e-9);
+      return Array.from({ length: Math.max(last - first + 1, 0) }, (_, i) => [(first + i) * by, ((first + i) * by).toFixed(places)]);
+    });
+  }
+  function axis(marks, upright, left) {
+    const at = marks.map(([place]) => upright ? down(place) : across(place)), longest = Math.max(0, ...marks.map(([, text]) => text.length)) * 6.9;
+    const apart = at.length > 1 ? Math.abs(at[1] - at[0]) : Infinity, every = Math.ceil((upright ? 16 : longest + 12) / apart);
+    const found = marks.flatMap(([, text], i) => {
+      if (i % every) return [];
+      const half = 3.45 * text.length, line = upright ? { x1: -5, x2: 0, y1: at[i], y2: at[i] } : { y1: height, y2: height + 5, x1: at[i], x2: at[i] };
+      const place = upright ? { x: -8, y: at[i] + 4, 'text-anchor': 'end' } : { x: within(at[i], half - left, width + 16 - half), y: height + 18, 'text-anchor': 'middle' };
+      return [svg('line', { class: 'tick', ...line }), svg('text', { class: 'tick-label', ...place }, text)];
+    });
+    // a plane has no north: its axes say which way they go
+    if (!origin) found.push(upright ? svg('text', { class: 'tick-label', x: -8, y: yDown ? height + 18 : -10, 'text-anchor': 'end' }, yDown ? 'y ↓' : 'y ↑') : svg('text', { class: 'tick-label', x: width + 5, y: height + 4 }, 'x'));
+    return found;
+  }
+  /** The scale bar, and north: both as they are in the middle of the map. */
+  function measure() {
+    const true_side = (xMax - xMin) * (compass?.metres ?? 1), [length] = even(true_side, 8), pixels = length / (compass?.metres ?? 1) * scale;
+    const unit = !given.unit ? `${Number(length.toPrecision(6))} map units` : length >= 1000 ? `${Number((length / 1000).toPrecision(6))} km` : `${Number(length.toPrecision(6))} m`;
+    const where = compass?.spread > 0.01 ? ' in the middle' : '', n = pixels.toFixed(2);
+    const bar = svg('svg', { width: pixels + 2, height: 9, 'aria-hidden': 'true' }, svg('path', { class: 'bar', d: `M1,1v7M1,7h${n}m0,1v-7` }));
+    $('#scale').replaceChildren(bar, el('span', {}, unit + where));
+    $('#scale').setAttribute('aria-label', `Scale: the bar is ${unit} long${where && ' in the middle of the map'}`);
+    const north = $('#north'), turn = compass?.north ?? null;
+    north.hidden = turn === null;
+    if (turn === null) return;
+    const said = Math.abs(turn) < 0.5 ? 'North is up' : `North is ${Math.abs(turn).toFixed(0)}° to the ${turn < 0 ? 'left' : 'right'} of up`;
+    const sentence = `${said} in the middle of the map${compass.turn > 1 ? `; elsewhere it differs by up to ${Math.ceil(compass.turn)}°` : ''}`;
+    north.replaceChildren(svg('svg', { width: 18, height: 22, viewBox: '-9 -11 18 22', 'aria-hidden': 'true' }, svg('path', { class: 'needle', transform: `rotate(${turn.toFixed(2)})`, d: 'M0,-10L5,8L0,4L-5,8Z' })), el('span', {}, 'N'));
+    north.setAttribute('aria-label', sentence);
+    north.title = sentence;
+  }
+  let under = null;
+  /** Where the pointer is, or else what is chosen. */
+  function readout() {
+    const place = under || state.chosen && exists(state.chosen) && placeOf(state.chosen), node = $('#at');
+    let text = '\u00a0';
+    if (place) {
+      const names = under ? '' : `${nameOf(state.chosen)}: `, own = inDegrees ? written(place) : `x ${place[0].toFixed(fine)}, y ${place[1].toFixed(fine)}`;
+      const [u, v] = origin && !inDegrees ? lonLat(place) : [];
+      text = names + own + (u === undefined ? '' : ` (${earth.text(u, 'EW', 5)}, ${earth.text(v, 'NS', 5)})`);
+    }
+    if (node.textContent !== text) node.textContent = text;
   }
   /** The risk of the draft, as the report's maps have it: 256 levels. */
   function risk() {
@@ -300,11 +378,16 @@
     layers[handle.kind === 'start' || handle.kind === 'goal' ? 'ends' : 'handles'].append(node);
     return { ...handle, node };
   }
+  /** What is closed, where the newest answer knows better than its corners: sides bend, or cross each other. */
+  function outline(i) {
+    const { areas, drawn } = state.answer ?? {}, own = state.draft.areas[i];
+    return areas?.[i] && JSON.stringify(drawn[i]) === JSON.stringify(own) ? areas[i].map(pairs) : [own];
+  }
   function position() {
     handles.forEach(handle => {
       if (!exists(handle)) return;
       const [x, y] = placeOf(handle);
-      if (handle.kind === 'area') handle.node.setAttribute('d', path(state.draft.areas[handle.i], true));
+      if (handle.kind === 'area') handle.node.setAttribute('d', outline(handle.i).map(ring => path(ring, true)).join(''));
       // what is beyond what is seen has its handle at the rim
       else handle.node.setAttribute('transform', `translate(${across(within(x, xMin - reach, xMax + reach)).toFixed(1)} ${down(within(y, yMin - reach, yMax + reach)).toFixed(1)})`);
       const label = words(handle);
@@ -321,6 +404,7 @@
       ring.classList.toggle('chosen', THREAT.has(state.chosen?.kind) && state.chosen.i === i);
     });
     thing();
+    readout();
     const k = state.draft.k;
     if (document.activeElement !== $('#k')) $('#k').value = Math.round(1000 * within(k / kTop, 0, 1) ** (1 / 3));
     $('#k').setAttribute('aria-valuetext', `k = ${figure(k, 4)}`);
@@ -336,6 +420,9 @@
     [pictured, seen] = [key, every];
     $('#problem').hidden = !answer?.error;
     $('#problem').textContent = answer?.error || '';
+    const notes = [given.note, ...answer?.notes ?? []].filter(Boolean);
+    $('#note').hidden = !notes.length;
+    $('#note').textContent = notes.join(' ');
     $('#answer').classList.toggle('old', state.answered < state.number - 3);
     const gap = gapOf(answer?.cost);
     const write = (id, text) => { $(id).textContent = text; };
@@ -404,17 +491,24 @@
       $('#thing-title').textContent = title[0].toUpperCase() + title.slice(1);
       const slider = (id, word) => el('label', { className: 'row' }, el('span', {}, word), el('input', { type: 'range', id, min: 0, max: 1000, step: 1 }), el('output', { id: `${id}-value` }));
       const button = (id, word) => el('button', { type: 'button', id }, word);
+      const field = (id, word, label) => el('label', { className: 'row' }, el('span', {}, word), el('input', { type: 'number', id, step: 'any', className: 'place', 'aria-label': `${label} of ${title}` }));
+      const fields = () => inDegrees ? [field('at-x', 'longitude', 'longitude'), field('at-y', 'latitude', 'latitude')] : [field('at-x', 'x', 'x'), field('at-y', 'y', 'y')];
       box.replaceChildren(...({
-        threat: () => [slider('spread', 'spread'), slider('peak', 'peak'), el('p', { className: 'buttons' }, button('remove', 'Delete threat'))],
-        area: () => [el('p', { className: 'buttons' }, button('add-corner', 'Add corner'), ...(handle.kind === 'corner' ? [button('remove-corner', 'Delete corner')] : []), button('remove', 'Delete area'))],
-        end: () => [],
+        threat: () => [...fields(), slider('spread', 'spread'), slider('peak', 'peak'), el('p', { className: 'buttons' }, button('remove', 'Delete threat'))],
+        area: () => [...(handle.kind === 'corner' ? fields() : []), el('p', { className: 'buttons' }, button('add-corner', 'Add corner'), ...(handle.kind === 'corner' ? [button('remove-corner', 'Delete corner')] : []), button('remove', 'Delete area'))],
+        end: fields,
       }[kind] || (() => [el('p', { className: 'soft' }, 'Drag a threat, an end, an area or one of its corners.')]))());
       const on = (id, event, act) => $(id, box)?.addEventListener(event, act);
+      if ($('#at-x', box)) for (const id of ['#at-x', '#at-y']) entered($(id), () => typed(handle.kind === 'spread' ? { ...handle, kind: 'threat' } : handle));
       on('#spread', 'input', ({ target }) => step(`spread ${handle.i}`, () => setSpread(handle.i, side / 200 * 100 ** (target.value / 1000))));
       on('#peak', 'input', ({ target }) => step(`peak ${handle.i}`, () => { state.draft.threats[handle.i].peak = Number(Math.max(peakTop * target.value / 1000, 0.001).toPrecision(4)); }));
       on('#remove', 'click', () => remove(kind === 'area' ? { kind: 'area', i: handle.i } : { kind: 'threat', i: handle.i }));
       on('#remove-corner', 'click', () => remove(handle));
       on('#add-corner', 'click', () => addCorner(handle.i));
+    }
+    if ($('#at-x', box)) {
+      const shown = numbersOf(handle.kind === 'spread' ? { ...handle, kind: 'threat' } : handle);
+      ['#at-x', '#at-y'].forEach((id, i) => { if (document.activeElement !== $(id)) $(id).value = shown[i]; });
     }
     if (kind === 'threat') {
       const one = state.draft.threats[handle.i];
@@ -425,6 +519,33 @@
       $('#spread').setAttribute('aria-valuetext', figure(one.spread, 3));
       $('#peak').setAttribute('aria-valuetext', figure(one.peak, 3));
     }
+  }
+  /** The coordinates of a handle as its fields have them: degrees to a centimetre. */
+  function numbersOf(handle) {
+    const place = placeOf(handle);
+    return inDegrees ? lonLat(place).map(value => Number(value.toFixed(7))) : place;
+  }
+  function typed(handle) {
+    const fields = [$('#at-x'), $('#at-y')], before = numbersOf(handle), found = fields.map(node => node.value === '' ? NaN : Number(node.value));
+    const known = found.every(value => Math.abs(value) <= 1e15) && (!inDegrees || Math.abs(found[0]) <= 540 && Math.abs(found[1]) <= 90);
+    const place = !known ? null : inDegrees ? earth.forward(origin, found) : found;
+    if (!place) {
+      fields.forEach((node, i) => { node.value = before[i]; });
+      say(inDegrees ? 'give a longitude from −180 to 180 and a latitude from −90 to 90' : 'give a number');
+      return;
+    }
+    if (found.every((value, i) => value === before[i])) return;
+    step(null, () => put(handle, place));
+    say(words(handle));
+  }
+  /** Act on a number that was entered, and again where the field undoes that: what it shows is what holds. */
+  function entered(node, act) {
+    let typing = false;
+    node.addEventListener('change', () => { typing = false; act(); });
+    node.addEventListener('input', ({ inputType }) => {
+      if (!(inputType ?? '').startsWith('history')) typing = true;
+      else if (!typing) act();
+    });
   }
   const peakTop = given.improper ? Math.max(2, ...given.draft.threats.map(one => one.peak)) : 1;
   const kTop = 10 * Math.max(given.draft.k, 1);
@@ -482,7 +603,15 @@
   });
   // a finger that holds something does not scroll the page
   map.addEventListener('touchstart', event => { if (handleOf(event.target)) event.preventDefault(); }, { passive: false });
+  const follow_pointer = event => {
+    const [x, y] = pointed(event), seen = x >= xMin - reach && x <= xMax + reach && y >= yMin - reach && y <= yMax + reach;
+    // a finger covers what is below it: what it holds is told
+    under = seen && event.pointerType !== 'touch' && !state.drag ? [x, y] : null;
+    readout();
+  };
+  map.addEventListener('pointerleave', () => { under = null; readout(); });
   map.addEventListener('pointermove', event => {
+    follow_pointer(event);
     if (!state.drag || event.pointerId !== state.drag.id) return;
     const { handle, dx, dy } = state.drag, [x, y] = pointed(event);
     moveTo(handle, x + dx, y + dy);
@@ -518,9 +647,12 @@
     else if (event.key === 'Escape') { choose(null); return; } else return;
     event.preventDefault();
   });
+  // fields undo what is typed in them; what has no text of its own (sliders, buttons, lists) leaves it to the map
+  const TYPED = 'input:not([type=range], [type=checkbox], [type=radio], [type=button], [type=submit]), textarea, [contenteditable]:not([contenteditable=false])';
   document.addEventListener('keydown', event => {
-    if (!(event.ctrlKey || event.metaKey) || event.target.matches('input[type=text], input[type=number]')) return;
-    const key = event.key.toLowerCase();
+    if (!(event.ctrlKey || event.metaKey) || event.altKey || event.defaultPrevented || event.target.closest?.(TYPED)) return;
+    // by the letter that is written on the key; by its place where that is no Latin one
+    const key = /^[a-z]$/i.test(event.key) ? event.key.toLowerCase() : event.code.replace('Key', '').toLowerCase();
     if (key !== 'z' && key !== 'y') return;
     event.preventDefault();
     if (key === 'z' && !event.shiftKey) turn(state.undo, state.redo); else turn(state.redo, state.undo);
@@ -530,10 +662,10 @@
   $('#undo').addEventListener('click', () => turn(state.undo, state.redo));
   $('#redo').addEventListener('click', () => turn(state.redo, state.undo));
   $('#k').addEventListener('input', ({ target }) => step('k', () => { state.draft.k = Number((kTop * (target.value / 1000) ** 3).toPrecision(4)); }));
-  $('#k-number').addEventListener('change', ({ target }) => {
-    const k = Number(target.value);
-    if (target.value !== '' && k >= 0 && k <= 1e15) step(null, () => { state.draft.k = k; });
-    else target.value = state.draft.k;
+  entered($('#k-number'), () => {
+    const node = $('#k-number'), k = Number(node.value);
+    if (node.value === '' || !(k >= 0 && k <= 1e15)) node.value = state.draft.k;
+    else if (k !== state.draft.k) step(null, () => { state.draft.k = k; });
   });
   $('#add-threat').addEventListener('click', () => {
     const line = state.answer?.path.length ? pairs(state.answer.path) : [[(xMin + xMax) / 2, (yMin + yMax) / 2]];
@@ -564,20 +696,40 @@
     paint();
     $('#solver').focus();
   });
+  // ---- saving: the server replaces a file only if it is the one that this page has read or written
+  const fileName = place => place.split(/[\\/]/).at(-1);
+  const versions = { [fileName(given.file)]: given.version };
+  let kept = JSON.stringify(given.draft), name = given.name;
+  const leaving = event => { event.preventDefault(); event.returnValue = true; };
+  /** Say whether there is anything that is not saved. */
+  function mark() {
+    const is_new = JSON.stringify(state.draft) !== kept;
+    document.title = `${is_new ? '• ' : ''}${name} – cgla live`;
+    $('#unsaved').hidden = !is_new;
+    if (is_new) addEventListener('beforeunload', leaving); else removeEventListener('beforeunload', leaving);
+  }
   async function save(overwrite) {
-    const answer = await ask('save', { draft: copy(), name: $('#file').value.trim(), overwrite });
+    const draft = copy(), file = $('#file').value.trim() || fileName(given.file);
+    const answer = await ask('save', { map: given.reading, read: versions[file] ?? '', draft, name: file, overwrite });
     $('#saved').textContent = answer.saved ? `Saved as ${answer.saved}` : answer.error;
-    $('#replace').hidden = !(answer.status === 409 && answer.error.includes('is there already'));
+    $('#saved').classList.toggle('failed', !answer.saved);
+    $('#replace').hidden = !answer.taken;
+    $('#replace').textContent = /^\S.* is gone:/.test(answer.error ?? '') ? 'Write it again' : 'Replace it';
+    if (!answer.saved) return;
+    versions[file] = answer.version;
+    kept = JSON.stringify(draft);
+    name = file.replace(/\.toml$/, '');
+    $('#name').textContent = name;
+    mark();
   }
   $('#save').addEventListener('submit', event => { event.preventDefault(); save(false); });
   $('#replace').addEventListener('click', () => save(true));
   $('#file').addEventListener('input', () => { $('#replace').hidden = true; });
 
   // ---- begin
-  document.title = `${given.name} – cgla live`;
   $('#name').textContent = given.name;
   $('#title').textContent = given.title;
-  $('#file').value = given.file.split(/[\\/]/).at(-1);
+  $('#file').value = fileName(given.file);
   // what tests and benchmarks look at
   const live = { latencies: [], state, get idle() { return !asking && !waiting && state.answered === state.number && !state.drag; } };
   window.live = live;

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from live_page import ANSWERED, NEEDS_BROWSER, SETTLED, browser, draft, drag, faults, number, one, opened, served, until
+from pyproj import Geod
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.actions.action_builder import ActionBuilder
 from selenium.webdriver.common.by import By
@@ -16,7 +17,7 @@ from selenium.webdriver.remote.webdriver import WebDriver
 from strategies import examples
 
 from cgla_graph.comparisons.live.server import LiveServer
-from cgla_graph.scenarios.scenario import load_scenario
+from cgla_graph.scenarios.scenario import load_scenario, open_table
 
 pytestmark = [pytest.mark.slow, NEEDS_BROWSER]
 #: A drag of a handle to a place, and an action after it.
@@ -116,8 +117,13 @@ def test_areas_and_their_corners_are_dragged_and_saved(
         assert problem.k == 4.0
         assert len(draft(page)["areas"][0]) == 5
         assert problem.no_fly is not None
-        one(page, "#save button[type=submit]").click()
+        # what another one wrote is replaced on demand only
+        (tmp_path / "other.toml").write_text("")
+        field = one(page, "#file")
+        field.clear()
+        field.send_keys("other.toml", Keys.ENTER)
         until(page, lambda: one(page, "#replace").is_displayed())
+        assert "other.toml is there already" in one(page, "#saved").text
         one(page, "#replace").click()
         until(page, lambda: "Saved as" in one(page, "#saved").text)
         # refusals are answers with a status of their own, which Chromium logs
@@ -172,6 +178,217 @@ def test_on_a_phone_a_finger_drags_and_nothing_is_wider_than_the_page(chromium: 
         assert faults(page) == []
     finally:
         page.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
+
+
+FIJI = """coordinates = "lonlat"
+bounds = [178.0, -18.5, -178.0, -16.0]
+start = [178.6, -17.9]
+goal = [-178.6, -16.6]
+k = 5
+threats = [{ x = 179.7, y = -17.2, spread = 20000, peak = 0.8 }]
+[no_fly]
+polygons = [[[179.7, -17.9], [-179.6, -17.9], [-179.6, -17.4], [179.7, -17.4]]]
+"""
+PLACE = """
+    const box = document.querySelector('#map').getBoundingClientRect();
+    return [box.x, box.y, box.width, box.height];
+"""
+
+
+def test_four_corners_stay_four_and_a_page_shows_what_was_saved(chromium: WebDriver, tmp_path: Path) -> None:
+    file = tmp_path / "fiji.toml"
+    file.write_text(FIJI, encoding="utf-8")
+    with served(str(file)) as server:
+        page = opened(chromium, server.url)
+        assert page.title == "fiji – cgla live"
+        corners = page.find_elements(By.CSS_SELECTOR, "[data-handle=corner]")
+        assert len(corners) == 4
+        drag(page, corners[2], 30, -20)
+        until(page, SETTLED)
+        assert page.title == "• fiji – cgla live"
+        assert one(page, "#unsaved").is_displayed()
+        assert asks_before_leaving(page)
+        one(page, "#undo").click()
+        assert page.title == "fiji – cgla live"
+        assert not asks_before_leaving(page)
+        one(page, "#redo").click()
+        # numbers that are typed are those of the file
+        corners[1].click()
+        until(page, lambda: one(page, "#thing-title").text == "Corner 2 of no-fly area 1")
+        for field, value in (("#at-x", "-179.55"), ("#at-y", "-17.95")):
+            one(page, field).send_keys(Keys.CONTROL, "a", Keys.NULL, value, Keys.TAB)
+        until(page, SETTLED)
+        one(page, "#save button[type=submit]").click()
+        until(page, lambda: "Saved as" in one(page, "#saved").text)
+        assert (page.title, one(page, "#unsaved").is_displayed()) == ("fiji – cgla live", False)
+        (ring,) = open_table(file).no_fly.polygons
+        assert (len(ring), ring[0], ring[1], ring[3]) == (4, [179.7, -17.9], [-179.55, -17.95], [179.7, -17.4])
+        # a page that is loaded again has it
+        one(page, "#k-number").send_keys(Keys.CONTROL, "a", Keys.NULL, "9", Keys.TAB)
+        until(page, ANSWERED)
+        assert asks_before_leaving(page)
+        leave(page)
+        page = opened(chromium, server.url)
+        assert (draft(page)["k"], len(draft(page)["areas"][0])) == (5, 4)
+        assert len(page.find_elements(By.CSS_SELECTOR, "[data-handle=corner]")) == 4
+        # a file that was changed meanwhile stays
+        text = file.read_text(encoding="utf-8")
+        file.write_text(f"{text}# mine\n", encoding="utf-8")
+        one(page, "#add-threat").click()
+        one(page, "#save button[type=submit]").click()
+        until(page, lambda: one(page, "#replace").is_displayed())
+        assert "fiji.toml has changed since it was read here" in one(page, "#saved").text
+        assert file.read_text(encoding="utf-8") == f"{text}# mine\n"
+        assert page.title.startswith("• ")
+        one(page, "#replace").click()
+        until(page, lambda: "Saved as" in one(page, "#saved").text)
+        assert len(open_table(file).threats) == 2
+        assert [line for line in faults(page) if "409" not in line] == []
+
+
+def asks_before_leaving(page: WebDriver) -> bool:
+    return bool(page.execute_script("return !window.dispatchEvent(new Event('beforeunload', {cancelable: true}))"))
+
+
+def leave(page: WebDriver) -> None:
+    """Undo all that is not saved, so that the browser does not ask."""
+    page.execute_script("while (!document.querySelector('#undo').disabled) document.querySelector('#undo').click();")
+
+
+def test_coordinates_axes_scale_and_north_are_those_of_the_earth(chromium: WebDriver, tmp_path: Path) -> None:
+    """Pixels of the page, read by the projection of the map and measured on WGS84."""
+    file = tmp_path / "north.toml"
+    file.write_text('coordinates = "lonlat"\nbounds = [10, 68, 30, 78]\nstart = [12, 70]\ngoal = [28, 76]\nk = 0\n')
+    with served(str(file)) as server:
+        page = opened(chromium, server.url)
+        problem = server.live.scenario.problem
+        assert problem.projection is not None
+        x_min, y_min, x_max, y_max = problem.bounds
+        left, top, width, height = page.execute_script(PLACE)
+
+        def place(x: float, y: float) -> tuple[float, float]:
+            metres = (x_min + (x - left) / width * (x_max - x_min), y_max - (y - top) / height * (y_max - y_min))
+            longitude, latitude = problem.projection.inverse(metres).tolist()
+            return longitude, latitude
+
+        for x, y in ((0.1, 0.2), (0.5, 0.5), (0.93, 0.9)):
+            at = round(left + x * width), round(top + y * height)
+            page.execute_script(
+                "document.querySelector('#map').dispatchEvent(new PointerEvent('pointermove',"
+                "{clientX: arguments[0], clientY: arguments[1], pointerType: 'mouse'}))",
+                *at,
+            )
+            found = re.fullmatch(r"([\d.]+)° E, ([\d.]+)° N", one(page, "#at").text)
+            assert found is not None
+            assert (float(found[1]), float(found[2])) == pytest.approx(place(*at), abs=1e-3)
+        ticks = page.execute_script(
+            "return [...document.querySelectorAll('.tick')].map((line, i) => {"
+            "const box = line.getBoundingClientRect();"
+            "return [box.x, box.y, document.querySelectorAll('.tick-label')[i].textContent]; })"
+        )
+        assert len(ticks) >= 6
+        for x, y, text in ticks:
+            degrees = place(x, top + height) if text.endswith("E") else place(left, y)
+            assert degrees[text.endswith("N")] == pytest.approx(float(text.split("°")[0]), abs=0.05)
+        bar = page.execute_script("return document.querySelector('#scale .bar').getBBox().width")
+        middle_x, middle_y = left + 0.5 * width, top + 0.5 * height
+        ends = place(middle_x - 0.5 * bar, middle_y), place(middle_x + 0.5 * bar, middle_y)
+        length = Geod(ellps="WGS84").inv(*ends[0], *ends[1])[2]
+        said = re.match(r"(\d+) km", one(page, "#scale").text)
+        assert said is not None
+        assert length == pytest.approx(1000.0 * float(said[1]), rel=2e-3)
+        assert "up in the middle of the map; elsewhere it differs by up to" in str(
+            one(page, "#north").get_attribute("title")
+        )
+        # a typed place is the one that is planned, to a centimetre
+        page.find_elements(By.CSS_SELECTOR, "[data-handle=goal]")[0].click()
+        until(page, lambda: one(page, "#thing-title").text == "Goal")
+        for field, value in (("#at-x", "27.1234567"), ("#at-y", "75.7654321")):
+            one(page, field).send_keys(Keys.CONTROL, "a", Keys.NULL, value, Keys.TAB)
+        until(page, SETTLED)
+        goal = problem.projection.inverse(draft(page)["goal"])
+        assert goal.tolist() == pytest.approx([27.1234567, 75.7654321], abs=1e-9)
+        assert faults(page) == []
+
+
+def test_a_plane_has_axes_and_no_north(page: WebDriver) -> None:
+    labels = [label.text for label in page.find_elements(By.CSS_SELECTOR, ".tick-label")]
+    assert labels[:6] == ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]
+    assert {"x", "y ↑"} < set(labels)
+    assert not one(page, "#north").is_displayed()
+    assert one(page, "#scale").text == "0.2 map units"
+    page.find_elements(By.CSS_SELECTOR, "[data-handle=start]")[0].click()
+    until(page, lambda: one(page, "#thing-title").text == "Start")
+    page.execute_script("document.querySelector('#map').dispatchEvent(new PointerEvent('pointerleave'))")
+    assert one(page, "#at").text == "start: x 0.1000, y 0.1000"
+
+
+UNDO_KEYS = """
+    const [selector, init] = arguments;
+    const node = selector ? document.querySelector(selector) : document.body;
+    return node.dispatchEvent(new KeyboardEvent('keydown', {...init, bubbles: true, cancelable: true}));
+"""
+
+
+def test_a_field_undoes_its_own_text(page: WebDriver) -> None:
+    page.find_elements(By.CSS_SELECTOR, "[data-handle=threat]")[0].click()
+    one(page, "#add-threat").click()
+    until(page, ANSWERED)
+    assert len(draft(page)["threats"]) == 11
+    page.find_elements(By.CSS_SELECTOR, "[data-handle=start]")[0].click()
+    until(page, lambda: one(page, "#thing-title").text == "Start")
+    for selector in ("#file", "#k-number", "#at-x"):
+        field = one(page, selector)
+        before = field.get_property("value")
+        field.send_keys(Keys.END, "7")
+        assert field.get_property("value") == f"{before}7"
+        field.send_keys(Keys.CONTROL, "z")
+        assert field.get_property("value") == before, selector
+        field.send_keys(Keys.CONTROL, "y")
+        field.send_keys(Keys.CONTROL, "z", Keys.CONTROL, "z")
+        assert len(draft(page)["threats"]) == 11, selector
+        for held in ("ctrlKey", "metaKey"):
+            for key in ("z", "Z", "y"):
+                assert page.execute_script(UNDO_KEYS, selector, {"key": key, held: True, "shiftKey": key == "Z"})
+    # what was entered, and is undone in its field, no longer holds
+    field = one(page, "#k-number")
+    field.send_keys(Keys.CONTROL, "a", Keys.NULL, "4", Keys.ENTER)
+    assert draft(page)["k"] == 4
+    field.send_keys(Keys.CONTROL, "z")
+    assert (draft(page)["k"], field.get_property("value")) == (10, "10")
+    field.send_keys(Keys.TAB)
+    assert (draft(page)["k"], len(draft(page)["threats"])) == (10, 11)
+    for _ in range(2):
+        one(page, "#undo").click()
+    # elsewhere it is the map that is undone, sliders included
+    for selector, held in ((None, "ctrlKey"), (None, "metaKey"), ("#k", "ctrlKey"), ("#undo", "metaKey")):
+        assert not page.execute_script(UNDO_KEYS, selector, {"key": "z", held: True})
+        assert len(draft(page)["threats"]) == 10, selector
+        again = {"key": "y"} if held == "ctrlKey" else {"key": "Z", "shiftKey": True}
+        assert not page.execute_script(UNDO_KEYS, selector, {**again, held: True})
+        assert len(draft(page)["threats"]) == 11
+    # the key of another alphabet, and a letter that is written with Ctrl and Alt
+    assert not page.execute_script(UNDO_KEYS, None, {"key": "я", "code": "KeyZ", "ctrlKey": True})
+    assert len(draft(page)["threats"]) == 10
+    assert page.execute_script(UNDO_KEYS, None, {"key": "z", "ctrlKey": True, "altKey": True})
+    assert faults(page) == []
+
+
+def test_an_area_that_crosses_itself_is_drawn_as_it_is_closed(page: WebDriver) -> None:
+    page.execute_script(
+        "live.state.draft.areas.push([0, 2, 4, 1, 3].map(i => [0.5 + 0.3 * Math.sin(1.2566370614 * i),"
+        "0.5 + 0.3 * Math.cos(1.2566370614 * i)]));"
+    )
+    one(page, "#k-number").send_keys(Keys.CONTROL, "a", Keys.NULL, "4", Keys.TAB)
+    until(page, SETTLED)
+    assert "no-fly area 1 crosses itself: all that it encloses is closed" in one(page, "#note").text
+    middle = page.execute_script(
+        "const node = document.querySelector('[data-handle=area]');"
+        "const {width, height} = document.querySelector('#map').viewBox.baseVal;"
+        "return [node.isPointInFill(new DOMPoint(width / 2, height / 2)), node.getAttribute('d').split('L').length]"
+    )
+    assert middle == [True, 10]
+    assert faults(page) == []
 
 
 #: Random drags: position of the handle in the list, target (also beyond the border), and an action after it.

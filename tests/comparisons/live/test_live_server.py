@@ -59,7 +59,7 @@ def server() -> Iterator[LiveServer]:
 
 
 def test_every_part_of_the_page_needs_the_token(server: LiveServer) -> None:
-    for part in ("", "live.css", "live.js", "drawing.js", "map"):
+    for part in ("", "live.css", "live.js", "earth.js", "drawing.js", "map"):
         status, body, headers = ask(server, "GET", f"/{server.token}/{part}")
         assert (status, bool(body)) == (200, True), part
         assert "script-src 'self'" in headers["Content-Security-Policy"]
