@@ -18,6 +18,7 @@ from cgla_graph._lazy import function_above
 from cgla_graph._text import figure as digits
 from cgla_graph._types import BoolArray
 from cgla_graph.airspace.plan_check.result import PlanCheck
+from cgla_graph.airspace.volumes.volumes import Volumes
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix
 from cgla_graph.errors import OutputError, ProblemError
@@ -36,6 +37,7 @@ from cgla_graph.plots.looks import COLOURS, LabelledPath, labelled_paths
 from cgla_graph.plots.map import draw_map, map_figure
 from cgla_graph.plots.page import style
 from cgla_graph.plots.scene import TitledProblem, draw_mark
+from cgla_graph.plots.volumes import draw_volumes, volumes_figure
 from cgla_graph.scenarios.mission_file import MissionFile
 from cgla_graph.scenarios.scenario import Scenario
 
@@ -48,7 +50,7 @@ MOST_NODES = 100_000
 @singledispatch
 def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution] = ()) -> Any:  # noqa: ANN401 - axes, one or two
     """
-    Draw a problem, scenario, graph, cost matrix, solution, certificate, mission (or its file), flight or checked plan.
+    Draw a problem, scenario, graph, cost matrix, solution, certificate, mission, flight, checked plan or volumes.
 
     Parameters
     ----------
@@ -81,7 +83,7 @@ def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution]
     ['straight-line: 1.1314', 'start', 'goal']
     """
     del ax, solutions
-    known = "problem, scenario, graph, cost matrix, solution, certificate, mission, flight or checked plan"
+    known = "problem, scenario, graph, cost matrix, solution, certificate, mission, flight, checked plan or volumes"
     msg = f"a {type(thing).__name__} has no picture; give a {known}"
     raise ProblemError(msg)
 
@@ -137,6 +139,14 @@ def _(checked: PlanCheck, ax: Axes | None = None) -> Axes:
         draw_check(_axes(ax), checked)
         return ax
     return check_figure(checked, figure=_figure()).axes[0]
+
+
+@plot.register
+def _(volumes: Volumes, ax: Axes | None = None) -> Axes:
+    if ax is not None:
+        draw_volumes(_axes(ax), volumes)
+        return ax
+    return volumes_figure(volumes, figure=_figure()).axes[0]
 
 
 @plot.register

@@ -113,15 +113,16 @@ def check(
         zone_options.report([checked.on], as_json=True)
     written = check_report.write_checked(folder, checked, kinds) if folder else []
     laid = None if laying is None else laying.around_plan(checked, zone_files)
-    files = [] if laid is None else laid.write()
+    groups = [] if laid is None else laid.write(folder, kinds)
+    files = [file for group in groups for file in group]
     if output.as_json:
         more = {} if laid is None else {"volumes": laid.document()}
         console.out_json({**checked.document(), **more, "files": [*map(str, (*written, *files))]})
     else:
         check_report.print_checked(checked)
         console.out_lines({} if laid is None else laid.lines())
-        for file in files:
-            console.out_files([file])
+        for group in groups:
+            console.out_files(group)
         console.out_files(written)
         console.out_files([] if zone_options.zones_list is None else [zone_options.zones_list])
     if not checked.is_clean or not (laid is None or laid.report.is_clean):

@@ -238,7 +238,7 @@ def _written(
         files = exported.write(run.scenario, run.solution, arc_tolerance=tolerance, fence=fence)
         written += [[file] for file in files]
     if laid is not None:
-        written += [[file] for file in laid.write()]
+        written += laid.write(folder, kinds)
     return written
 
 

@@ -137,7 +137,7 @@ class Laying:
             without_data=self.options.people_without_data,
             controlled=self.options.controlled_ground,
         )
-        return Laid(report, self.targets, FENCES[self.options.fence or "geography"])
+        return Laid(report, on, self.targets, FENCES[self.options.fence or "geography"])
 
 
 @dataclass(frozen=True)
@@ -149,6 +149,8 @@ class Laid:
     ----------
     report
         The volumes, held against people and areas.
+    on
+        Their map.
     targets
         Files to which they are written.
     fenced
@@ -156,6 +158,7 @@ class Laid:
     """
 
     report: VolumeReport
+    on: "NamedMap"
     targets: Sequence[Path]
     fenced: str
 
@@ -174,9 +177,18 @@ class Laid:
         volumes = self.report.volumes
         return volumes.fence(self.fenced) if self.fenced and volumes.projection is not None else ()
 
-    def write(self) -> list[Path]:
-        """Write the volumes to all files (errors as of `Volumes.save`)."""
-        return [self.report.volumes.save(target) for target in self.targets]
+    def write(self, folder: Path | None, formats: Sequence[str]) -> list[list[Path]]:
+        """Write the picture into a folder, ``NAME-volumes.*``, and the volumes to all files, in groups by folder."""
+        written = [[self.report.volumes.save(target)] for target in self.targets]
+        if folder is None:
+            return written
+        from cgla_graph.plots import pictures
+        from cgla_graph.plots.volumes import volumes_figure
+
+        name = self.on.name
+        stem = folder / files.file_stem(f"{self.report.volumes.name}-volumes", set())
+        figure = volumes_figure(self.report.volumes, self.on.problem, name=name, areas=self.on.areas)
+        return [pictures.save_all(figure, stem, formats), *written]
 
 
 def _above(export: ExportOptions) -> Reference:
