@@ -277,6 +277,12 @@ class LocalProjection:
         lowered = max(0.0, bound / self.stretch(min(reach, corner)) - GEODESIC_ERROR)
         return max(lowered, self.least_length(start, goal))
 
+    def note(self, paths: Iterable[FloatArray]) -> str:
+        """Return a note of how much lengths on this plane exceed those on the Earth; see `distortion_note`."""
+        stretch = max((self.stretch(float(np.hypot(*path.T).max(initial=0.0))) for path in paths), default=1.0)
+        much = at_most_percent(stretch - 1.0)
+        return f"lengths exceed those on the Earth by at most {much}; lower bounds allow for that"
+
     def forward(self, lonlat: ArrayLike) -> FloatArray:
         """
         Return the metres of points given in degrees.
@@ -631,10 +637,7 @@ def distortion_note(projection: LocalProjection | None, paths: Iterable[FloatArr
     >>> distortion_note(LocalProjection(24.0, 60.0), [np.array([(0.0, 0.0), (3e4, 4e4)])])
     'lengths exceed those on the Earth by at most 0.0011 %; lower bounds allow for that'
     """
-    if projection is None:
-        return ""
-    stretch = max((projection.stretch(float(np.hypot(*path.T).max(initial=0.0))) for path in paths), default=1.0)
-    return f"lengths exceed those on the Earth by at most {at_most_percent(stretch - 1.0)}; lower bounds allow for that"
+    return "" if projection is None else projection.note(paths)
 
 
 def wrapped(longitude: FloatArray) -> FloatArray:

@@ -28,7 +28,9 @@ from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_raster_kernels as kernels
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.failure_model import PER_KM2, FailureModel, Unit
-from cgla_graph.model.raster_file import Coordinates, Kind, RasterCells, cells_in_metres, read_cells
+from cgla_graph.model.rasters.place import Coordinates, Kind, said_if_laid
+from cgla_graph.model.rasters.projection import cells_in_metres
+from cgla_graph.model.rasters.reading import read_cells
 
 Interpolation: TypeAlias = Literal["bilinear", "nearest"]
 Origin: TypeAlias = Literal["upper", "lower"]
@@ -201,9 +203,11 @@ class RasterRisk:
         if coordinates is None and projection is not None:
             coordinates = "lonlat"
         cells = read_cells(path, most=MOST_CELLS, bounds=bounds, coordinates=coordinates, origin=origin)
-        laid = cells_in_metres(path, cells, kind=kind, nodata=nodata, projection=projection, most=MOST_CELLS)
+        if coordinates is None:
+            said_if_laid(cells)
+        values, box = cells_in_metres(cells, kind=kind, nodata=nodata, projection=projection, most=MOST_CELLS)
         try:
-            return laid_out(laid, kind, nodata, unit=unit, interpolation=interpolation, scale=scale)
+            return laid_out(values, box, kind, nodata, unit=unit, interpolation=interpolation, scale=scale)
         except ProblemError as error:
             msg = f"{path}: {error}"
             raise ProblemError(msg) from error
@@ -412,7 +416,8 @@ class RasterRisk:
 
 
 def laid_out(
-    cells: RasterCells,
+    values: FloatArray,
+    bounds: Bounds,
     kind: Kind,
     nodata: float | None,
     *,
@@ -424,8 +429,8 @@ def laid_out(
 
     Parameters
     ----------
-    cells
-        As `cgla_graph.model.raster_file.cells_in_metres` returns them.
+    values, bounds
+        As `cgla_graph.model.rasters.projection.cells_in_metres` returns them.
     kind, nodata, unit
         As in `RasterRisk.from_file`.
     **settings
@@ -438,7 +443,7 @@ def laid_out(
 
     Examples
     --------
-    >>> raster = laid_out(RasterCells(np.array([[0.5]]), (0, 0, 10, 10), "plane"), "count", None)
+    >>> raster = laid_out(np.array([[0.5]]), (0, 0, 10, 10), "count", None)
     >>> raster.unit, float(raster.people.cells[0, 0])
     ('people/m2', 500000.0)
     """
@@ -447,7 +452,7 @@ def laid_out(
             msg = f"unit is {shown(unit)}, but the values are counts: people of whole cells; leave out one of the two"
             raise ProblemError(msg)
         unit = "people/m2"
-    return RasterRisk(cells.values, cells.bounds, nodata=nodata, unit=unit, **settings)
+    return RasterRisk(values, bounds, nodata=nodata, unit=unit, **settings)
 
 
 def raster_array(rasters: Sequence[RasterRisk]) -> FloatArray:

@@ -19,7 +19,9 @@ from cgla_graph.errors import CglaError, FileFormatError, ScenarioError
 from cgla_graph.model.ground_risk import people_layers
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.raster_file import in_degrees
+from cgla_graph.model.rasters.ends import MapEnds
+from cgla_graph.model.rasters.place import said_if_laid
+from cgla_graph.model.rasters.reading import read_place
 from cgla_graph.people.below import people_on
 from cgla_graph.people.units import flown_over
 from cgla_graph.scenarios.area_tables import NoFlyTable, applied_zones, with_files
@@ -220,10 +222,11 @@ def raster_scenario(
     Parameters
     ----------
     path
-        The raster. A GeoTIFF states whether it is in degrees; others are on a plane, unless `settings` give other
-        coordinates or there are no-fly areas, which are in degrees.
+        The raster. A GeoTIFF, or a ``.prj`` beside the file, states its coordinates; others are on a plane, unless
+        `settings` give other coordinates or there are no-fly areas, which are in degrees. A raster whose metres are
+        not those on the ground within 1 % is laid on a plane of its own.
     start, goal
-        In the coordinates of the file; both are needed.
+        In the coordinates of the file, or in longitude and latitude; both are needed.
     bounds
         No path leaves these; for ``.npy``, they are the edges of the raster as well.
     k
@@ -248,19 +251,25 @@ def raster_scenario(
         msg = f"{path}: a raster has no ends; give --start and --goal (longitude, latitude where it has degrees)"
         raise ScenarioError(msg)
     try:
-        box = None if bounds is None else list(four_numbers("bounds", bounds))
-        own = box if path.suffix.lower() == ".npy" else None
+        around = None if bounds is None else four_numbers("bounds", bounds)
+        own = around if path.suffix.lower() == ".npy" else None
         given = dict(settings or {})
-        coordinates = given.pop("coordinates", None) or ("lonlat" if no_fly or in_degrees(path) else "plane")
+        coordinates: Any = given.pop("coordinates", None) or ("lonlat" if no_fly else None)
+        at = read_place(path, bounds=own, coordinates=coordinates)
+        if coordinates is None:
+            said_if_laid(at)
+        ends = MapEnds(point("start", start), point("goal", goal), around)
+        if at.system is not None:
+            ends = ends.read(at.system, at.bounds, in_degrees=at.coordinates == "lonlat", name=path.name)
         table = ScenarioTable(
             title=f"risk of {path.name}",
-            coordinates=coordinates,  # type: ignore[arg-type]
-            start=list(point("start", start)),
-            goal=list(point("goal", goal)),
+            coordinates=at.coordinates,
+            start=list(ends.start),
+            goal=list(ends.goal),
             k=k,
             clearance=clearance,
-            bounds=box,
-            rasters=[RasterTable.model_validate({"file": path.name, "bounds": own, **given})],
+            bounds=None if ends.bounds is None else list(ends.bounds),
+            rasters=[RasterTable.model_validate({"file": path.name, "bounds": own and list(own), **given})],
             no_fly=with_files(NoFlyTable(), no_fly, zones or {}),
         )
     except ValidationError as error:

@@ -24,7 +24,10 @@ from cgla_graph.model.clearance import ROUNDING
 from cgla_graph.model.earth import LocalProjection, geodesic_length, places_around, project_on_map, projected_bounds
 from cgla_graph.model.failure_model import FailureModel, Unit
 from cgla_graph.model.lattice import Lattice, LatticeKind
-from cgla_graph.model.raster_file import Kind, RasterCells, cells_in_metres, read_cells
+from cgla_graph.model.rasters.crs import CoordinateSystem, CrsPlane
+from cgla_graph.model.rasters.place import Kind
+from cgla_graph.model.rasters.projection import cells_in_metres
+from cgla_graph.model.rasters.reading import RasterCells, read_cells
 from cgla_graph.model.risk import Reading, Threat
 from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, RasterRisk, laid_out
 from cgla_graph.scenarios.area_tables import (
@@ -169,6 +172,11 @@ class MapTable(Table):
         description="longitude and latitude of the point that a map in metres is laid out around: of lonlat, default: "
         "the middle of the map or of its one path; of a plane, where on the Earth it is, if it is anywhere",
     )
+    crs: str | None = Field(
+        default=None,
+        description="coordinate reference system of a plane map in metres: a code, as EPSG:32635, or WKT (default: "
+        "that of its rasters, if they name one)",
+    )
     bounds: Annotated[list[float], Field(min_length=4, max_length=4)] | None = Field(
         None,
         description="x_min, y_min, x_max, y_max (default: 0, 0, 1, 1, or the rasters'; of lonlat: around no-fly "
@@ -242,7 +250,7 @@ class MapBuilder:
         if len(areas):
             self._check_threats(box_around(areas))
         threats = [places_around((one.x, one.y), SEEN * one.spread_of()) for one in self.table.threats]
-        corners = [np.reshape(cells.bounds, (2, 2)) for cells in self.cells]
+        corners = [np.reshape(cells.degrees, (2, 2)) for cells in self.cells]
         points = np.concatenate([areas, *threats, *corners])
         if not len(points) and (self.table.no_fly.zones or self.table.no_fly.ground) and self.table.ends():
             return self._around_journey()
@@ -289,7 +297,42 @@ class MapBuilder:
     @property
     def on_earth(self) -> LocalProjection | None:
         """The projection of longitude and latitude to map units; None if the map has no place on the Earth."""
-        return self._written_projection if self.is_plane else self.projection
+        if not self.is_plane:
+            return self.projection
+        if self.system is None:
+            return self._written_projection
+        if self.table.projection_origin is not None:
+            msg = f"projection_origin and the system ({self.system.name}) both say where the map is; leave out one"
+            raise ValueError(msg)
+        return CrsPlane.over(self.system, self.bounds)
+
+    @cached_property
+    def system(self) -> CoordinateSystem | None:
+        """
+        The coordinate reference system of a map in the plane: that of the file, or of its rasters; None if none is.
+
+        Raises
+        ------
+        ValueError
+            If they differ.
+        """
+        if not self.is_plane:
+            if self.table.crs is not None:
+                msg = 'crs is for maps in the plane; leave it out, or coordinates = "lonlat"'
+                raise ValueError(msg)
+            return None
+        named = [(f"rasters.{number}", cells.system) for number, cells in enumerate(self.cells)]
+        if self.table.crs is not None:
+            named.insert(0, ("crs", CoordinateSystem.of_code(self.table.crs, self.box)))
+        known = [(name, system) for name, system in named if system is not None]
+        for name, system in known[1:]:
+            if not system.is_same(known[0][1], self.box):
+                msg = (
+                    f"{known[0][0]} is in {known[0][1].name}, and {name} in {system.name}; warp one of them (gdalwarp "
+                    '-t_srs), or lay the map in degrees (coordinates = "lonlat")'
+                )
+                raise ValueError(msg)
+        return known[0][1] if known else None
 
     @cached_property
     def _written_projection(self) -> LocalProjection | None:
@@ -530,6 +573,7 @@ class MapBuilder:
                     most=MOST_CELLS,
                     bounds=box,
                     coordinates=self.table.coordinates,
+                    is_default="coordinates" not in self.table.model_fields_set,
                     origin=entry.origin,
                 )
             found.append(cells)
@@ -550,23 +594,24 @@ class MapBuilder:
         """Return one raster in map units."""
         file = self.folder / entry.file
         with scenario_errors(f"rasters.{number}"):
-            laid = cells_in_metres(
-                file,
-                self.cells[number],
-                kind=entry.kind,
-                nodata=entry.nodata,
-                projection=self.projection,
-                most=MOST_CELLS,
+            values, box = cells_in_metres(
+                self.cells[number], kind=entry.kind, nodata=entry.nodata, projection=self.projection, most=MOST_CELLS
             )
             raster = laid_out(
-                laid, entry.kind, entry.nodata, unit=entry.unit, interpolation=entry.interpolation, scale=entry.scale
+                values,
+                box,
+                entry.kind,
+                entry.nodata,
+                unit=entry.unit,
+                interpolation=entry.interpolation,
+                scale=entry.scale,
             )
             if entry.ground_risk is not None:
                 raster = raster.flown_over_by(entry.ground_risk.build())
         west, south, east, north = self.bounds
         x_min, y_min, x_max, y_max = raster.bounds
         if x_max <= west or east <= x_min or y_max <= south or north <= y_min:
-            own = self.cells[number].bounds
+            own = self.cells[number].bounds if self.is_plane else self.cells[number].degrees
             msg = f"rasters.{number}: {file} lies at {own}, outside the bounds {self.box}; correct either"
             raise ScenarioError(msg)
         return raster

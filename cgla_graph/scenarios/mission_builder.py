@@ -24,7 +24,7 @@ from cgla_graph.scenarios.scenario import ScenarioTable, open_table
 
 #: Keys that a mission on a scenario's map may not set.
 OF_THE_MAP = (
-    "coordinates", "projection_origin", "bounds", "improper", "threats", "random_threats", "rasters", "no_fly"
+    "coordinates", "projection_origin", "crs", "bounds", "improper", "threats", "random_threats", "rasters", "no_fly"
 )  # fmt: skip
 
 

@@ -21,6 +21,7 @@ from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.rasters.ends import MapEnds
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.area_tables import Pair, with_files
 from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, read_table
@@ -309,6 +310,13 @@ def scenario_of(
             threats = [*table.threats, *MapBuilder(table, folder).drawn()]
             table = table.model_copy(update={"threats": threats, "random_threats": None, **changes})
         builder = MapBuilder(table, folder)
+        if builder.system is not None:
+            # (the ends may be in degrees)
+            given = MapEnds(*table.journey())
+            ends = given.read(builder.system, builder.box, in_degrees=False, name=name)
+            if ends != given:
+                table = table.model_copy(update={"start": list(ends.start), "goal": list(ends.goal)})
+                builder = MapBuilder(table, folder)
         start, goal = (builder.end(name, list(place)) for name, place in table.ends())
         for name_of_end, typed in table.ends():
             builder.require_outside(name_of_end, typed, table.clearance)

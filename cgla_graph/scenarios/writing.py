@@ -17,8 +17,10 @@ from cgla_graph._files import write_files
 from cgla_graph._text import place, shown
 from cgla_graph._validate import file_path, instance, truth_value
 from cgla_graph.errors import OutputError, ScenarioError
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.rasters.crs import CrsPlane
 from cgla_graph.model.risk import Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, as_scenario
@@ -97,6 +99,13 @@ def write_scenario(
     return target
 
 
+def _place_on_earth(projection: LocalProjection | None) -> dict[str, Any]:
+    """Return the key that says where the plane is on the Earth."""
+    if isinstance(projection, CrsPlane):
+        return {"crs": projection.system.wkt}
+    return {"projection_origin": None if projection is None else [projection.longitude, projection.latitude]}
+
+
 def _text(scenario: Scenario, beside: Sequence[str], title: str, where: str) -> bytes:
     """Return the content of the file; `beside` names those of the rasters."""
     problem = scenario.problem
@@ -108,7 +117,7 @@ def _text(scenario: Scenario, beside: Sequence[str], title: str, where: str) -> 
     document: dict[str, Any] = {
         "title": title or None,
         "notes": scenario.notes or None,
-        "projection_origin": None if origin is None else [origin.longitude, origin.latitude],
+        **_place_on_earth(origin),
         "bounds": list(problem.bounds),
         "start": list(problem.start),
         "goal": list(problem.goal),

@@ -27,6 +27,7 @@ from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.failure_model import FailureModel
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.rasters.crs import CoordinateSystem, CrsPlane
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, TracePoint
@@ -226,7 +227,7 @@ def scenario_document(scenario: Scenario) -> Document:
         # the same without named areas
         **({"areas": [[name, _hexadecimal(area)] for name, area in scenario.areas]} if scenario.areas else {}),
         "lattice": lattice_document(scenario.lattice),
-        "projection": None if scenario.projection is None else _origin(scenario.projection),
+        "projection": None if scenario.projection is None else _projection_document(scenario.projection),
         "settings": {
             str(solver): _settings_document(settings, f"{scenario.name}: solvers.{solver}")
             for solver, settings in scenario.settings.items()
@@ -273,7 +274,7 @@ def _scenario(document: Document) -> Scenario:
             bounds=given["bounds"],
             no_fly=None if given["no_fly"] is None else _geometry(_text(given["no_fly"])),
             clearance=given.get("clearance", 0.0),
-            projection=None if document["projection"] is None else LocalProjection(*document["projection"]),
+            projection=None if document["projection"] is None else _projection(document["projection"]),
         ),
         lattice=lattice_from(document["lattice"]),
         settings={solver: _settings(settings) for solver, settings in document["settings"].items()},
@@ -475,8 +476,25 @@ def _settings(document: object) -> dict[str, Any]:
     return settings
 
 
-def _origin(projection: LocalProjection) -> list[float]:
-    return [projection.longitude, projection.latitude]
+def _projection_document(projection: LocalProjection) -> list[Any]:
+    """Return the origin of a projection, and the system of a plane that has one."""
+    origin: list[Any] = [projection.longitude, projection.latitude]
+    if isinstance(projection, CrsPlane):
+        system = projection.system
+        around = None if system.area is None else list(system.area)
+        accuracy = system.accuracy if math.isfinite(system.accuracy) else None
+        origin += [system.wkt, system.name, around, accuracy, projection.least, projection.greatest]
+    return origin
+
+
+def _projection(document: list[Any]) -> LocalProjection:
+    longitude, latitude, *more = document
+    if not more:
+        return LocalProjection(longitude, latitude)
+    wkt, name, around, accuracy, least, greatest = more
+    area = None if around is None else tuple(around)
+    system = CoordinateSystem(wkt, name, area, math.inf if accuracy is None else accuracy)
+    return CrsPlane(longitude, latitude, system, least, greatest)
 
 
 def _raster_document(raster: RasterRisk) -> Document:

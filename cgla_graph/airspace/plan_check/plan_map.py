@@ -415,7 +415,9 @@ def least_outside(start: FloatArray, goal: FloatArray, bounds: Bounds) -> float:
 def _degrees_around(projection: LocalProjection, bounds: Bounds, margin: float) -> Bounds:
     """Return a box in degrees that contains the bounds on the plane and a margin."""
     x_min, y_min, x_max, y_max = bounds
-    reach = math.hypot(max(-x_min, x_max), max(-y_min, y_max)) * (1.0 + _MARGIN) + margin
+    # (the origin of a plane of other coordinates is not (0, 0))
+    x, y = projection.forward((projection.longitude, projection.latitude)).tolist()
+    reach = math.hypot(max(x - x_min, x_max - x), max(y - y_min, y_max - y)) * (1.0 + _MARGIN) + margin
     high = reach / _DEGREE
     south, north = projection.latitude - high, projection.latitude + high
     if max(-south, north) >= _NEAR_POLE:

@@ -9,7 +9,8 @@ import shapely
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.airspace.zones.shapes import AreaShape, part_near
 from cgla_graph.errors import FileFormatError, ProblemError
-from cgla_graph.model.raster_file import read_cells
+from cgla_graph.model.rasters.place import fail, warp
+from cgla_graph.model.rasters.reading import read_cells
 
 #: Cells of a raster at most, and cells in the bounds of a zone up to which each is tested against its outline.
 MOST_CELLS, MOST_TESTED = 20_000_000, 250_000
@@ -120,6 +121,12 @@ def read_ground(path: str | os.PathLike[str]) -> Ground:
     """
     try:
         cells = read_cells(path, most=MOST_CELLS, coordinates="lonlat", signed=True)
+        if cells.system is not None:
+            fail(
+                cells.file,
+                f"elevations are read in degrees on WGS84; these are in {cells.system.name}",
+                warp(cells.file),
+            )
     except ProblemError as error:
         raise FileFormatError(str(error)) from error
     return Ground(cells.values, cells.bounds)

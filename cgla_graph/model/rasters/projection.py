@@ -1,0 +1,285 @@
+"""Rasters on the plane of a map: densities of counts, and the projection of any coordinates to metres."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias, get_args
+
+import numpy as np
+
+from cgla_graph._text import shown
+from cgla_graph._types import Bounds, FloatArray
+from cgla_graph._validate import non_negative_number
+from cgla_graph.errors import ProblemError
+from cgla_graph.model.earth import LocalProjection, wrapped
+from cgla_graph.model.rasters.crs import scales
+from cgla_graph.model.rasters.place import Kind, fail, warp
+from cgla_graph.model.rasters.reading import RasterCells
+
+#: Metres from the origin of a projection; beyond this it distorts areas by more than a percent.
+FARTHEST = 1_500_000.0
+#: Nodes a side of the grid between which projections are interpolated, by splines of degree 5.
+NODES = 33
+#: Sub-points that are projected at a time, and at most where each is projected by itself.
+CHUNK, MOST_SINGLE = 2_000_000, 20_000_000
+#: Cells that are cut askew, by more than this angle in radians, are laid on a grid up to this many times as fine.
+ASKEW, FINER = 0.02, 4.0
+#: Part of a cell by which an interpolated place may be off.
+PART = 0.02
+
+Places: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+
+
+def cells_in_metres(
+    cells: RasterCells, *, kind: Kind, nodata: float | None, projection: LocalProjection | None, most: int
+) -> tuple[FloatArray, Bounds]:
+    """
+    Turn the cells of a file into densities on a plane: counts are divided by areas, degrees become metres.
+
+    On a new grid, the sum of density times area stays the same up to rounding; for a raster of counts, it is the total
+    count. Cells without data that stand for 0 stay without data; new cells do that cover only such cells.
+
+    Parameters
+    ----------
+    cells
+        As `read_cells` gives them.
+    kind
+        ``count`` (of each cell) or ``density``.
+    nodata
+        Value of cells without data (NaN), in the file's own units; None refuses them.
+    projection
+        Projection of a map in degrees; None for one around the middle of the raster.
+    most
+        Cells at most.
+
+    Returns
+    -------
+    values, bounds
+        Densities, row 0 in the north, and the outer edges of the outer cells, map units.
+
+    Raises
+    ------
+    ProblemError
+        If `kind` is unknown, there are cells without data but no `nodata`, or the raster is too wide for a plane.
+    """
+    file = cells.file
+    if kind not in get_args(Kind):
+        msg = f"{file}: kind is {shown(kind)}; choose one of {', '.join(get_args(Kind))}"
+        raise ProblemError(msg)
+    missing = np.isnan(cells.values)
+    if nodata is None and missing.any():
+        row, column = np.argwhere(missing)[0].tolist()
+        wrong = f"{int(missing.sum())} of its cells have no data, the first in row {row}, column {column}"
+        fail(file, wrong, "say what they stand for with nodata, as nodata = 0 (--nodata 0)")
+    fill = 0.0 if nodata is None else non_negative_number("nodata", nodata)
+    filled = np.where(missing, fill, cells.values) if fill > 0.0 else cells.values
+    if cells.coordinates == "plane":
+        if projection is not None:
+            fail(file, "a projection is for longitudes and latitudes, and this raster is on a plane", "leave it out")
+        return (cells.values if kind == "density" else filled / _areas_on_ground(cells)), cells.bounds
+    if projection is None:
+        west, south, east, north = cells.degrees
+        middle = wrapped(np.array([0.5 * (west + east)]))
+        projection = LocalProjection(float(middle[0]), 0.5 * (south + north))
+    laid = _Source(RasterCells(file, cells.bounds, cells.coordinates, cells.system, filled), projection, kind)
+    return laid.projected(most)
+
+
+def _areas_on_ground(cells: RasterCells) -> FloatArray | float:
+    """Return the area of each cell of a raster on a plane, on the ground where its system says that."""
+    from scipy.interpolate import RectBivariateSpline  # noqa: PLC0415 - slow to import
+
+    x_min, y_min, x_max, y_max = cells.bounds
+    rows, columns = cells.values.shape
+    width, height = (x_max - x_min) / columns, (y_max - y_min) / rows
+    area: float = width * height
+    if cells.system is None:
+        return area
+    x, y = np.linspace(x_min, x_max, NODES), np.linspace(y_min, y_max, NODES)
+    nodes = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    ratios = RectBivariateSpline(x, y, scales(cells.system, nodes).prod(axis=1).reshape(NODES, NODES))
+    across, up = x_min + width * (np.arange(columns) + 0.5), y_min + height * (np.arange(rows) + 0.5)
+    areas: FloatArray = area / np.asarray(ratios(across, up), dtype=np.float64).T[::-1]
+    return areas
+
+
+@dataclass(frozen=True, eq=False)
+class _Source:
+    """The cells of a file in coordinates of the Earth, which are laid on a grid in metres."""
+
+    cells: RasterCells
+    projection: LocalProjection
+    kind: Kind
+
+    @cached_property
+    def nodes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The nodes over the raster: x and y in its own coordinates, and metres, shape ``(NODES, NODES, 2)``."""
+        x_min, y_min, x_max, y_max = self.cells.bounds
+        xs, ys = np.linspace(x_min, x_max, NODES), np.linspace(y_min, y_max, NODES)
+        degrees = self._lonlat(np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=-1).reshape(-1, 2))
+        return xs, ys, self.projection.forward(degrees).reshape(NODES, NODES, 2)
+
+    def _lonlat(self, points: FloatArray) -> FloatArray:
+        system = self.cells.system
+        if system is None:
+            return np.column_stack([wrapped(points[:, 0]), points[:, 1]])
+        return system.lonlat(points)
+
+    def projected(self, most: int) -> tuple[FloatArray, Bounds]:
+        """Lay a grid in metres over the raster; each of its cells is the mean over sub-points."""
+        file = self.cells.file
+        west, _, east, _ = self.cells.degrees
+        metres = self.nodes[2]
+        far = float(np.hypot(metres[..., 0], metres[..., 1]).max())
+        if far > FARTHEST or east - west > 180.0:  # noqa: PLR2004 - half of the Earth
+            limit = f"and a plane is right to {FARTHEST / 1e3:.0f} km"
+            wrong = f"it goes on to {far / 1e3:.0f} km from the middle of the map, {limit}"
+            cut = warp(file, self.kind).replace("EPSG:4326", "EPSG:4326 -te WEST SOUTH EAST NORTH")
+            fail(file, wrong, f"cut out the part that matters, or {cut}")
+        densities, total = self._densities()
+        # the edges of the raster bend
+        outline = np.concatenate([metres[0], metres[-1], metres[:, 0], metres[:, -1]])
+        (x_min, y_min), (x_max, y_max) = outline.min(axis=0).tolist(), outline.max(axis=0).tolist()
+        wide, high = self._cell()
+        across, up = max(1, round((x_max - x_min) / wide)), max(1, round((y_max - y_min) / high))
+        if across * up > most:
+            shrink = math.sqrt(across * up / most)
+            across, up = max(1, int(across / shrink)), max(1, int(up / shrink))
+        box = (x_min, y_min, x_max, y_max)
+        laid = self._sampled(densities, box, (up, across))
+        found = float(np.nansum(laid)) * (x_max - x_min) / across * ((y_max - y_min) / up)
+        if total > 0.0 and found <= 0.0:
+            fail(file, "its cells are too narrow to be seen on a grid of metres", "cut out the part that matters")
+        laid *= total / found if found > 0.0 else 1.0
+        return laid, box
+
+    def _cell(self) -> tuple[float, float]:
+        """Return width and height of the cells on the plane: the file's, or smaller ones where these lie askew."""
+        rows, columns = self.cells.values.shape
+        metres, half = self.nodes[2], NODES // 2
+        # half a line across and half a line up, from the middle of the raster
+        across = 2.0 * (metres[half, half] - metres[0, half]) / columns
+        up = 2.0 * (metres[half, half] - metres[half, 0]) / rows
+        if self.cells.system is None:
+            return float(np.hypot(*across)), float(np.hypot(*up))
+        # the chords of the parallelogram, along x and along y
+        area = abs(float(across[0] * up[1] - across[1] * up[0]))
+        chords = area / float(max(abs(across[1]), abs(up[1]))), area / float(max(abs(across[0]), abs(up[0])))
+        slant = max(abs(across[1]) / np.hypot(*across), abs(up[0]) / np.hypot(*up))
+        finer = min(max(math.sqrt(CHUNK / (rows * columns)), 1.0), FINER) if slant > ASKEW else 1.0
+        return chords[0] / finer, chords[1] / finer
+
+    def _densities(self) -> tuple[FloatArray, float]:
+        """Return the density of each cell on the plane of the projection, and the sum of density times area."""
+        from scipy.interpolate import RectBivariateSpline  # noqa: PLC0415 - slow to import
+
+        values = self.cells.values
+        x_min, y_min, x_max, y_max = self.cells.bounds
+        rows, columns = values.shape
+        xs, ys, metres = self.nodes
+        east_of, north_of = (RectBivariateSpline(xs, ys, metres[..., axis], kx=5, ky=5) for axis in (0, 1))
+        across, up = np.linspace(x_min, x_max, columns + 1), np.linspace(y_max, y_min, rows + 1)
+        densities, total = np.empty((rows, columns)), 0.0
+        band = max(1, CHUNK // (columns + 1))
+        for first in range(0, rows, band):
+            last = min(first + band, rows)
+            # splines want rising coordinates
+            edges = up[first : last + 1][::-1]
+            areas = _quadrangles(east_of(across, edges)[:, ::-1].T, north_of(across, edges)[:, ::-1].T)
+            part = values[first:last]
+            densities[first:last] = part / areas if self.kind == "count" else part
+            total += float(np.nansum(part if self.kind == "count" else part * areas))
+        return densities, total
+
+    def _sampled(self, densities: FloatArray, box: Bounds, shape: tuple[int, int]) -> FloatArray:
+        """
+        Return the mean over sub-points of each cell, row 0 in the north; outside the source it is 0.
+
+        NaN counts as 0; a cell over NaN alone is NaN.
+        """
+        x_min, y_min, x_max, y_max = self.cells.bounds
+        rows, columns = densities.shape
+        left, low, right, high = box
+        up, across = shape
+        places, is_fast = self._places(box)
+        fine = 4 if across * up <= CHUNK // 2 else 2
+        if not is_fast:
+            fine = min(fine, int(math.sqrt(MOST_SINGLE / (across * up))))
+            if fine < 1:
+                wrong = f"on its {rows} x {columns} cells, {getattr(self.cells.system, 'name', '')} bends too much"
+                fail(self.cells.file, wrong, warp(self.cells.file, self.kind))
+        sub_x = left + (np.arange(across * fine, dtype=np.float64) + 0.5) * ((right - left) / (across * fine))
+        sub_y = high - (np.arange(up * fine, dtype=np.float64) + 0.5) * ((high - low) / (up * fine))
+        turn = 360.0 if self.cells.system is None else math.inf
+        laid = np.empty(shape)
+        band = max(1, CHUNK // (across * fine * fine))
+        for first in range(0, up, band):
+            last = min(first + band, up)
+            x, y = places(sub_x, sub_y[first * fine : last * fine])
+            beyond = (x - x_min) % turn if math.isfinite(turn) else x - x_min
+            with np.errstate(invalid="ignore"):
+                column = np.floor(beyond * (columns / (x_max - x_min)))
+                row = np.floor((y_max - y) * (rows / (y_max - y_min)))
+                inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+            at = np.where(inside, row, 0).astype(np.int64), np.where(inside, column, 0).astype(np.int64)
+            blocks = np.where(inside, densities[at], 0.0).reshape(last - first, fine, across, fine)
+            gone = np.isnan(blocks)
+            laid[first:last] = np.where(gone, 0.0, blocks).mean(axis=(1, 3))
+            laid[first:last][gone.all(axis=(1, 3))] = np.nan
+        return laid
+
+    def _places(self, box: Bounds) -> tuple[Places, bool]:
+        """Return the function from rows and columns of metres to coordinates of the file, and whether it is fast."""
+        from scipy.interpolate import RectBivariateSpline  # noqa: PLC0415 - slow to import
+
+        system, projection = self.cells.system, self.projection
+        left, low, right, high = box
+        xs, ys = np.linspace(left, right, NODES), np.linspace(low, high, NODES)
+
+        def degrees(x: FloatArray, y: FloatArray) -> FloatArray:
+            return projection.inverse(np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1))
+
+        def splines(parts: FloatArray) -> list[RectBivariateSpline]:
+            return [RectBivariateSpline(xs, ys, parts[..., axis], kx=5, ky=5) for axis in range(parts.shape[-1])]
+
+        if system is None:
+            # directions from the middle of the Earth are smooth, even at poles and across the antimeridian
+            places = np.radians(degrees(xs, ys))
+            lon, lat = places[..., 0] - math.radians(projection.longitude), places[..., 1]
+            axes = splines(np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1))
+
+            def by_direction(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+                a, b, c = (spline(x, y[::-1])[:, ::-1].T for spline in axes)
+                longitudes = np.degrees(np.arctan2(b, a)) + projection.longitude
+                return longitudes, np.degrees(np.arctan2(c, np.hypot(a, b)))
+
+            return by_direction, True
+
+        def exact(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+            found = system.points(degrees(x, y).reshape(-1, 2)).reshape(len(x), len(y), 2)
+            return found[..., 0].T, found[..., 1].T
+
+        nodes = np.stack(exact(xs, ys), axis=-1).swapaxes(0, 1)
+        if not np.isfinite(nodes).all():
+            return exact, False
+        pair = splines(nodes)
+
+        def by_spline(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+            return pair[0](x, y[::-1])[:, ::-1].T, pair[1](x, y[::-1])[:, ::-1].T
+
+        between = 0.5 * (xs[1:] + xs[:-1]), (0.5 * (ys[1:] + ys[:-1]))[::-1]
+        x_min, y_min, x_max, y_max = self.cells.bounds
+        rows, columns = self.cells.values.shape
+        allowed = PART * (x_max - x_min) / columns, PART * (y_max - y_min) / rows
+        off = [float(np.abs(a - b).max()) for a, b in zip(by_spline(*between), exact(*between), strict=True)]
+        is_right = all(one <= most for one, most in zip(off, allowed, strict=True))
+        return (by_spline, True) if is_right else (exact, False)
+
+
+def _quadrangles(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return the areas between the corners of a grid: half the cross product of the diagonals."""
+    one_x, one_y = x[1:, 1:] - x[:-1, :-1], y[1:, 1:] - y[:-1, :-1]
+    two_x, two_y = x[1:, :-1] - x[:-1, 1:], y[1:, :-1] - y[:-1, 1:]
+    areas: FloatArray = 0.5 * np.abs(one_x * two_y - one_y * two_x)
+    return areas
