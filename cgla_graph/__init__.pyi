@@ -60,6 +60,7 @@ from cgla_graph.solvers.trade_off.density import below_density as below_density
 from cgla_graph.solvers.trade_off.density import density_front as density_front
 from cgla_graph.solvers.trade_off.energy import plan_within_energy as plan_within_energy
 from cgla_graph.solvers.trade_off.pareto import pareto as pareto
+from cgla_graph.solvers.trade_off.tour import tour as tour
 from cgla_graph.turning.flyable import flyable as flyable
 
 __version__: str

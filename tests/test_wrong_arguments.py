@@ -122,6 +122,11 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         cg.plan_within_energy,
         {"problem": None, "max_energy": 3.0, "aircraft": cg.Aircraft(1.0, power=9.0), "solver": "cgla"},
     ),
+    "tour": (
+        cg.tour,
+        {"problem": PROBLEM, "places": [(0.5, 0.5)], "order": "best", "solver": "straight-line", "resolution": 3,
+         "tolerance": None, "refine": False},
+    ),
     "below_density": (cg.below_density, {"problem": ON_RASTER, "level": 3.0, "corridor": 0.0}),
     "density_front": (cg.density_front, {"problem": None, "solver": "straight-line", "levels": [3.0], "corridor": 0.0}),
     "ground_risk": (

@@ -77,6 +77,11 @@ class LabelledPath:
         return np.asarray(self.solution.path if known else np.empty((0, 2)), dtype=np.float64)
 
     @property
+    def places(self) -> FloatArray:
+        """The places that a tour visits, shape ``(n, 2)``, map units; none for other paths."""
+        return np.asarray(getattr(self.solution, "places", np.empty((0, 2))), dtype=np.float64)
+
+    @property
     def infeasible(self) -> bool:
         """Whether the path is infeasible."""
         return self.solution.status is Status.INFEASIBLE

@@ -42,6 +42,7 @@ from cgla_graph.plots.scene import (
     draw_mark,
     draw_risk,
     unit_scale,
+    write_beside,
 )
 from cgla_graph.plots.view import label_degrees, name_areas, view_of
 
@@ -93,7 +94,7 @@ def map_figure(
     problem = shown.problem
     with style():
         base = BaseMap.of(shown, paths, figure=figure)
-        keys = [*base.draw_paths(paths), *base.draw_marks()]
+        keys = [*base.draw_paths(paths), *base.draw_marks(), *base.draw_places(paths)]
         base.name_areas([one.path for one in paths])
         legend = base.add_legend(keys, f"cost{cost_unit(problem)}" if paths else "")
         table = numbers_table(problem, paths, bound)
@@ -116,7 +117,8 @@ def numbers_table(problem: Problem, paths: Sequence[LabelledPath], bound: float)
         table.append([plain(one.label, 20), *gap, digits(solution.length * scale, 5), digits(solution.risk, 4)])
     if proven:
         table.append([])
-        table.append([f"no path costs less than {rounded_down(bound * scale, 5)}{unit}"])
+        what = "no tour" if any(len(one.places) for one in rows) else "no path"
+        table.append([f"{what} costs less than {rounded_down(bound * scale, 5)}{unit}"])
     return table
 
 
@@ -126,7 +128,8 @@ def draw_map(axes: Axes, shown: TitledProblem, paths: Sequence[LabelledPath]) ->
         base = BaseMap.on(axes, shown, paths)
         rows = list(base.draw_paths(paths))
         title = f"cost{cost_unit(shown.problem)}" if paths else ""
-        add_inner_legend(axes, [*rows, *base.draw_marks()], least=len(rows), title=title)
+        marks = [*base.draw_marks(), *base.draw_places(paths)]
+        add_inner_legend(axes, [*rows, *marks], least=len(rows), title=title)
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,6 +234,16 @@ class BaseMap:
         self.axes.set_position((0.1, 0.1, self.size[0] / 12.0, self.size[1] / 12.0))
         ends = [np.array([end]) for end in (self.shown.problem.start, self.shown.problem.goal)]
         name_areas(self.axes, self.shown.areas, unit_scale(self.shown.problem), [*paths, *ends])
+
+    def draw_places(self, paths: Sequence[LabelledPath]) -> Iterator[Key]:
+        """Draw the places that paths visit, with their numbers; yield the legend's row."""
+        scale = unit_scale(self.shown.problem)
+        for path in paths:
+            for number, place in enumerate(np.multiply(path.places, scale).tolist(), start=1):
+                mark = draw_mark(self.axes, place, "D", 6.0, markeredgecolor="black", clip_on=False, zorder=5)
+                write_beside(self.axes, str(number), (place[0], place[1]), (5.0, 5.0), fontsize=8)
+                if number == 1:
+                    yield mark, "place to visit"
 
     def draw_marks(self) -> Iterator[Key]:
         """Draw start, goal and no-fly area; yield the legend's rows."""

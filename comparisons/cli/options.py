@@ -387,6 +387,18 @@ class BudgetOptions:
     ] = None
 
 
+@dataclass(frozen=True, repr=False)
+class TourOptions:
+    """Places that the path visits."""
+
+    via: Annotated[
+        list[str] | None, option("--via X,Y", "visit this place on the way (lon,lat on such maps); may be repeated")
+    ] = None
+    order: Annotated[
+        Text, option("--order HOW", "of the places: given (default), or best, the cheapest order of at most 12")
+    ] = None
+
+
 @dataclass(frozen=True, repr=False, eq=False)
 class FlyableOptions:
     """Options of paths of lines and arcs."""

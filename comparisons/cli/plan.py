@@ -23,6 +23,7 @@ from cgla_graph.comparisons.cli.options import (
     RefineOption,
     ScenarioArg,
     SolverOption,
+    TourOptions,
     VolumeOptions,
     ZoneOptions,
     open_map,
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from cgla_graph.comparisons.cli.export import Export
     from cgla_graph.comparisons.cli.flight_time import Endurance
     from cgla_graph.comparisons.cli.flyable import Flying
+    from cgla_graph.comparisons.cli.tour import Touring
     from cgla_graph.comparisons.cli.volumes import Laid, Laying
     from cgla_graph.comparisons.study.entrant import Entrant
     from cgla_graph.comparisons.study.runner import Run
@@ -46,6 +48,7 @@ def plan(
     export: ExportOptions,
     flyable: FlyableOptions,
     times: FlightTimeOptions,
+    tour: TourOptions,
     budget: BudgetOptions,
     ground: GroundRiskOptions,
     aircraft: AircraftOptions,
@@ -64,12 +67,13 @@ def plan(
     Plan one path.
 
     Prints its numbers, and how far it is from the best possible; with --out, writes its waypoints (CSV, and GeoJSON
-    on lon/lat maps) and a picture; with --export, a plan for ground stations and viewers. With --max-risk,
-    --max-length or --max-energy, a budget replaces the weight k; with --max-density, no cell of a raster within half
-    the --corridor is above it. With --turn-radius, the path consists of lines and arcs, bent until it costs least. With
-    --speed, it says how long the flight takes, with --power its energy, with --battery whether the battery lasts.
-    With --volumes, flight geography, contingency volume and ground risk buffer are laid around it, and people
-    below them are counted.
+    on lon/lat maps) and a picture; with --export, a plan for ground stations and viewers. With --via, it visits places
+    on the way. With --max-risk, --max-length or --max-energy, a budget replaces the weight k; with --max-density, no
+    cell of a raster within half the --corridor is above it. With --turn-radius, the path consists of lines and arcs,
+    bent until it costs least. With --speed, it says how long the flight takes, with --power its energy, with --battery
+    whether the battery lasts.
+    With --volumes, flight geography, contingency volume and ground risk buffer are laid around it, and people below
+    them are counted.
     For the file of a graph, use cgla graph plan.
     """
     from cgla_graph.comparisons.cli import ground as on_ground
@@ -89,6 +93,7 @@ def plan(
     without_limit, opened = on_ground.asked_of(
         open_map("plan", scenario, maps, zones, raster, aircraft, k=k, exported=planned), ground
     )
+    touring = _touring(tour, opened, flyable, budget)
     for one in (exported, laying):
         if one is not None:
             one.check_map(opened)
@@ -96,46 +101,71 @@ def plan(
     zoned = zones.report([opened], as_json=output.as_json, exported=high)
     folder, kinds = output.folder(), output.pictures("png")
     _check_profile(profile)
-    within: PlanWithin | None = None
     with console.running_solvers([] if tolerance is None else [opened.problem.model]):
-        if budget == BudgetOptions():
-            run = _solved(opened, entrant, tolerance)
-        else:
-            from cgla_graph.comparisons.cli.budget import plan_within, print_within, status_within
-            from cgla_graph.comparisons.study.runner import Run
-
-            within = plan_within(opened, entrant, budget, tolerance, endurance)
-            run = Run(opened, entrant.label, None, exact=False, solution=within.solution)
+        run, within = _planned(opened, entrant, tolerance, budget, endurance, touring)
         if flying is not None:
             run = flying.flown(run)
         if ground.max_density is not None and not run.solution.status.has_path:
             run = _with_proof(run)
     flight = None if endurance is None else endurance.of(run)
-    people = on_ground.exposed(run, ground, bounded=budget == BudgetOptions())
+    people = on_ground.exposed(run, ground, bounded=budget == BudgetOptions() and touring is None)
     laid = None if laying is None else laying.around_run(run, without_limit, export, flying)
     written = _written(run, folder, kinds, profile, flying, endurance, exported, laid)
+    parts: dict[str, Any] = {"ground": people, "flyable": flying, "tour": touring, "flight": flight, "volumes": laid}
+    lines, more = _of_options(run, {**parts, "within": within}, windy=times.wind is not None)
     if output.as_json:
-        parts = {"within": within, "flight": flight, "ground": people, "volumes": laid}
-        more: dict[str, Any] = {} if flying is None else {"flyable": flying.document(run)}
-        more |= {name: part.document() for name, part in parts.items() if part is not None}
         files = [str(file) for group in written for file in group]
         console.out_json({**plan_document(run), "files": files, **more, **zoned})
     else:
-        lines = {
-            **({} if people is None else people.lines(windy=times.wind is not None)),
-            **({} if flying is None else flying.lines(run)),
-            **({} if flight is None else flight.lines(" m/s" if opened.projection else " a second")),
-            **({} if laid is None else laid.lines()),
-            **({} if within is None else status_within(within)),
-        }
-        _print(run, lines)
-        if within is not None:
-            print_within(opened, within)
+        _print(run, lines, within)
         for group in written:
             console.out_files(group)
     missed = any(one.faults for one in (flight, people) if one is not None)
     if not run.solution.status.has_path or missed or (laid is not None and laid.report.touched):
         raise typer.Exit(console.MISSING)
+
+
+def _planned(
+    scenario: "Scenario",
+    entrant: "Entrant",
+    tolerance: float | None,
+    budget: BudgetOptions,
+    endurance: "Endurance | None",
+    touring: "Touring | None",
+) -> "tuple[Run, PlanWithin | None]":
+    """Find a path, a tour, or a path within a budget."""
+    if touring is not None:
+        return touring.planned(scenario, entrant, tolerance), None
+    if budget == BudgetOptions():
+        return _solved(scenario, entrant, tolerance), None
+    from cgla_graph.comparisons.cli.budget import plan_within
+    from cgla_graph.comparisons.study.runner import Run
+
+    within = plan_within(scenario, entrant, budget, tolerance, endurance)
+    return Run(scenario, entrant.label, None, exact=False, solution=within.solution), within
+
+
+def _of_options(run: "Run", parts: Mapping[str, Any], *, windy: bool) -> tuple[dict[str, str], dict[str, Any]]:
+    """Return the printed lines and the JSON of what a path may have besides its numbers: those that are not None."""
+    lines: dict[str, str] = {}
+    more: dict[str, Any] = {}
+    for name, part in parts.items():
+        if part is None:
+            continue
+        # (settings tell of a run)
+        of_run = (run,) if name in {"flyable", "tour"} else ()
+        more[name] = part.document(*of_run)
+        if name == "within":
+            from cgla_graph.comparisons.cli.budget import status_within
+
+            lines |= status_within(part)
+        elif name == "ground":
+            lines |= part.lines(windy=windy)
+        elif name == "flight":
+            lines |= part.lines(" m/s" if run.scenario.projection else " a second")
+        else:
+            lines |= part.lines(*of_run)
+    return lines, more
 
 
 def _solved(scenario: "Scenario", entrant: "Entrant", tolerance: float | None) -> "Run":
@@ -199,6 +229,15 @@ def _laying(volume: VolumeOptions, zones: ZoneOptions, export: ExportOptions) ->
     return read_laying(volume, zones, export)
 
 
+def _touring(tour: TourOptions, opened: "Scenario", flyable: FlyableOptions, budget: BudgetOptions) -> "Touring | None":
+    """Read the places to visit; None without any."""
+    if tour == TourOptions():
+        return None
+    from cgla_graph.comparisons.cli.tour import read_touring
+
+    return read_touring(tour, opened, flyable, budget)
+
+
 def _exports(export: ExportOptions, *, zoned: bool) -> "Export | None":
     """Read the options of flight plans to write; None without any."""
     if not export.export:
@@ -256,8 +295,8 @@ def _write(folder: Path, run: "Run", formats: Sequence[str]) -> list[Path]:
     return [*written, *pictures.save_all(map_of_runs([run]), stem, formats)]
 
 
-def _print(run: "Run", more: Mapping[str, str]) -> None:
-    """Print the numbers of a path, one per line, and `more` lines, which may replace others."""
+def _print(run: "Run", more: Mapping[str, str], within: "PlanWithin | None") -> None:
+    """Print the numbers of a path, one per line, `more` lines, which may replace others, and those of a budget."""
     from cgla_graph._text import duration, figure, percent, rounded_down
     from cgla_graph.comparisons.study.rows import bound_note, claims_note
     from cgla_graph.model.earth import distortion_note
@@ -289,6 +328,10 @@ def _print(run: "Run", more: Mapping[str, str]) -> None:
         "remark": solution.message,
     }
     console.out_lines(lines)
+    if within is not None:
+        from cgla_graph.comparisons.cli.budget import print_within
+
+        print_within(scenario, within)
 
 
 def _with_proof(run: "Run") -> "Run":

@@ -1,0 +1,132 @@
+"""Option ``--via``: a path that visits places, in order or in the best order."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+
+from cgla_graph._text import counted, figure, percent, shown
+from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.cli.options import BudgetOptions, FlyableOptions, TourOptions
+from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.errors import CglaError, ProblemError
+from cgla_graph.model.earth import degrees_of
+from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.solvers import registry
+from cgla_graph.solvers.trade_off.tour import ORDERS, Order, Tour, tour
+
+
+@dataclass(frozen=True)
+class Touring:
+    """
+    Places that a path visits.
+
+    Attributes
+    ----------
+    places
+        Shape ``(n, 2)``, map units.
+    order
+        ``"given"`` or ``"best"``.
+    """
+
+    places: FloatArray
+    order: Order = "given"
+
+    def planned(self, scenario: Scenario, entrant: Entrant, tolerance: float | None) -> Run:
+        """
+        Plan the tour.
+
+        Raises
+        ------
+        CglaError
+            If a place is not where a path may be, there are too many, or the solver cannot run.
+        """
+        settings = entrant.settings_on(scenario)
+        if settings.get("tolerance", ...) is None and not entrant.refine:
+            # this solver proves its own path
+            settings["tolerance"] = tolerance
+        seed = settings.setdefault("seed", 1) if registry.traits(entrant.name).seeded else None
+        found = tour(
+            scenario.problem,
+            self.places,
+            order=self.order,
+            solver=registry.get(entrant.name, **settings),
+            resolution=scenario.lattice,
+            tolerance=tolerance,
+            refine=entrant.refine,
+        )
+        settings.pop("seed", None)
+        return Run(scenario, f"{entrant.label}+tour", seed, exact=False, solution=found, settings=settings)
+
+    def lines(self, run: Run) -> dict[str, str]:
+        """Return the printed lines that only tours have, by their keys."""
+        found = cast("Tour", run.solution)
+        unit = " m" if run.scenario.projection else ""
+        order = ", ".join(str(number + 1) for number in found.order)
+        how = "in the cheapest order" if self.order == "best" else "as given"
+        lines = {"via": f"{counted(len(self.places), 'place')}: {order} ({how})"}
+        if found.status.has_path:
+            rule = "the bounds of its legs" if self.order == "given" else "the least sum of bounds over all orders"
+            lines["gap"] = f"{percent(found.gap)}: how far above {rule} ({found.n_solved} legs planned)"
+            costs = [f"{figure(leg.cost, 6)}{unit} ({percent(leg.gap)})" for leg in found.legs]
+            lines["legs"] = f"costs and gaps: {', '.join(costs)}" if costs else ""
+        return lines
+
+    def document(self, run: Run) -> Mapping[str, Any]:
+        """Return the order and the legs as JSON, in degrees too on such maps."""
+        found, projection = cast("Tour", run.solution), run.scenario.projection
+        in_degrees = {} if projection is None else {"places_lonlat": degrees_of(self.places, projection).tolist()}
+        return {**found.document(), **in_degrees}
+
+
+def read_touring(
+    options: TourOptions, scenario: Scenario, flyable: FlyableOptions, budget: BudgetOptions
+) -> Touring | None:
+    """
+    Read the places to visit, before any work is done; None without any.
+
+    Raises
+    ------
+    CglaError
+        If a place or the order is malformed, there is an order without places, or an option that tours do not have.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> paper = load_scenario("paper")
+    >>> read_touring(TourOptions(["0.3,0.8"], "best"), paper, FlyableOptions(), BudgetOptions()).places.tolist()
+    [[0.3, 0.8]]
+    """
+    order: Order | None = next((one for one in ORDERS if one == (options.order or "given")), None)
+    if order is None:
+        msg = f"--order is {shown(options.order)}; give one of {', '.join(ORDERS)}"
+        raise CglaError(msg)
+    if not options.via:
+        msg = f"--order {order} needs places to visit; give them (--via X,Y), or leave it out"
+        raise CglaError(msg)
+    if flyable.turn_radius is not None:
+        msg = "--via with --turn-radius: curves are planned between two ends; plan each leg with --turn-radius alone"
+        raise CglaError(msg)
+    if budget != BudgetOptions():
+        given = next(name for name, value in vars(budget).items() if value is not None)
+        msg = f"--via with --{given.replace('_', '-')}: budgets are those of paths between two ends; leave one out"
+        raise CglaError(msg)
+    places = np.array([_place(text) for text in options.via])
+    if scenario.projection is not None:
+        try:
+            places = scenario.projection.forward(places)
+        except ProblemError as error:
+            msg = f"--via: {error}"
+            raise CglaError(msg) from error
+    return Touring(places, order)
+
+
+def _place(text: str) -> tuple[float, float]:
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError as error:
+        msg = f"--via is {shown(text)}; give two numbers, X,Y (longitude and latitude on such maps)"
+        raise CglaError(msg) from error
+    return x, y
