@@ -88,6 +88,12 @@ ESRI = {
     "a list": [{"attributes": {"N": 1}, "geometry": RINGS}],
     "a feature": {"attributes": {"N": 1}, "geometry": RINGS},
     "a geometry": {**RINGS, "spatialReference": {"wkid": 102100}},
+    "a point": {"x": 6.0, "y": 49.0, "spatialReference": {"wkid": 4326}},
+    "points without attributes": {
+        "features": [{"geometry": {"x": 6.0, "y": 49.0, "spatialReference": {"wkid": 4326}}}]
+    },
+    "a layer": {"featureCollection": {"layers": [{"featureSet": {"features": []}}]}},
+    "curves": {"features": [{"geometry": {"curveRings": [[[6, 49], {"c": [[7, 49], [7, 50]]}]]}}]},
     "lines": {"features": [{"attributes": {}, "geometry": {"paths": [[[6, 49], [7, 49]]]}}]},
 }
 

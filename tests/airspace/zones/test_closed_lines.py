@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import shapely
 from command_line import Call, caller
@@ -141,6 +142,24 @@ def test_no_fly_areas_of_scenarios_are_no_lines(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(text)
     with pytest.raises(cg.errors.ScenarioError, match=r"'CTR' is a closed LineString, not an area; .* among the zones"):
         cg.load_scenario(str(tmp_path / "mine.toml"))
+
+
+def test_a_line_may_end_on_the_other_side_of_the_antimeridian() -> None:
+    ring = [[180.0, 49.0], [-179.8, 49.0], [-179.8, 49.2], [-180.0, 49.0]]
+    for data in (kml(line("CTR", ring)), data_of(feature(lines(ring), name="CTR"))):
+        (verdict,) = zones_of(data, "mine").apply(lines="closed").closed
+        assert verdict.area is not None
+        assert verdict.area.area == pytest.approx(0.02)
+
+
+def test_of_a_line_that_crosses_itself_very_often_the_hull_is_closed() -> None:
+    corners = np.random.default_rng(1).uniform((6.0, 49.0), (7.0, 50.0), (3000, 2))
+    ring = [*corners.tolist(), corners[0].tolist()]
+    for data in (kml(line("CTR", ring)), data_of(feature(lines(ring), name="CTR"))):
+        (verdict,) = zones_of(data, "mine").apply(lines="closed").closed
+        assert "convex hull" in verdict.remark
+        assert verdict.area is not None
+        assert verdict.area.equals(shapely.MultiPoint(corners).convex_hull)
 
 
 def test_many_are_counted_and_few_are_named() -> None:

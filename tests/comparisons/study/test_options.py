@@ -124,6 +124,26 @@ def test_the_order_of_files_does_not_matter(tmp_path: Path) -> None:
             open_map([*order, str(files[2])], start="6.01,49.01")
 
 
+def test_errors_name_the_file_of_the_area(tmp_path: Path) -> None:
+    """Each of several files of plain areas, and the folders of files of the same name."""
+    folders = [tmp_path / name for name in ("east", "west")]
+    for folder, west in zip(folders, (25.0, 24.0), strict=True):
+        folder.mkdir()
+        (folder / "areas.geojson").write_text(ring(west))
+        (tmp_path / f"{folder.name}.geojson").write_text(ring(west))
+    plain = [str(tmp_path / f"{folder.name}.geojson") for folder in folders]
+    same = [str(folder / "areas.geojson") for folder in folders]
+    for files in (plain, same):
+        for order in itertools.permutations(files):
+            said = []
+            for start in ("25.05,60.05", "24.05,60.05"):
+                with pytest.raises(CglaError) as told:
+                    open_map([*order], start=start, goal="24.7,60.05")
+                said.append(str(told.value).partition(" of ")[2].partition(";")[0])
+            assert len({*said}) == 2
+            assert [Path(one).name for one in said] == [Path(one).name for one in files]
+
+
 def test_errors_name_k_only_where_it_is(tmp_path: Path) -> None:
     """The page and files of studies have no --k."""
     people = tmp_path / "people.asc"
