@@ -18,6 +18,7 @@ from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     PASS_RADIUS,
     RADIUS,
     REFERENCE,
+    ROLE,
     SPEED,
     number_of,
 )
@@ -48,8 +49,22 @@ _UNITS: Final[dict[str, dict[str, float]]] = {
     **dict.fromkeys(("longitude", "latitude"), _DEGREES),
     **dict.fromkeys(("x", "y"), _METRE),
 }
-#: Parts of names of columns that are about the shape of the flight.
-SHAPES: Final = ("curve", "corner", "spline", "damping", "radius", "turnmode", "turn_mode", "turntype")
+_ONCE: Final = {*_UNITS, MODE, REFERENCE, ROLE}
+#: Parts of names of columns that are about the shape of the flight, and values that mean straight legs.
+SHAPES: Final = (
+    *("curve", "corner", "spline", "damping", "radius", "turnmode", "turn_mode", "turntype", "turn_type", "turn type"),
+    *("command", "cmd", "loiter", "orbit", "circle", "flightmode", "flight_mode", "waypoint_type", "waypointtype"),
+)
+_WAYPOINTS: Final = {"16", "16.0", "waypoint", "nav_waypoint", "mav_cmd_nav_waypoint"}
+_STRAIGHT: Final = {"", "0", "0.0", "false", "none", "no", *_WAYPOINTS}
+#: Parts of names of columns that are about the reference of altitudes.
+_HEIGHTS: Final = ("frame", "datum", "alt_type", "alttype", "altitude_type", "altitudetype", "altmode", "alt_mode")
+#: What an aircraft does, in a column of any name: a plan says it by its roles and radii.
+_DONE: Final = {
+    *("rtl", "rth", "return", "return_to_launch", "return to launch", "return to home", "return_to_home", "go home"),
+    *("land", "landing", "takeoff", "take off", "take_off", "vtol_takeoff", "vtol_land"),
+    *("loiter", "loiter_time", "loiter_turns", "loiter_unlim", "orbit", "circle", "spline", "spline_waypoint"),
+}
 
 
 class Columns:
@@ -80,6 +95,8 @@ class Columns:
         self.factors: dict[str, float] = {}
         for head in (cell.strip().lower().lstrip("\N{ZERO WIDTH NO-BREAK SPACE}") for cell in heads):
             name, factor = _read_head(head, where)
+            if name in self.heads and name in _ONCE:
+                fault(where, f"its first line names the column {name} twice", "leave one of them out")
             self.heads.append(name)
             self.factors.setdefault(name, factor)
         self.numbers = {head: index for index, head in reversed([*enumerate(self.heads)])}
@@ -123,7 +140,16 @@ class Columns:
         """Return why a row leaves open where the aircraft flies: a column about its shape that is not known."""
         for name in self.others(known):
             value = row.get(name, "").strip()
-            if any(part in name for part in SHAPES) and value.lower() not in {"", "0", "0.0", "false", "none"}:
+            if value.lower().removeprefix("mav_cmd_").removeprefix("nav_") in _DONE:
+                return f"{where}: {name} is {shown(value)}, which is not read; give a column {ROLE} or {RADIUS}"
+            if (
+                any(part in name for part in _HEIGHTS)
+                and value
+                and row.get(ALTITUDE, "").strip()
+                and REFERENCE not in row
+            ):
+                return f"{where}: {name} is {shown(value)}, which is not read; give {REFERENCE} (home, ground, sea)"
+            if any(part in name for part in SHAPES) and value.lower() not in _STRAIGHT:
                 return (
                     f"{where}: {name} is {shown(value)}, which is not known; fly straight there, or give {PASS_RADIUS}"
                 )

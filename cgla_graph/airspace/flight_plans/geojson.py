@@ -17,6 +17,7 @@ from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     ROLE,
     assemble_plan,
     number_of,
+    of_line,
     place_of,
     tags_of,
     waypoint_of,
@@ -61,9 +62,9 @@ def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
             few_read(len(points), where)
         elif kind == "LineString":
             name = tags.get("name")
-            lines.append((name if isinstance(name, str) else "", _line(coordinates, place)))
+            lines.append((name if isinstance(name, str) else "", _line(coordinates, tags, place)))
         elif kind == "MultiLineString" and isinstance(coordinates, list) and len(coordinates) == 1:
-            lines.append(("", _line(coordinates[0], place)))
+            lines.append(("", _line(coordinates[0], tags, place)))
         elif kind in ("Polygon", "MultiPolygon"):
             remarks.append(f"feature {index}: a {kind} is not flown: left out")
         else:
@@ -132,11 +133,13 @@ def _features(document: Mapping[str, Any], where: str) -> Iterator[tuple[Any, Ma
         yield feature.get("geometry"), tags or {}
 
 
-def _line(coordinates: object, where: str) -> list[Waypoint]:
+def _line(coordinates: object, tags: Mapping[str, Any], where: str) -> list[Waypoint]:
+    """Return the waypoints of a line, whose tags are those of each."""
     if not isinstance(coordinates, list):
         fault(where, f"its coordinates are {shown(coordinates)}", "a line has a list of positions")
     few_read(len(coordinates), where)
-    found = [_point(position, {}, f"{where}, position {index}") for index, position in enumerate(coordinates)]
+    tags = of_line(tags)
+    found = [_point(position, tags, f"{where}, position {index}") for index, position in enumerate(coordinates)]
     return [one for one in found if isinstance(one, Waypoint)]
 
 

@@ -5,7 +5,7 @@ KML has altitudes above the ground and above the sea. Altitudes above home are s
 extended data of each point state that they are above home.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Final
 from xml.etree.ElementTree import Element
 from xml.sax.saxutils import escape, quoteattr
@@ -28,6 +28,7 @@ from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     REFERENCE,
     ROLE,
     number_of,
+    of_line,
     place_of,
     text_tags,
     waypoint_of,
@@ -100,7 +101,9 @@ def read_tree(root: Element, where: str) -> FlightPlan:
                     fault(place, f"its point has {len(found)} positions", "a point has one")
                 points += found
             elif shape == "LineString":
-                lines.append((name, [one for one in _waypoints(geometry, {}, place) if isinstance(one, Waypoint)]))
+                lines.append(
+                    (name, [one for one in _waypoints(geometry, of_line(tags), place) if isinstance(one, Waypoint)])
+                )
             elif shape in _TRACKS:
                 fault(place, f"it is a {shape}", "a plan is a LineString or Points: save the track as a path")
             else:
@@ -131,7 +134,7 @@ def _tags(element: Element) -> dict[str, str]:
     return tags
 
 
-def _waypoints(geometry: Element, tags: dict[str, str], where: str) -> list[Waypoint | Home]:
+def _waypoints(geometry: Element, tags: Mapping[str, object], where: str) -> list[Waypoint | Home]:
     """Return the positions of a geometry."""
     mode = child_text(geometry, "altitudeMode") or _ON_GROUND
     if mode not in {_ON_GROUND, "clampToSeaFloor", *_REFERENCES}:

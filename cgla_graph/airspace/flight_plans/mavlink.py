@@ -48,6 +48,8 @@ _RADIUS: Final = {LOITER_UNLIMITED: 2, LOITER_TURNS: 2, LOITER_TIME: 2, LOITER_T
 PASSES: Final = (1, 2)
 #: Turns that are none, radians.
 _STRAIGHT: Final = 1e-3
+#: Option of a VTOL's landing (NAV_VTOL_LAND_OPTIONS): it descends as a fixed wing.
+_FORWARD_DESCENT: Final = 1.0
 #: Headings of the transition of a VTOL's take-off (VTOL_TRANSITION_HEADING) that do not lead to the next waypoint.
 _OTHER_HEADINGS: Final = {2.0, 3.0, 4.0}
 #: MAV_AUTOPILOT_ARDUPILOTMEGA.
@@ -81,6 +83,8 @@ class Item:
         altitude if the command has a place.
     reference
         Reference of the altitude, if the file gives it in another way than by the frame.
+    continues
+        Whether the aircraft flies on by itself after the item (``autoContinue``).
     """
 
     where: str
@@ -88,6 +92,7 @@ class Item:
     command: int
     numbers: tuple[float, ...]
     reference: Reference | None = None
+    continues: bool = True
 
 
 def plan_of(
@@ -213,10 +218,12 @@ class _Reader:
         """Stay at the last waypoint; return False before the take-off, where the aircraft is on the ground."""
         if not self.waypoints or self.ended_by:
             return False
-        seconds = item.numbers[0]
+        seconds, last = item.numbers[0], self.waypoints[-1]
+        if self.circles_home and last.role == "waypoint":
+            last = replace(last, loiter_radius=max(last.loiter_radius, self._own_radius(item)))
+            self.waypoints[-1] = last
         if seconds >= 0.0:
             with located(item.where):
-                last = self.waypoints[-1]
                 self.waypoints[-1] = replace(last, stay=last.stay + seconds)
         else:
             self.untimed.append(f"{item.where}: it stays until a time of day")
@@ -284,7 +291,24 @@ class _Reader:
         if place is None:
             self.unknown.append(f"{item.where}: it is at home, and the file does not say where that is; {GIVE_HOME}")
             return
+        self._note_shape(item)
         altitude = item.numbers[6]
+        known = None if math.isnan(altitude) else altitude
+        reference = item.reference or FRAMES[item.frame]
+        radii = self._radius(item), self._pass_radius(item)
+        with located(item.where):
+            if item.command == LOITER_TO_ALTITUDE and radii[0] == 0.0 and self.waypoints:
+                # (it hovers: it may go there at either altitude)
+                last = self.waypoints[-1]
+                self.waypoints.append(Waypoint(*place, last.altitude, last.reference, self.speed))
+            self.waypoints.append(Waypoint(*place, known, reference, self.speed, role, *radii, *self._time_there(item)))
+        if role == "landing":
+            self.ended_by = "the landing"
+        elif item.command == LOITER_UNLIMITED:
+            self.ended_by = "circling without an end"
+
+    def _note_shape(self, item: Item) -> None:
+        """Note why an item leaves open where the aircraft flies to it or from it."""
         if item.command == TAKE_OFF and self.vehicle == FIXED_WING and not self._has_place(item):
             wrong = "a take-off without a place, and the aircraft does not climb vertically"
             self.unknown.append(f"{item.where}: {wrong}; give its latitude and longitude")
@@ -295,15 +319,9 @@ class _Reader:
         if item.command == VTOL_TAKE_OFF and item.numbers[1] in _OTHER_HEADINGS:
             wrong = "its transition does not head for the next waypoint, and the file does not say how far it goes"
             self.unknown.append(f"{item.where}: {wrong}; give 1 as its parameter 2")
-        known = None if math.isnan(altitude) else altitude
-        reference = item.reference or FRAMES[item.frame]
-        radii = self._radius(item), self._pass_radius(item)
-        with located(item.where):
-            self.waypoints.append(Waypoint(*place, known, reference, self.speed, role, *radii, *self._time_there(item)))
-        if role == "landing":
-            self.ended_by = "the landing"
-        elif item.command == LOITER_UNLIMITED:
-            self.ended_by = "circling without an end"
+        if item.command == VTOL_LAND and item.numbers[0] == _FORWARD_DESCENT:
+            wrong = "it descends in forward flight, on a pattern that is the aircraft's own"
+            self.unknown.append(f"{item.where}: {wrong}; give 0 as its parameter 1, and the way down as waypoints")
 
     def _place(self, item: Item) -> tuple[float, float] | None:
         """Return where an item flies to; take-offs and landings may have no place of their own. None if not known."""
@@ -326,10 +344,19 @@ class _Reader:
     def _radius(self, item: Item) -> float:
         """Return the radius of the circle that an item flies, 0 for none."""
         if item.command not in _RADIUS:
-            return 0.0
+            return self._waits(item) if not item.continues else 0.0
         # (below 0, the circle is flown counter-clockwise)
         radius = abs(item.numbers[_RADIUS[item.command]])
         return radius if radius > 0.0 else self._own_radius(item)
+
+    def _waits(self, item: Item) -> float:
+        """Return the radius of the circle that it flies while it waits to be told to go on; 0 if it hovers."""
+        if _FLOWN[item.command] != "waypoint":
+            return 0.0
+        if self.circles_home:
+            return self._own_radius(item)
+        self.remarks.append(f"{item.where}: it waits there until it is told to go on (autoContinue is false)")
+        return 0.0
 
     def _own_radius(self, item: Item) -> float:
         """Return the given radius of a circle that the file leaves to the aircraft; 0 if it hovers."""
@@ -353,6 +380,8 @@ class _Reader:
 
     def _pass_radius(self, item: Item) -> float:
         """Return the distance at which a waypoint may be passed, 0 if it is flown over."""
+        if _FLOWN[item.command] == "take-off":
+            self.left_open[0] = item.where
         if item.command != WAYPOINT:
             return 0.0
         known = [abs(item.numbers[index]) for index in PASSES if not math.isnan(item.numbers[index])]
@@ -376,6 +405,11 @@ class _Reader:
             return
         first = self.left_open[open_at[0]]
         where = f"{first} and {len(open_at) - 1} more" if len(open_at) > 1 else first
+        given = self.given.acceptance_radius
+        if given is not None:
+            # (only a take-off is left open then)
+            self.waypoints[0] = replace(self.waypoints[0], acceptance=given)
+            return
         if self.circles_home:
             wrong = "the aircraft turns there on an arc, and the file does not say how far from the waypoint"
             remedy = "give that distance (parameter 2), or --acceptance-radius M"

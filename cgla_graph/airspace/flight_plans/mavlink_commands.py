@@ -4,7 +4,7 @@ from typing import Final
 
 #: The start of the landing, to which aircraft may return.
 LAND_START: Final = 189
-#: A stay at the last waypoint.
+#: A stay at the last waypoint, where a fixed wing circles.
 DELAY: Final = 93
 #: Commands that only move a camera, a relay or the aircraft's nose, or only wait.
 STILL: Final = {

@@ -157,7 +157,7 @@ def _simple(item: Mapping[str, Any], where: str) -> Item:
     if frame in FRAMES and math.isnan(parameters[-1]) and item.get("AltitudeMode") == _ABOVE_TERRAIN:
         parameters[-1] = _number(item.get("Altitude"), f"{where}: Altitude", can_be_open=True)
         reference = "ground"
-    return Item(where, frame, command, tuple(parameters), reference)
+    return Item(where, frame, command, tuple(parameters), reference, continues=item.get("autoContinue") is not False)
 
 
 def _whole(value: object, where: str) -> int:

@@ -67,6 +67,18 @@ def text_tags(one: Waypoint | Home) -> dict[str, str]:
     return {name: value if isinstance(value, str) else decimal(value) for name, value in tags_of(one).items()}
 
 
+def of_line(tags: Mapping[str, object]) -> dict[str, object]:
+    """
+    Return the tags of a line that are those of each of its waypoints: all but the role.
+
+    Examples
+    --------
+    >>> of_line({"name": "mine", "role": "route", "altitude": 80})
+    {'altitude': 80}
+    """
+    return {name: value for name, value in tags.items() if name in NAMES and name != ROLE}
+
+
 def waypoint_of(place: tuple[float, float], tags: Mapping[str, object], where: str) -> Waypoint | Home:
     """
     Return the waypoint or home of a place and its tags.

@@ -70,10 +70,10 @@ def _item(line: str, where: str, before: int) -> Item:
     cells = line.split()
     if len(cells) != _COLUMNS:
         fault(where, f"it has {len(cells)} columns", f"an item has {_COLUMNS}, with a tab between two of them")
-    index, _, frame, command, _ = (_whole(cell, where) for cell in (*cells[:4], cells[-1]))
+    index, _, frame, command, continues = (_whole(cell, where) for cell in (*cells[:4], cells[-1]))
     if index != before:
         fault(where, f"its index is {index}", f"items are numbered from 0, so that it has to be {before}")
-    return Item(where, frame, command, tuple(_number(cell, where) for cell in cells[4:-1]))
+    return Item(where, frame, command, tuple(_number(cell, where) for cell in cells[4:-1]), continues=continues != 0)
 
 
 def _whole(cell: str, where: str) -> int:

@@ -221,6 +221,12 @@ def _moment(text: str) -> datetime | None:
 def _daily(entry: Entry) -> Daily:
     """Read a ``schedule``'s days and times."""
     entry.require_spelling(SCHEDULE, 0.75)
+    for side in ("start", "end"):
+        others = [key for key in entry.values if key not in SCHEDULE]
+        if others and not (entry.has(f"{side}Time") or entry.has(f"{side}Event")):
+            # it may be said in other words, and may be on another day
+            wrong = f"there is no such key, and no {side}Time"
+            fault(f"{entry.where}: {short(others[0])}", wrong, f"write {side}Time, or leave it out")
     days: set[int] = set()
     given = entry.values.get("day")
     words = [given] if isinstance(given, str) else entry.items("day", empty=False)
