@@ -108,14 +108,14 @@ def _layer(entry: Entry) -> Layer:
     unit = UNITS[entry.choice("uomDimensions", list(UNITS), None if finite else "M")]
     lower = limit_of(entry, "lowerLimit", "lowerVerticalReference", unit, GROUND)
     upper = limit_of(entry, "upperLimit", "upperVerticalReference", unit, UNLIMITED)
-    require_order(entry, lower, upper, "upperLimit")
+    lower, upper, flat = with_room(entry, lower, upper, "upperLimit")
     shape = entry.entry("horizontalProjection")
     if shape.choice("type", ["POLYGON", "CIRCLE"]) == "CIRCLE":
         # (the standard leaves open whether the unit of heights applies to the radius; metres give the larger circle)
         circle = circle_of(shape.values.get("center"), shape.values.get("radius"), shape.where, ("center", "radius"))
-        return Layer(circle, lower, upper)
+        return Layer(circle, lower, upper, flat)
     area, remark = area_of(shape.items("coordinates", empty=False), f"{shape.where}: coordinates")
-    return Layer(area, lower, upper, remark)
+    return Layer(area, lower, upper, "; ".join(filter(None, (flat, remark))))
 
 
 def _periods(entry: Entry) -> tuple[Period, ...]:
@@ -154,17 +154,28 @@ def limit_of(entry: Entry, key: str, reference: str, unit: float, missing: Limit
     return Limit(round(value * unit, 9), above)  # type: ignore[arg-type]
 
 
-def require_order(entry: Entry, lower: Limit, upper: Limit, key: str) -> None:
+def with_room(entry: Entry, lower: Limit, upper: Limit, key: str) -> tuple[Limit, Limit, str]:
     """
-    Check that a floor is not above its ceiling, if they have the same reference.
+    Return a floor and a ceiling between which there is room, and a remark, which may be empty.
+
+    A ceiling that equals the floor does not say how high the zone is: it has neither.
 
     Raises
     ------
     FileFormatError
-        If it is.
+        If a floor is above its ceiling, and they have the same reference.
+
+    Examples
+    --------
+    >>> entry = Entry({}, "zone 'A'")
+    >>> with_room(entry, GROUND, Limit(0.0, "AGL"), "upper")[1:]
+    (Limit(metres=inf, reference='AGL'), 'its floor and its ceiling are both 0 m AGL: it is closed at all heights')
     """
-    if lower.reference == upper.reference and lower.metres > upper.metres:
+    if lower.reference != upper.reference or lower.metres < upper.metres:
+        return lower, upper, ""
+    if lower.metres > upper.metres:
         fault(f"{entry.where}: {key}", f"the ceiling, {upper}, is below the floor, {lower}", "correct either")
+    return GROUND, UNLIMITED, f"its floor and its ceiling are both {upper}: it is closed at all heights"
 
 
 def reasons_of(entry: Entry) -> str:

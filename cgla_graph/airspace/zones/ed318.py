@@ -1,7 +1,7 @@
 """Reader of ED-318 (EUROCAE, 2024): zones as GeoJSON with layers, and circles as points with an extent."""
 
 from cgla_graph._text import shown
-from cgla_graph.airspace.zones.ed269 import KINDS, UNITS, limit_of, require_order, zone_of
+from cgla_graph.airspace.zones.ed269 import KINDS, UNITS, limit_of, with_room, zone_of
 from cgla_graph.airspace.zones.entries import Entry
 from cgla_graph.airspace.zones.periods import Period, moment_of, period_of
 from cgla_graph.airspace.zones.rings import area_of
@@ -110,14 +110,16 @@ def _layers(geometry: Entry, about: Entry, *, nested: bool = False) -> list[Laye
     # (an early draft has the layer beside the geometry)
     holder = about if about.has("verticalLayer") and not geometry.has("layer") else geometry
     key = "layer" if holder is geometry else "verticalLayer"
-    lower, upper = GROUND, UNLIMITED
+    lower, upper, flat = GROUND, UNLIMITED, ""
     if holder.has(key):
         layer = holder.entry(key)
         layer.require_spelling(LAYER)
-        unit = UNITS[layer.choice("uom", list(UNITS), "M")]
+        heights = [layer.values.get(side) for side in ("lower", "upper")]
+        # (a height of 0 has no unit)
+        unit = UNITS[layer.choice("uom", list(UNITS), None if any(heights) else "M")]
         lower = limit_of(layer, "lower", "lowerReference", unit, GROUND)
         upper = limit_of(layer, "upper", "upperReference", unit, UNLIMITED)
-        require_order(layer, lower, upper, "upper")
+        lower, upper, flat = with_room(layer, lower, upper, "upper")
     where = f"{geometry.where}: coordinates"
     if kind == "Point":
         if not geometry.has("extent"):
@@ -127,17 +129,19 @@ def _layers(geometry: Entry, about: Entry, *, nested: bool = False) -> list[Laye
         circle = circle_of(
             geometry.values.get("coordinates"), extent.values.get("radius"), geometry.where, ("coordinates", "radius")
         )
-        return [Layer(circle, lower, upper)]
+        return [Layer(circle, lower, upper, flat)]
     if kind == "Polygon":
         area, remark = area_of(geometry.items("coordinates", empty=False), where)
-        return [Layer(area, lower, upper, remark)]
+        return [Layer(area, lower, upper, "; ".join(filter(None, (flat, remark))))]
     if kind == "MultiPolygon":
         found = []
         for index, rings in enumerate(geometry.items("coordinates", empty=False)):
             if not isinstance(rings, list) or not rings:
                 fault(f"{where}[{index}]", f"it is {short(rings)}", "give a list of rings")
             found.append(area_of(rings, f"{where}[{index}]"))
-        return [Layer(joined([area for area, _ in found]), lower, upper, next((one for _, one in found if one), ""))]
+        remark = next((one for _, one in found if one), "")
+        whole = joined([area for area, _ in found])
+        return [Layer(whole, lower, upper, "; ".join(filter(None, (flat, remark))))]
     return geometry.wrong("type", "give one of Polygon, MultiPolygon, Point, GeometryCollection (of these)")
 
 

@@ -88,6 +88,8 @@ def _features(root: Element, file: str) -> Iterator[tuple[Element, str]]:
             fault(file, f"it has a <{kind}>, which changes other files", "save the map as one file")
         elif any(tag_of(one) in {"Placemark", "NetworkLink"} for one in element.iter()):
             fault(file, f"it has placemarks in a <{kind[:60]}>", "put them into a <Document> or a <Folder>")
+        elif any(tag_of(one) in {"Polygon", *CLOSABLE} for one in element.iter()):
+            fault(file, f"it has polygons or lines in a <{kind[:60]}>", "put them into a <Placemark>")
 
 
 def _enclosed(line: Element, where: str) -> Layer | None:

@@ -89,7 +89,7 @@ def test_columns_about_the_flight_that_are_not_read_are_not_clean(head: str, cel
 )
 def test_a_column_is_named_once(head: str) -> None:
     row = ",".join(["60", "24", "50", "70", "9"][: len(head.split(","))])
-    with pytest.raises(PlanError, match="its first line names the column [a-z]+ twice"):
+    with pytest.raises(PlanError, match=r"its first line names the column [a-z]+ twice"):
         plan_of_bytes(f"{head}\n{row}\n".encode(), "a.csv")
 
 

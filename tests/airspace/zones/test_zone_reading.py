@@ -328,3 +328,62 @@ def test_identifiers_and_kinds_of_geojson_are_listed(
     assert (record.identifier, record.name, record.kind) == listed
     assert (record.state, record.reason) == ("closed", "UNCLASSIFIED")
     assert zones.apply(treat={"UNCLASSIFIED": "open"}).account().count("open") == 1
+
+
+@pytest.mark.parametrize(
+    "schedule",
+    [
+        {"day": ["FRI"], "startTime": "22:00Z", "finish": "06:00Z"},
+        {"day": ["FRI"], "begin": "22:00Z", "endTime": "06:00Z"},
+        {"day": ["FRI"], "from": "22:00Z", "to": "06:00Z"},
+        {"day": ["FRI"], "endEvent": "SS", "sunrise": True},
+    ],
+)
+def test_a_schedule_with_a_key_that_is_not_known_says_both_ends(schedule: dict[str, object]) -> None:
+    """Of the night of a Friday, the hours of Saturday were open."""
+    for document in (
+        ed269(applicability=[{"permanent": "NO", "schedule": [schedule]}]),
+        ed318(limitedApplicability=[{"schedule": [schedule]}]),
+    ):
+        with pytest.raises(
+            FileFormatError, match=r"schedule\[0\]: '(finish|begin|from|sunrise)': there is no such key"
+        ):
+            only(document)
+    both = {"day": ["FRI"], "startTime": "22:00Z", "endTime": "06:00Z", "note": "at night"}
+    assert len(only(ed269(applicability=[{"permanent": "NO", "schedule": [both]}])).periods) == 1
+
+
+@pytest.mark.parametrize("height", [0, 120, -30.5])
+def test_a_layer_without_room_is_closed_at_all_heights(height: float) -> None:
+    """Floor and ceiling are both 0 in files that do not say how high a zone is."""
+    flat = layer(uom="m", lower=height, upper=height)
+    for document in (
+        ed269(volume(lowerLimit=height, upperLimit=height)),
+        ed318({"type": "Polygon", "coordinates": [SQUARE], "layer": flat}),
+        ed318({"type": "MultiPolygon", "coordinates": [[SQUARE]], "layer": flat}),
+        ed318({**circle(6.1, 49.1, 500.0), "layer": flat}),
+    ):
+        zones = zones_of(data_of(document), "mine")
+        for altitude in (1, 80, "5000 AMSL"):
+            account = zones.apply(altitude=altitude).account()
+            assert account.count("closed") == 1
+            assert "its floor and its ceiling are both" in account.notes()[0]
+    thin = ed269(volume(lowerLimit=height, upperLimit=height + 1))
+    assert zones_of(data_of(thin), "mine").apply(altitude=500).account().count("open") == 1
+
+
+def test_a_height_without_a_unit_is_an_error() -> None:
+    """A floor of 1,000 feet was read as 1,000 m."""
+    bare = {key: value for key, value in layer(lower=1000, upper=2000).items() if key != "uom"}
+    with pytest.raises(FileFormatError, match=r"layer: uom: it is missing; give one of M, FT"):
+        only(ed318({"type": "Polygon", "coordinates": [SQUARE], "layer": bare}))
+    from_ground = {"lower": 0, "lowerReference": "AGL"}
+    assert only(ed318({"type": "Polygon", "coordinates": [SQUARE], "layer": from_ground})).layers[0].lower.metres == 0.0
+
+
+def test_areas_in_elements_that_are_no_placemarks_are_an_error() -> None:
+    """KML 2.0 may rename placemarks (Schema); their areas were left out without a word."""
+    for area in (polygon(SQUARE), "<LinearRing><coordinates>6,49 7,49 7,50</coordinates></LinearRing>"):
+        text = f"<Schema name='Zone' parent='Placemark'/><Zone><name>P</name>{area}</Zone>"
+        with pytest.raises(FileFormatError, match="it has polygons or lines in a <Zone>"):
+            zones_of(kml(text), "mine")
