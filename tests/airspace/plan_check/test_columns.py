@@ -132,6 +132,10 @@ def test_the_columns_of_a_plan_are_at_home_at_its_ends_and_on_the_ground() -> No
     for plan in (FlightPlan((ground, last)), FlightPlan((first, ground))):
         for altitude in (80, None):
             assert not cg.check(plan, zones=high, altitude=altitude, tolerance=None).is_clean
+    # at one altitude, it takes off and lands through all heights up to that
+    slow = FlightPlan((Waypoint(6.19, 49.1, 30.0, "ground", role="take-off"), Waypoint(6.6, 49.1, 80.0, "ground")))
+    assert cg.check(slow, zones=high, tolerance=None).is_clean
+    assert not cg.check(slow, zones=high, altitude=80, tolerance=None).is_clean
     # a waypoint that is known to be lower keeps its height
     assert not cg.check([(5.9, 49.1), (6.3, 49.1)], zones=zones, altitude=50, tolerance=None).is_clean
     lower = FlightPlan((first, replace(middle, altitude=40.0), last))
