@@ -1,5 +1,6 @@
 """One altitude at which zones are held against a plan, instead of the plan's own altitudes."""
 
+from copy import copy
 from dataclasses import replace
 from typing import Final
 
@@ -70,7 +71,11 @@ def at_one_altitude(plan: FlightPlan, flight: Altitude) -> FlightPlan:
     def changed(one: Waypoint) -> Waypoint:
         height = height_of(plan, one, flight)
         metres = flight.metres if height is None else min(max(height, LEAST_FLOWN[reference]), flight.metres)
-        return replace(one, altitude=metres, reference=reference)
+        # (not checked again: there may be 250 000)
+        level = copy(one)
+        object.__setattr__(level, "altitude", metres)
+        object.__setattr__(level, "reference", reference)
+        return level
 
     return replace(plan, waypoints=tuple(map(changed, plan.waypoints)))
 
