@@ -17,6 +17,7 @@ from cgla_graph.model.failure_model import SECONDS_AN_HOUR, FailureModel
 from cgla_graph.model.ground_risk import people_layers
 from cgla_graph.model.problem import Problem, problem_wanted
 from cgla_graph.model.risk import RiskField
+from cgla_graph.model.solution import Solution
 from cgla_graph.people.below import DensityLimit, density_limit, greatest_below, held_against, length_outside, people_on
 from cgla_graph.people.units import AIRCRAFT, fatality_factor, is_fatalities, risk_unit
 
@@ -202,12 +203,12 @@ class Exposure(ShortRepr):
 
 def exposure(
     problem: Problem,
-    path: ArrayLike,
+    path: Solution | ArrayLike,
     *,
     corridor: float = 0.0,
     max_density: float | None = None,
     target: float | None = None,
-    lower_bound: float = math.nan,
+    lower_bound: float | None = None,
 ) -> Exposure:
     """
     Measure what a path means for the people on the ground.
@@ -217,7 +218,7 @@ def exposure(
     problem
         With rasters; those of `ground_risk` give fatalities.
     path
-        Waypoints, shape ``(m, 2)``, map units.
+        A solution with a path, or waypoints, shape ``(m, 2)``, map units.
     corridor
         Whole width of the corridor under which the greatest density is sought, map units.
     max_density
@@ -225,7 +226,7 @@ def exposure(
     target
         Limit of the expected fatalities of a flight hour, as 1e-6.
     lower_bound
-        A proven bound of the cost of all paths (`Solution.lower_bound`), for what holds for every other path.
+        A proven bound of the cost of all paths, for what holds for every other path; None for that of the solution.
 
     Returns
     -------
@@ -256,7 +257,8 @@ def exposure(
     (5200.0, 200.0, True, True)
     """
     instance("problem", problem, Problem, problem_wanted)
-    places = point_array("path", path).reshape(-1, 2)
+    solution = path if isinstance(path, Solution) else None
+    places = point_array("path", path.path if isinstance(path, Solution) else path).reshape(-1, 2)
     width = non_negative_number("corridor", corridor)
     held, unit = problem.field, risk_unit(problem.field)
     rate = None if target is None else positive_number("target", target)
@@ -266,14 +268,19 @@ def exposure(
         msg = f"a target of expected fatalities per flight hour needs the aircraft that fails and its speed; {AIRCRAFT}"
         raise ProblemError(msg)
     limit = None if max_density is None else density_limit(problem, non_negative_number("max_density", max_density))
-    length = float(np.hypot(*np.diff(places, axis=0).T).sum())
-    found = Exposure(unit, length, _fatalities(held, places), model, corridor=width, limit=limit, target=rate)
+    length, fatalities = float(np.hypot(*np.diff(places, axis=0).T).sum()), _fatalities(held, places)
+    if solution is not None:
+        # (those of arcs, where there are any)
+        length, factor = solution.length, fatality_factor(held)
+        fatalities = solution.risk / factor if factor > 0.0 else fatalities
+    found = Exposure(unit, length, fatalities, model, corridor=width, limit=limit, target=rate)
+    bound = lower_bound if lower_bound is not None else math.nan if solution is None else solution.lower_bound
     if not held.rasters or not len(places):
         return found
     people = people_layers(problem)
     layers, density_unit = held_against(problem)
     return dataclasses.replace(
-        _proven(found, problem, lower_bound),
+        _proven(found, problem, bound),
         people=sum((people_on(layer, problem.bounds) for layer in people), 0.0) if people else math.nan,
         greatest=max(greatest_below(layer, places, corridor=width) for layer in layers),
         density_unit=density_unit,

@@ -80,6 +80,22 @@ def risk_text(risk: float, field: RiskField, digits: int) -> str:
     return f"{number} {unit}" if unit.startswith("expected") else f"{number}, in {unit}" if unit else number
 
 
+def density_text(field: RiskField) -> str:
+    """
+    Return the label of the risk at a point.
+
+    Examples
+    --------
+    >>> density_text(RiskField()), density_text(RiskField(rasters=[RasterRisk([[1]], (0, 0, 1, 1), unit="people/m2")]))
+    ('risk per unit length', 'risk per unit length (people/m2)')
+    """
+    unit = risk_unit(field)
+    if unit.endswith("expected fatalities"):
+        return f"{unit} per metre"
+    known = unit.endswith(" x m") and "own unit" not in unit
+    return f"risk per unit length ({unit.removesuffix(' x m')})" if known else "risk per unit length"
+
+
 def _unit_of(raster: RasterRisk) -> str:
     scaled = "" if raster.scale == 1.0 else f"{raster.scale:g} x "
     if is_fatalities(raster):

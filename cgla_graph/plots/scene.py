@@ -27,6 +27,7 @@ from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import TimedArea, TimedThreat, World
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster import RasterRisk, cell_strips
+from cgla_graph.people.units import density_text
 from cgla_graph.plots.looks import COLOURS
 from cgla_graph.plots.risk_samples import greatest_cells, missing_cells, risk_samples, sample_edges
 from cgla_graph.scenarios.scenario import Scenario
@@ -160,7 +161,8 @@ def draw_risk(
     )
     if heavy:
         bar.minorticks_off()
-    bar.set_label(f"risk per unit length{', colours by its cube root' if heavy else ''}", labelpad=2.0 if wide else 8.0)
+    label = f"{density_text(problem.field)}{', colours by its cube root' if heavy else ''}"
+    bar.set_label(label, labelpad=2.0 if wide else 8.0)
     return bar
 
 

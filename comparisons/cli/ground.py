@@ -109,9 +109,10 @@ def exposed(run: "Run", ground: GroundRiskOptions, *, bounded: bool = True) -> "
         return None
     return exposure(
         problem,
-        solution.path,
+        solution,
         corridor=ground.corridor or 0.0,
         max_density=ground.max_density,
         target=ground.target,
-        lower_bound=solution.lower_bound if bounded else float("nan"),
+        # (with a budget, the bound is not one of the cost)
+        lower_bound=None if bounded else float("nan"),
     )

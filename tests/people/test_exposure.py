@@ -124,6 +124,38 @@ def test_a_bracket_beside_a_small_risk_term() -> None:
     assert cg.exposure(mixed, best.path, lower_bound=best.lower_bound).least_fatalities == 0.0
 
 
+@pytest.mark.slow
+def test_the_bracket_holds_on_the_earth() -> None:
+    """On the Earth the bound is lower, as lengths there are at most those on the map."""
+    around = cg.Problem.in_degrees((24.0, 60.0), (34.0, 62.0), bounds=(22, 57, 36, 65)).projection
+    assert around is not None
+    values = np.random.default_rng(5).integers(0, 900, (8, 12)).astype(float)
+    people = cg.RasterRisk(values, (-6e5, -5e5, 6e5, 5e5), unit="people/km2")
+    risk = cg.ground_risk(people, **AIRCRAFT)
+    problem = cg.Problem.in_degrees(
+        (24.0, 60.0), (34.0, 62.0), bounds=(22, 57, 36, 65), rasters=[risk], k=3e9, projection=around
+    )
+    best = cg.solve(problem, tolerance=0.005)
+    found = cg.exposure(problem, best, target=1e-6)
+    assert found.fatalities == best.risk
+    assert found.least_fatalities > 0.0
+    assert found.stretch > 1.0
+    # the same path, with lengths and risks as short as they may be on the Earth
+    least = best.risk / problem.stretch(best.path)
+    assert found.least_fatalities <= least
+    for k in (1e8, 1e9, 1e10):
+        other = cg.solve(dataclasses.replace(problem, k=k), tolerance=None)
+        if other.length / problem.stretch(other.path) <= best.length:
+            assert other.risk >= found.least_fatalities
+
+
+def test_a_curve_has_its_own_numbers() -> None:
+    problem = problem_on(cg.ground_risk(town(3), **AIRCRAFT), k=1e9)
+    curve = cg.flyable(cg.solve(problem, tolerance=None), turn_radius=300.0)
+    found = cg.exposure(problem, curve)
+    assert (found.length, found.fatalities) == (curve.length, curve.risk)
+
+
 def test_a_target_is_met_missed_or_not_known() -> None:
     problem = problem_on(cg.ground_risk(town(3), **AIRCRAFT))
     path = [(100, 100), (5900, 3900)]
