@@ -54,6 +54,8 @@ class Exposure(ShortRepr):
         The limit of that density; None without one.
     density_unit
         Unit of `greatest`.
+    filled
+        What cells without data count as, in the unit of the density; None if there are none.
     outside
         Length of the path where no people are known, outside the rasters, map units.
     target
@@ -75,6 +77,7 @@ class Exposure(ShortRepr):
     greatest: float = math.nan
     limit: DensityLimit | None = field(default=None, repr=False)
     density_unit: str = ""
+    filled: float | None = None
     outside: float = 0.0
     target: float | None = None
     stretch: float = 1.0
@@ -134,6 +137,7 @@ class Exposure(ShortRepr):
         width = f"the corridor, {self.corridor:g} m wide," if self.corridor > 0.0 else "the path"
         limit = "" if self.limit is None else f", limit {self.limit.level:g}"
         below = f"up to {self.greatest:.4g} {self.density_unit} under {width}{limit}".replace(",,", ",")
+        below += "" if self.filled is None else f"; cells without data count as {self.filled:g}"
         known = math.isfinite(self.people)
         lines = {
             "people": f"{self.people:,.0f} on the map; {below}" if known else "",
@@ -197,6 +201,7 @@ class Exposure(ShortRepr):
             "meets_target": self.meets_target,
             "least_fatalities_at_this_length": self.least_fatalities or None,
             "least_length_for_target": self.least_length or None,
+            "without_data": self.filled,
             "length_outside": self.outside,
         }
 
@@ -284,6 +289,7 @@ def exposure(
         people=sum((people_on(layer, problem.bounds) for layer in people), 0.0) if people else math.nan,
         greatest=max(greatest_below(layer, places, corridor=width) for layer in layers),
         density_unit=density_unit,
+        filled=max((layer.nodata or 0.0 for layer in people if layer.missing.any()), default=None),
         # (the bounds of a map in degrees are that much wider than its raster)
         outside=length_outside(layers, places, rim=0.0 if problem.projection is None else 1.5 * EDGE_METRES),
         stretch=problem.stretch(places),
