@@ -5,7 +5,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from cgla_graph._types import Bounds, Point
+from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.model.earth import FARTHEST, LocalProjection, geodesic_length
 
 Ticks: TypeAlias = list[tuple[float, str]]
@@ -75,12 +75,23 @@ def degree_ticks(projection: LocalProjection, bounds: Bounds) -> tuple[Ticks, Ti
         unit = 10.0 ** math.floor(math.log10(rough))
         step = unit * next(one for one in STEPS if one * unit >= rough * (1.0 - 1e-9))
         values = step * np.arange(math.ceil(first / step), math.floor(last / step) + 1)
-        order = np.argsort(degrees)
-        places = np.interp(values, degrees[order], along[order])
-        found.append(
-            [(float(at), degree_text(one, letters, step)) for at, one in zip(places, values.tolist(), strict=True)]
-        )
+        ticks = [
+            (at, degree_text(one, letters, step)) for one in values.tolist() for at in _places(one, degrees, along)
+        ]
+        found.append(sorted(ticks))
     return found[0], found[1]
+
+
+def _places(value: float, degrees: FloatArray, along: FloatArray) -> list[float]:
+    """Return where a side has a value: near a pole more than once."""
+    away = degrees - value
+    here, there = away[:-1], away[1:]
+    # (a step of half the Earth is the antimeridian's)
+    meets = (here * there < 0.0) & (np.abs(here - there) < 180.0)  # noqa: PLR2004
+    share = here[meets] / (here - there)[meets]
+    crossed = along[:-1][meets] + share * np.diff(along)[meets]
+    places: list[float] = np.concatenate([crossed, along[away == 0.0]]).tolist()
+    return places
 
 
 class Compass(NamedTuple):

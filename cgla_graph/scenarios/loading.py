@@ -11,7 +11,7 @@ import shapely
 from pydantic import ValidationError
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._text import shown
+from cgla_graph._text import cut, shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import four_numbers, point
 from cgla_graph.airspace.zones.reading import is_geojson
@@ -39,6 +39,8 @@ from cgla_graph.untrusted.files import kind_of
 MOST_CELLS = 6000
 #: Points of the lattice over files of areas and rasters, about.
 EVEN_POINTS = 900
+#: The remedy where a path has no ends, and most characters of why no zone is closed.
+GIVE_ENDS, MOST_REASONS = "give --start and --goal", 400
 #: Endings of files of no-fly areas and zones; others are recognised by their content.
 AREAS = (".geojson", ".json", ".kml", ".kmz")
 #: Endings of rasters that are scenarios by themselves; .npz and .csv are those of graphs.
@@ -364,7 +366,10 @@ def _zones_scenario(
     if start is None or goal is None:
         closed = [one.area for one in applied.closed]
         if not closed:
-            msg = f"{path}: none of its {count} zones is closed; give --start and --goal"
+            account = applied.account()
+            why = cut("; ".join([account.summary(), *account.notes()]), MOST_REASONS)
+            no_map = f"none of its {count} zones is closed"
+            msg = f"{path}: {no_map}; {GIVE_ENDS}: without a closed zone, it is unknown where the map is ({why})"
             raise ScenarioError(msg)
         # (no end is inside a zone, not even one that counts only where a flight takes off or lands)
         low = [layer.area for one in applied.verdicts for layer in one.low]

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from cgla_graph._text import shown
 from cgla_graph.comparisons.study.entrant import Entrant, check_settings, every_solver, parse_budget
-from cgla_graph.errors import CglaError
+from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios.area_tables import OF_TERRAIN
-from cgla_graph.scenarios.loading import AREAS, RASTERS, holds_areas, open_scenarios
+from cgla_graph.scenarios.loading import AREAS, GIVE_ENDS, RASTERS, holds_areas, open_scenarios
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.scenarios.text_files import require_file
 
@@ -158,7 +158,7 @@ class MapOptions:
         Settings of zones from ``--altitude`` (with ``--above``), ``--at``, ``--treat``, ``--ground``, ``--lines`` and
         ``--vertical-clearance``; None where an option was left out.
     takes_k
-        Whether the command has ``--k``, for messages.
+        Whether the command has ``--k``, ``--start`` and ``--goal``, for messages.
     raster
         Settings of a raster from ``--kind``, ``--unit``, ``--scale``, ``--nodata``, ``--interpolation``, ``--origin``
         and ``--coordinates``; None where an option was left out.
@@ -221,7 +221,7 @@ class MapOptions:
         elif settings:
             msg = f"{spec} is no raster (those end in {', '.join(RASTERS)}): leave out --{next(iter(settings))}"
             raise CglaError(msg)
-        for scenario in open_scenarios(
+        for scenario in self._opened(
             spec,
             start=_numbers("--start", self.start, "X,Y"),
             goal=_numbers("--goal", self.goal, "X,Y"),
@@ -249,6 +249,16 @@ class MapOptions:
             else:
                 lattice = Lattice(self.resolution, bounds=scenario.problem.bounds)
                 yield dataclasses.replace(scenario, lattice=lattice)
+
+    def _opened(self, spec: str, **given: Any) -> Iterator[Scenario]:  # noqa: ANN401 - of `open_scenarios`
+        """Open scenarios; errors name no options that the command does not have."""
+        try:
+            yield from open_scenarios(spec, **given)
+        except ScenarioError as error:
+            if self.takes_k or GIVE_ENDS not in str(error):
+                raise
+            remedy = "write a scenario file with start, goal and no_fly.zones, and give that"
+            raise ScenarioError(str(error).replace(GIVE_ENDS, remedy).replace(" (--lines closed)", "")) from error
 
 
 def is_raster(spec: str) -> bool:

@@ -246,7 +246,7 @@
       return [svg('line', { class: 'tick', ...line }), svg('text', { class: 'tick-label', ...place }, text)];
     });
     // a plane has no north: its axes say which way they go
-    if (!origin) found.push(upright ? svg('text', { class: 'tick-label', x: -8, y: yDown ? height + 18 : -10, 'text-anchor': 'end' }, yDown ? 'y ↓' : 'y ↑') : svg('text', { class: 'tick-label', x: width + 5, y: height + 4 }, 'x'));
+    if (!origin) found.push(upright ? svg('text', { class: 'tick-label', x: -8, y: -10, 'text-anchor': 'end' }, yDown ? 'y ↓' : 'y ↑') : svg('text', { class: 'tick-label', x: width + 5, y: height + 4 }, 'x'));
     return found;
   }
   /** The scale bar, and north: both as they are in the middle of the map. */
@@ -431,6 +431,7 @@
     write('#bound', amount(answer?.bound, Math.floor));
     write('#gap', gap === null ? '–' : `${(Math.ceil(Math.max(gap, 0) * 1e4 - 1e-6) / 100).toFixed(2)} %`);
     write('#length', amount(answer?.length));
+    $('#answer').classList.toggle('long', ['#cost', '#bound', '#length'].some(id => $(id).textContent.length > 10));
     write('#total-risk', figure(answer?.risk, 3));
     write('#took', isNumber(answer?.seconds) ? seconds(answer.seconds) : '–');
     const tube = answer?.tube || [];

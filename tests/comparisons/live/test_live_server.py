@@ -248,6 +248,32 @@ def test_the_page_names_an_area_and_its_file_in_degrees(tmp_path: Path) -> None:
     assert "landing between the ground and 130 m AGL goes through the no-fly area 'A-1 (Castle)'" in error
 
 
+LINE = "<LineString><coordinates>6,49 7,49 7,50 6,49</coordinates></LineString>"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "why"),
+    [
+        ("open.json", json.dumps(ed269(restriction="NO_RESTRICTION")), "1 zone: 1 open (1 NO_RESTRICTION)"),
+        (
+            "lines.kml",
+            f"<kml><Placemark><name>TMA</name>{LINE}</Placemark></kml>",
+            "1 closed line (TMA) left out; lines = closed",
+        ),
+    ],
+)
+def test_zones_of_which_none_is_closed_are_refused_with_the_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], name: str, text: str, why: str
+) -> None:
+    """The page has no options for ends: its remedy is a scenario file."""
+    call = caller(tmp_path, monkeypatch, capfd)
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    answer = call("live", name, "--no-browser")
+    answer.refused("none of its 1 zones is closed; write a scenario file with start, goal and no_fly.zones", why)
+    assert "--" not in answer.err
+    call("plan", name).refused("none of its 1 zones is closed; give --start and --goal: ", why)
+
+
 def test_a_newer_state_replaces_what_waits() -> None:
     """Of many states that come while one is under way, only the last is worked on."""
     line, begun, go = Line(), threading.Event(), threading.Event()
