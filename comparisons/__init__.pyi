@@ -3,6 +3,8 @@ from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.performance import performances as performances
 from cgla_graph.comparisons.study.entrant import Entrant as Entrant
 from cgla_graph.comparisons.study.execution import run_study as run_study
+from cgla_graph.comparisons.study.metric import Metric as Metric
+from cgla_graph.comparisons.study.metric import metric as metric
 from cgla_graph.comparisons.study.rows import rows_of as rows_of
 from cgla_graph.comparisons.study.rows import summaries as summaries
 from cgla_graph.comparisons.study.runner import Run as Run

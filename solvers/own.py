@@ -169,19 +169,30 @@ def load(name: str, where: str) -> tuple[Any, Path, str]:
         msg = f"{where} is no name in a file; write it as ./FILE.py:NAME"
         raise SolverUnavailableError(msg)
     path, attribute = Path(match["path"]), match["attribute"]
-    try:
-        data = read_bytes(path)
-    except CglaError as error:
-        msg = f"{where}: {error}"
-        raise SolverUnavailableError(msg) from error
-    digest = hashlib.sha256(data).hexdigest()
-    module = _module(path.resolve(), digest, data)
+    module = load_module(path, where)
     if not hasattr(module, attribute):
         own = [key for key, one in vars(module).items() if getattr(one, "__module__", None) == module.__name__]
         known = f"it has {', '.join(own)}" if own else "it has no class and no function of its own"
         msg = f"{where}: {place(path)} has no {attribute}; {known}"
         raise SolverUnavailableError(msg)
-    return getattr(module, attribute), path, digest
+    return getattr(module, attribute), path, module.__name__.rpartition("_")[2]
+
+
+def load_module(path: str | Path, where: str) -> ModuleType:
+    """
+    Run a file of the user's, once in a process, as a module that travels by value.
+
+    Raises
+    ------
+    SolverUnavailableError
+        If the file cannot be read or run; `where` says what needs it.
+    """
+    try:
+        data = read_bytes(path)
+    except CglaError as error:
+        msg = f"{where}: {error}"
+        raise SolverUnavailableError(msg) from error
+    return _module(Path(path).resolve(), hashlib.sha256(data).hexdigest(), data)
 
 
 def check_kind(kind: object, where: str) -> None:
@@ -203,7 +214,7 @@ def check_kind(kind: object, where: str) -> None:
 @cache
 def _module(path: Path, digest: str, data: bytes) -> ModuleType:
     """Run a file as a module that travels by value; what it prints goes to standard error."""
-    name = f"cgla_own_{path.stem}_{digest[:DIGITS]}"
+    name = f"cgla_own_{path.stem}_{digest}"
     module = ModuleType(name)
     module.__file__ = str(path)
     sys.modules[name] = module

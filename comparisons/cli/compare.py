@@ -48,6 +48,10 @@ def compare(
     highlight: Annotated[
         str | None, option("--highlight A,B", "draw these in colour, besides the best and those of the paper")
     ] = None,
+    metrics: Annotated[
+        list[str] | None,
+        option("--metrics FILE.py", "numbers of paths of your own: functions marked by @metric; may be repeated"),
+    ] = None,
     strict: Annotated[bool, option("--strict", "exit with 1 if a run has no path")] = False,
     example: Annotated[bool, option("--example", "print an example of a study file")] = False,
     schema: Annotated[bool, option("--schema", "print the JSON schema of study files")] = False,
@@ -94,6 +98,7 @@ def compare(
             certify=not proof.no_certificate,
             pictures=pictures,
             highlight=highlight,
+            metrics=metrics or (),
         )
         request = study_run.read_request(asked, how)
     zoned = zones.report(request.study.scenarios, as_json=as_json)

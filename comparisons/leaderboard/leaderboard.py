@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import rankdata
 
 from cgla_graph._validate import number_array
 from cgla_graph.comparisons.leaderboard.profiles import (
@@ -19,7 +20,8 @@ from cgla_graph.comparisons.leaderboard.profiles import (
 from cgla_graph.comparisons.statistics.intervals import Estimate, Interval, estimate, success_interval
 from cgla_graph.comparisons.statistics.paired import Paired, against, same_cost
 from cgla_graph.comparisons.statistics.ranking import ranking
-from cgla_graph.comparisons.study.rows import by_solver, excess_over
+from cgla_graph.comparisons.study.metric import Measure
+from cgla_graph.comparisons.study.rows import by_solver, excess_over, median_run
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Status
 
@@ -91,6 +93,26 @@ _UNKNOWN = Estimate(math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True)
+class MetricStanding:
+    """
+    One solver by a metric, over the scenarios that every solver has run.
+
+    Attributes
+    ----------
+    measure
+        Name, unit and direction of the metric; its value is NaN.
+    estimate
+        Median over the scenarios, each by the solver's median run.
+    average_rank
+        Mean of its rank by the metric; without a value it ranks last.
+    """
+
+    measure: Measure
+    estimate: Estimate
+    average_rank: float
+
+
+@dataclass(frozen=True)
 class LeaderboardRow:
     """
     One solver among the others, over all scenarios.
@@ -124,6 +146,8 @@ class LeaderboardRow:
         Number of runs without a feasible path by status, the most frequent first.
     failed_on
         Names of the scenarios on which runs failed, and the number of failures, in order.
+    metrics
+        Its standing by each metric.
     """
 
     solver: str
@@ -139,6 +163,7 @@ class LeaderboardRow:
     versus_best: Paired | None
     failures: Mapping[Status, int]
     failed_on: Mapping[str, int]
+    metrics: Sequence[MetricStanding] = ()
 
 
 def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
@@ -173,6 +198,7 @@ def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
     wins = _wins(costs)
     gaps = _gaps(runs)
     times = {solver: _estimate(values) for solver, values in instance_times(runs, NEAR_PERCENT).items()}
+    metrics = _by_metric(runs)
     rank_of = dict(zip(ranks.solvers, ranks.average_ranks, strict=True))
 
     def merit(solver: str) -> tuple[float, float, float]:
@@ -198,9 +224,33 @@ def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
             versus_best=versus.get(solver),
             failures=dict(Counter(run.solution.status for run in failed(by_label[solver])).most_common()),
             failed_on=dict(Counter(run.scenario.name for run in failed(by_label[solver]))),
+            metrics=metrics[solver],
         )
         for solver, place in zip(order, places, strict=True)
     ]
+
+
+def _by_metric(runs: Sequence[Run]) -> dict[str, list[MetricStanding]]:
+    """Return each solver's standing by each metric, of its median run on each scenario that counts."""
+    known = {one.name: one._replace(value=math.nan) for run in runs for one in run.measures}
+    groups = shared_scenarios(runs)
+    found: dict[str, list[MetricStanding]] = {run.solver: [] for run in runs}
+    for name, said in known.items():
+        values = {
+            solver: [_measure(median_run(group[solver]), name) for group in groups if solver in group]
+            for solver in found
+        }
+        table = np.array(list(values.values())) * (1.0 if said.better == "less" else -1.0)
+        ranks = rankdata(np.where(np.isnan(table), np.inf, table), axis=0)
+        for own, rank, solver in zip(values.values(), ranks, values, strict=True):
+            finite = [one for one in own if not math.isnan(one)]
+            average = float(rank.mean()) if len(rank) else math.nan
+            found[solver].append(MetricStanding(said, _estimate(finite), average))
+    return found
+
+
+def _measure(run: Run, name: str) -> float:
+    return next((one.value for one in run.measures if one.name == name), math.nan)
 
 
 def _wins(costs: Mapping[str, Sequence[float]]) -> dict[str, int]:

@@ -139,7 +139,7 @@ def _document(stored: Stored, found: Sequence[LeaderboardRow], *, live: bool) ->
         "statuses": statuses_document(),
         "rerun": rerun_command(stored.folder),
         **scenarios_document(groups, solvers),
-        "columns": columns_document(),
+        "columns": columns_document(runs),
         "rows": rows_document(runs, names, solvers),
         "success": _success(runs, places),
         "profile": _profile(runs, places),

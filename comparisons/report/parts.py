@@ -9,7 +9,7 @@ from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, faile
 from cgla_graph.comparisons.numbers import Cell, p_equals
 from cgla_graph.comparisons.statistics.ranking import Ranking, too_few_note
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.tables.leaderboard_columns import COLUMNS
+from cgla_graph.comparisons.tables.leaderboard_columns import columns_of
 
 _SIDE, _AXIS = 240, 420  # pixels: room for names on either side, and the axis between
 _LINE, _BAR_LINE = 20, 10  # pixels: between names, and between bars
@@ -23,11 +23,12 @@ MOST_GROUPS, MOST_NAMES = 100, 4
 
 def ranking_table(found: Sequence[LeaderboardRow], ranks: Ranking) -> dict[str, Any]:
     """Return the ranking table: its columns, a row a solver, and the note below."""
+    columns = columns_of(found)
     rows = [
         {
             "place": one.place,
             "solver": one.solver,
-            "cells": [_dashed(column.cell(one)) for column in COLUMNS],
+            "cells": [_dashed(column.cell(one)) for column in columns],
             "failures": ", ".join(f"{count:,} {status.label}" for status, count in one.failures.items()),
         }
         for one in found
@@ -40,7 +41,7 @@ def ranking_table(found: Sequence[LeaderboardRow], ranks: Ranking) -> dict[str, 
         f"{test}A scenario counts once, by the median over its seeds, and only where every solver has run it; "
         "a run without a path counts as infinitely costly and is never left out."
     )
-    return {"columns": COLUMNS, "rows": rows, "note": note}
+    return {"columns": columns, "rows": rows, "note": note}
 
 
 def _dashed(cell: Cell) -> Cell:

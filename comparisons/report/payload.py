@@ -12,7 +12,7 @@ from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.comparisons.numbers import rounded, rounded_all
 from cgla_graph.comparisons.report.maps import map_document, map_key, path_steps, steps_of
 from cgla_graph.comparisons.statistics.intervals import Estimate, estimate, median_curve, path_cost, to_target
-from cgla_graph.comparisons.study.rows import SHOWN, by_solver, claims_note, median_run, row, scenario_bound
+from cgla_graph.comparisons.study.rows import by_solver, claims_note, median_run, row, scenario_bound, shown
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario
@@ -118,7 +118,7 @@ def _curve(solutions: Sequence[Solution]) -> dict[str, Any] | None:
     return document
 
 
-def columns_document() -> list[dict[str, Any]]:
+def columns_document(runs: Sequence[Run] = ()) -> list[dict[str, Any]]:
     """
     Describe the columns of the table of runs, in order: where it finds them, their titles, and how they are written.
 
@@ -128,7 +128,7 @@ def columns_document() -> list[dict[str, Any]]:
     {'key': 'cost', 'head': 'cost', 'kind': 'number', 'format': 'figure', 'digits': 6}
     """
     names = ("key", "head", "kind", "format", "digits")
-    columns = [{name: getattr(column, name) for name in names} for column in SHOWN]
+    columns = [{name: getattr(column, name) for name in names} for column in shown(runs)]
     return [column | {"head": "#"} if column["key"] == "number" else column for column in columns]
 
 
@@ -150,9 +150,10 @@ def rows_document(runs: Sequence[Run], scenarios: Sequence[str], solvers: Sequen
         `statuses_document`, others in the lists of ``words``.
     """
     known = {"scenario": scenarios, "solver": solvers, "status": [status.label for status in Status]}
-    rows = [row(run, columns=SHOWN) for run in runs]
+    columns = shown(runs)
+    rows = [row(run, columns=columns) for run in runs]
     document: dict[str, Any] = {"words": {}}
-    for column in SHOWN:
+    for column in columns:
         values = [one[column.key] for one in rows]
         if column.kind == "word":
             words = known.get(column.key) or list(dict.fromkeys(values))

@@ -9,7 +9,7 @@ from typing import Any
 from cgla_graph.comparisons import files
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.results.ompl_database import ompl_database
-from cgla_graph.comparisons.study.rows import EXPORTED, Kind, best_exact, by_scenario, row
+from cgla_graph.comparisons.study.rows import EXPORTED, Kind, best_exact, by_scenario, exported, row
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import FILE, Stored
 from cgla_graph.comparisons.tables.latex import booktabs
@@ -24,7 +24,7 @@ _ARROW_TYPES: Mapping[Kind, str] = {"word": "string", "whole": "int64", "number"
 
 def run_rows(runs: Sequence[Run], every: Sequence[Run]) -> list[dict[str, Any]]:
     """
-    Turn runs into flat rows, one value for each of `RUN_COLUMNS`; None for NaN and infinity.
+    Turn runs into flat rows, one value for each of `RUN_COLUMNS` and of their metrics; None for NaN and infinity.
 
     Parameters
     ----------
@@ -43,7 +43,8 @@ def run_rows(runs: Sequence[Run], every: Sequence[Run]) -> list[dict[str, Any]]:
     [('straight-line', 'found', False)]
     """
     best = {id(group[0].scenario): best_exact(group) for group in by_scenario(every)}
-    return [row(run, best[id(run.scenario)], EXPORTED) for run in runs]
+    columns = exported(every)
+    return [row(run, best[id(run.scenario)], columns) for run in runs]
 
 
 def check_targets(targets: Sequence[Path], folder: Path) -> None:
@@ -106,7 +107,8 @@ def export(target: Path, stored: Stored, runs: Sequence[Run]) -> Path:
 
 
 def _csv(stored: Stored, runs: Sequence[Run]) -> bytes:
-    return files.csv_text(run_rows(runs, stored.runs), RUN_COLUMNS).encode("utf-8", errors="backslashreplace")
+    columns = [column.key for column in exported(stored.runs)]
+    return files.csv_text(run_rows(runs, stored.runs), columns).encode("utf-8", errors="backslashreplace")
 
 
 def _jsonl(stored: Stored, runs: Sequence[Run]) -> bytes:
@@ -117,7 +119,7 @@ def _jsonl(stored: Stored, runs: Sequence[Run]) -> bytes:
 def _parquet(stored: Stored, runs: Sequence[Run]) -> bytes:
     pa = _pyarrow()
     parquet = importlib.import_module("pyarrow.parquet")
-    fields = [(column.key, getattr(pa, _ARROW_TYPES[column.kind])()) for column in EXPORTED]
+    fields = [(column.key, getattr(pa, _ARROW_TYPES[column.kind])()) for column in exported(stored.runs)]
     rows = [
         {key: _utf8_text(value) if isinstance(value, str) else value for key, value in one.items()}
         for one in run_rows(runs, stored.runs)
@@ -145,7 +147,7 @@ def _tex(stored: Stored, runs: Sequence[Run]) -> bytes:
     found = leaderboard_of(runs)
     title = f"{stored.title or stored.folder.name}: leaderboard of {len(found)} solvers over {len(runs)} runs"
     notes = [title, *leaderboard_notes(found), "needs the package booktabs"]
-    return booktabs(leaderboard_heads(), [leaderboard_cells(one) for one in found], notes).encode("ascii")
+    return booktabs(leaderboard_heads(found), [leaderboard_cells(one) for one in found], notes).encode("ascii")
 
 
 _WRITERS: Mapping[str, Callable[[Stored, Sequence[Run]], bytes]] = {

@@ -9,7 +9,7 @@ from cgla_graph.comparisons.leaderboard.performance import PERFORMANCE_COLUMNS, 
 from cgla_graph.comparisons.results.ompl_database import ompl_database
 from cgla_graph.comparisons.study.entrant import Entrant, budget_note
 from cgla_graph.comparisons.study.flight_run import COLUMNS as FLIGHT_COLUMNS
-from cgla_graph.comparisons.study.rows import COLUMNS, by_scenario, rows_of, trace_row
+from cgla_graph.comparisons.study.rows import by_scenario, compared, rows_of, trace_row
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import OMPL_FILE, Stored
 from cgla_graph.comparisons.tables.tables import comparison_table, performance_table
@@ -46,7 +46,7 @@ def write_study(stored: Stored) -> list[Path]:
         found = [one.document() for group in by_scenario(runs) for one in performances(group)]
         written += [
             files.write_bytes(folder / OMPL_FILE, ompl_database(stored, runs)),
-            *_write_rows(folder, "rows", table, COLUMNS),
+            *_write_rows(folder, "rows", table, [column.key for column in compared(runs)]),
             files.write_text(folder / "summary.csv", files.csv_text(found, PERFORMANCE_COLUMNS)),
         ]
         traces = [trace_row(run) for run in runs if run.solution.trace]

@@ -15,6 +15,7 @@ from cgla_graph.comparisons.results import study_output
 from cgla_graph.comparisons.results.lookup import print_leaderboard
 from cgla_graph.comparisons.study import execution, options
 from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun
+from cgla_graph.comparisons.study.metric import read_metrics
 from cgla_graph.comparisons.study.rows import by_scenario, certificate_document, rows_of
 from cgla_graph.comparisons.study.runner import Run, with_refuted_claims
 from cgla_graph.comparisons.study.store import FILE, PROOF, StudyStore, load, load_study
@@ -131,6 +132,8 @@ class Settings:
         The options of the same names; `certify` is the reverse of ``--no-certificate``.
     maps
         Changes to the maps.
+    metrics
+        Files of metrics, or functions in files.
     """
 
     specs: Sequence[str] = ()
@@ -144,6 +147,7 @@ class Settings:
     certify: bool = True
     pictures: int | None = None
     highlight: str | None = None
+    metrics: Sequence[str] = ()
 
     @property
     def given(self) -> list[str]:
@@ -151,6 +155,7 @@ class Settings:
         names = ("solvers", "seeds", "budget", "limits", "tolerance")
         named = [f"--{name}" for name in names if getattr(self, name) is not None]
         named += ["--refine"] if self.refine else []
+        named += ["--metrics"] if self.metrics else []
         return [*named, *self.maps.given, *([] if self.certify else ["--no-certificate"])]
 
 
@@ -184,8 +189,10 @@ def read_request(asked: Settings, how: RunOptions | None = None) -> Request:
         _alone(how.folder / FILE, asked)
         study = load_study(how.folder)
         forgotten = [one.label for one in study.entrants if own.is_forgotten(one.name)]
+        forgotten += [f"metric {one.name}" for one in study.metrics]
         if forgotten:
-            msg = f"{listed(forgotten)}: a study does not keep solvers of your own; give its maps and --solvers again"
+            remedy = "give its maps, --solvers and --metrics again"
+            msg = f"{listed(forgotten)}: a study does not keep code of your own; {remedy}"
             raise CglaError(msg)
     else:
         study = _study(asked, how.command)
@@ -212,6 +219,7 @@ def _study(asked: Settings, command: str) -> Study:
         source=command,
         missions=missions,
         mission_entrants=flown,
+        metrics=read_metrics(asked.metrics),
     )
 
 

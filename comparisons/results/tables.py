@@ -7,7 +7,7 @@ from cgla_graph._text import DASH, counted, duration, figure, listed, percent
 from cgla_graph.comparisons.leaderboard.leaderboard import FailureGroup, LeaderboardRow, failure_groups
 from cgla_graph.comparisons.leaderboard.regression import SIGNIFICANT, Change, Regression, RunKey, Verdict
 from cgla_graph.comparisons.numbers import estimate_cell, p_value, ratio
-from cgla_graph.comparisons.study.rows import SHOWN, Format, RunColumn, by_scenario, row, summaries
+from cgla_graph.comparisons.study.rows import Format, RunColumn, by_scenario, row, shown, summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.comparisons.tables.leaderboard_columns import (
@@ -17,7 +17,7 @@ from cgla_graph.comparisons.tables.leaderboard_columns import (
     leaderboard_notes,
 )
 from cgla_graph.comparisons.tables.overview import Overview
-from cgla_graph.comparisons.tables.tables import SUMMARY_COLUMNS
+from cgla_graph.comparisons.tables.tables import SUMMARY_COLUMNS, measured_cells
 from cgla_graph.model.solution import Status
 
 #: So many messages of a solver are shown for each way to fail.
@@ -46,7 +46,7 @@ def overview_lines(said: Overview) -> list[str]:
 
 def leaderboard_table(title: str, found: Sequence[LeaderboardRow]) -> FittedTable:
     """Show who wins: a line a solver, the best first."""
-    heads = leaderboard_heads()
+    heads = leaderboard_heads(found)
     rows: list[Sequence[str]] = [leaderboard_cells(one) for one in found]
     return FittedTable(title, heads[:1], heads[1:], SPARE, leaderboard_notes(found), rows)
 
@@ -58,18 +58,20 @@ def solver_table(runs: Sequence[Run]) -> FittedTable:
     heads = ("runs", "cost", "gap", "length", "risk", "clearance", "time", "build", "seed spread")
     words = ("solver", "scenario", "status")
     rows: list[Sequence[str]] = [
-        [one.solver, scenario, one.status, *(SUMMARY_COLUMNS[head](one) for head in heads)]
+        [one.solver, scenario, one.status, *(SUMMARY_COLUMNS[head](one) for head in heads), *measured_cells(one)]
         for scenario, one in sorted(found, key=lambda named: order.index(named[1].solver))
     ]
-    return FittedTable("scenario by scenario", words, heads, _SOLVER_SPARE, rows=rows)
+    metrics = [one.head for one in found[0][1].measures] if found else []
+    return FittedTable("scenario by scenario", words, (*heads, *metrics), _SOLVER_SPARE, rows=rows)
 
 
 def runs_table(title: str, runs: Sequence[Run]) -> FittedTable:
     """Show single runs: a line each, with the number that ``--rerun`` takes."""
-    left = [column for column in SHOWN if column.key in _RUN_LEFT]
-    right = [column for column in SHOWN if column.key not in _RUN_LEFT and column.kind != "word"]
-    shown = [*left, *right]
-    spare = sorted((column for column in shown if column.spare is not None), key=lambda column: column.spare or 0)
+    columns = shown(runs)
+    left = [column for column in columns if column.key in _RUN_LEFT]
+    right = [column for column in columns if column.key not in _RUN_LEFT and column.kind != "word"]
+    both = [*left, *right]
+    spare = sorted((column for column in both if column.spare is not None), key=lambda column: column.spare or 0)
     return FittedTable(
         title,
         [column.head for column in left],
@@ -77,7 +79,7 @@ def runs_table(title: str, runs: Sequence[Run]) -> FittedTable:
         [column.head for column in spare],
         ["number: cgla results DIR --rerun NUMBER runs it again"],
         [
-            [_run_cell(column, value) for column, value in zip(shown, row(run, columns=shown).values(), strict=True)]
+            [_run_cell(column, value) for column, value in zip(both, row(run, columns=both).values(), strict=True)]
             for run in runs
         ],
     )

@@ -21,6 +21,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._text import shown
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.metric import Better, Measure, Metric, forgotten
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError, StudyError
 from cgla_graph.model.earth import LocalProjection
@@ -335,6 +336,18 @@ def _entrant(document: Document) -> Entrant:
     )
 
 
+def metric_document(metric: Metric) -> Document:
+    """Turn a metric into a document, without its function."""
+    return {"name": metric.name, "unit": metric.unit, "better": metric.better, "digest": metric.digest}
+
+
+def metric_from(document: Document) -> Metric:
+    """Build the metric of a document, whose function is not known any more."""
+    better: Better = "more" if document["better"] == "more" else "less"
+    name, unit, digest = (_text(document[key]) for key in ("name", "unit", "digest"))
+    return Metric(name, forgotten, unit, better, digest)
+
+
 _NUMBERS = ("lower_bound", "upper_bound", "tolerance", "spacing", "seconds")
 
 
@@ -403,6 +416,7 @@ def run_document(run: Run) -> Document:
         "settings": _settings_document(run.settings, run.solver),
         "megabytes": encode(float(run.megabytes)),
         "host": str(run.host),
+        **({"measures": [[*one[:3], encode(one.value)] for one in run.measures]} if run.measures else {}),
         "path": encode(np.asarray(solution.path, dtype=np.float64).reshape(-1, 2).tolist()),
         "trace": encode([[point.seconds, point.evaluations, point.cost] for point in solution.trace]),
     }
@@ -448,6 +462,10 @@ def run_from(
         megabytes=float(decode(document["megabytes"])),
         host=_text(document["host"]),
         number=number,
+        measures=tuple(
+            Measure(_text(name), _text(unit), "more" if better == "more" else "less", float(decode(value)))
+            for name, unit, better, value in document.get("measures", ())
+        ),
     )
 
 

@@ -9,7 +9,7 @@ import hashlib
 import math
 import pickle
 import socket
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing, suppress
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -22,6 +22,7 @@ from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.documents import SOLUTION_NUMBERS
 from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.metric import Metric, measures
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import PROOF, RUN
 from cgla_graph.comparisons.study.study import Cell, Study
@@ -125,7 +126,9 @@ def study_tasks(study: Study, store: ResultStore | None = None) -> list[Task]:
         proof = [] if study.tolerance is None else [(PROOF, cell.scenario)]
         for key in proof:
             tasks.setdefault(key, _proof_task(cell.scenario, packed, study.tolerance or 0.0))
-        tasks[RUN, *cell] = _run_task(cell, scenarios[cell.scenario], entrants[cell.solver], packed, proof)
+        tasks[RUN, *cell] = _run_task(
+            cell, scenarios[cell.scenario], entrants[cell.solver], packed, proof, study.metrics
+        )
     return list(tasks.values())
 
 
@@ -147,6 +150,7 @@ def _run_task(
     entrant: Entrant,
     packed: Callable[[str], "Packed"],
     proof: list[tuple[str, str]],
+    metrics: Sequence[Metric],
 ) -> Task:
     def run_of(outcome: Outcome, limits: Limits, done: Results) -> Run:
         """Make a run of a worker's answer."""
@@ -166,6 +170,9 @@ def _run_task(
             # a killed run reports no time: take the limit
             seconds = limits.seconds if outcome.failure is Failure.TIMED_OUT else 0.0
             solution = Solution(status, solver=entrant.name, message=message, seconds=seconds)
+        how["measures"], note = measures(metrics, solution, scenario.problem)
+        if note:
+            solution = dataclasses.replace(solution, message="; ".join(filter(None, [solution.message, note])))
         return runner.run_of(scenario, entrant, cell.seed, solution, next(iter(done.values()), None), **how)
 
     return Task((RUN, *cell), run, lambda _: (packed(cell.scenario), entrant, cell.seed), run_of, proof)

@@ -10,6 +10,7 @@ import numpy as np
 
 from cgla_graph._text import duration, figure, json_number, rounded_down
 from cgla_graph.comparisons.statistics.intervals import path_cost
+from cgla_graph.comparisons.study.metric import Measure
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.earth import degrees_of
 from cgla_graph.model.solution import Solution, Status
@@ -93,6 +94,16 @@ def _plain(value: Any) -> Any:  # noqa: ANN401 - a solver's setting may be anyth
     return value if isinstance(value, (bool, int, float, str, type(None))) and finite else str(value)
 
 
+def _measured(name: str) -> Callable[[Run, float], float]:
+    return lambda run, _: next((one.value for one in run.measures if one.name == name), math.nan)
+
+
+def metric_columns(runs: Iterable[Run]) -> list[RunColumn]:
+    """Return a column for each metric of these runs."""
+    known = {one.name: one.head for run in runs for one in run.measures}
+    return [RunColumn(name, "number", _measured(name), head, "figure", 4) for name, head in known.items()]
+
+
 _NUMBER = RunColumn("number", "whole", lambda run, _: run.number, "number", spare=None)
 #: Columns of every comparison, in the order of its files.
 COMPARED = (
@@ -123,15 +134,29 @@ EXPORTED = (
     RunColumn("host", "word", lambda run, _: run.host),
     RunColumn("exact", "flag", lambda run, _: run.exact),
 )
+_CLEARANCE = next(place for place, column in enumerate(COMPARED) if column.key == "clearance")
+
+
+def compared(runs: Sequence[Run]) -> list[RunColumn]:
+    """Return the columns of a comparison of these runs: `COMPARED`, and their metrics after the clearance."""
+    return [*COMPARED[: _CLEARANCE + 1], *metric_columns(runs), *COMPARED[_CLEARANCE + 1 :]]
+
+
+def exported(runs: Sequence[Run]) -> list[RunColumn]:
+    """Return the columns of exports of these runs: `EXPORTED`, and their metrics."""
+    return [*EXPORTED, *metric_columns(runs)]
+
+
 #: The first columns of tables; other numbers follow, then other words, which are widest.
 _FIRST = ("number", "scenario", "solver", "seed", "status", "cost", "gap")
-#: Columns of tables, in order.
-SHOWN = tuple(
-    sorted(
-        (column for column in EXPORTED if column.head),
+
+
+def shown(runs: Sequence[Run]) -> list[RunColumn]:
+    """Return the columns of tables of these runs, in order."""
+    return sorted(
+        (column for column in exported(runs) if column.head),
         key=lambda one: (_FIRST.index(one.key) if one.key in _FIRST else len(_FIRST), one.kind == "word"),
     )
-)
 
 
 def median_run(runs: Sequence[Run]) -> Run:
@@ -249,7 +274,8 @@ def trace_row(run: Run) -> dict[str, Any]:
 def rows_of(runs: Sequence[Run]) -> list[dict[str, Any]]:
     """Turn the runs of any scenarios into rows."""
     best = {id(group[0].scenario): best_exact(group) for group in by_scenario(runs)}
-    return [row(run, best[id(run.scenario)]) for run in runs]
+    columns = compared(runs)
+    return [row(run, best[id(run.scenario)], columns) for run in runs]
 
 
 def by_scenario(runs: Iterable[Run]) -> list[list[Run]]:
@@ -316,6 +342,8 @@ class Summary:
         Greatest minus least cost over the seeds, relative to the least; NaN for a single run.
     message
         The first message.
+    measures
+        The metrics of its path.
     """
 
     solver: str
@@ -333,6 +361,7 @@ class Summary:
     evaluations: float
     spread: float
     message: str
+    measures: Sequence[Measure] = ()
 
 
 def summaries(runs: Sequence[Run]) -> list[Summary]:
@@ -379,6 +408,7 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
         evaluations=median.evaluations,
         spread=spread,
         message=next((str(solution.message) for solution in solutions if solution.message), ""),
+        measures=median_run(runs).measures,
     )
 
 

@@ -13,6 +13,7 @@ from cgla_graph._progress import waiting
 from cgla_graph._text import ShortRepr
 from cgla_graph.certificate.certificate import Certificate, load_kernels, prove
 from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
+from cgla_graph.comparisons.study.metric import Measure
 from cgla_graph.errors import CglaError
 from cgla_graph.isolation.limits import is_expendable
 from cgla_graph.isolation.outcome import failure_by, one_line
@@ -57,6 +58,8 @@ class Run(ShortRepr):
         Name of the machine; empty where unknown.
     number
         Its number in the file of a study, from 1; None outside of one.
+    measures
+        Values of the study's metrics.
     """
 
     scenario: Scenario
@@ -69,6 +72,7 @@ class Run(ShortRepr):
     megabytes: float = math.nan
     host: str = ""
     number: int | None = None
+    measures: Sequence[Measure] = ()
 
 
 def compare(

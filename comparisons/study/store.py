@@ -22,6 +22,8 @@ from cgla_graph.comparisons.study.documents import (
     encode,
     entrant_document,
     entrant_from,
+    metric_document,
+    metric_from,
     run_document,
     run_from,
     scenario_document,
@@ -270,6 +272,7 @@ class Content:
             title=str(asked["title"]),
             source=str(asked["source"]),
             mission_entrants=[entrant for entrant in entrants if entrant.label in flying],
+            metrics=[metric_from(document) for document in asked.get("metrics", ())],
         )
 
     def certificates(self) -> dict[str, Certificate]:
@@ -513,6 +516,10 @@ def _merged(study: Study, before: Study) -> Study:
             asked = f"the study in the folder has {_setting_text(old)}, this one {_setting_text(new)}"
             msg = f"{asked}; keep that, or choose another folder"
             raise StudyError(msg)
+    for old, new in ((before.metrics, study.metrics), (study.metrics, before.metrics)):
+        kept = {one.name: metric_document(one) for one in new}
+        for one in old:
+            _check_same("metric", one.name, _differing(metric_document(one), kept.get(one.name, {})))
     known = {scenario.name: scenario_document(scenario) for scenario in before.scenarios}
     for scenario in study.scenarios:
         if scenario.name in known:
@@ -583,6 +590,7 @@ def _session_line(
         ("scenario", [scenario.name for scenario in study.scenarios]),
         ("entrant", [entrant.label for entrant in study.entrants]),
         ("mission", [mission.name for mission in missions]),
+        ("metric", [metric.name for metric in study.metrics]),
     ):
         twice = [name for name, count in Counter(names).items() if count > 1]
         if twice:
@@ -604,6 +612,7 @@ def _session_line(
         **({"rasters": rasters} if rasters else {}),
         "scenarios": scenarios,
         "entrants": [entrant_document(entrant) for entrant in study.entrants],
+        **({"metrics": [metric_document(metric) for metric in study.metrics]} if study.metrics else {}),
         "cells": [
             [list(seeds_of(scenario, entrant, study.seeds)) for entrant in study.entrants]
             for scenario in study.scenarios

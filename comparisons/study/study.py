@@ -8,7 +8,10 @@ from cgla_graph._display import NotebookRepr
 from cgla_graph._lazy import function_above
 from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
 from cgla_graph.comparisons.study.flight_run import ComparedMission
+from cgla_graph.comparisons.study.metric import Metric, as_metric
+from cgla_graph.comparisons.study.rows import EXPORTED
 from cgla_graph.comparisons.study.runner import seeds_of
+from cgla_graph.errors import StudyError
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios.mission_file import MissionFile
@@ -58,6 +61,9 @@ class Study(NotebookRepr):
         The text of its file, or the command.
     missions, mission_entrants
         Missions with distinct names, and the entrants that fly them.
+    metrics
+        With distinct names, computed of each path: functions of a path and a problem (see
+        `cgla_graph.comparisons.metric`).
     """
 
     scenarios: Sequence[Scenario]
@@ -69,12 +75,19 @@ class Study(NotebookRepr):
     source: str = ""
     missions: Sequence[MissionFile] = ()
     mission_entrants: Sequence[Entrant] = ()
+    metrics: Sequence[Metric] = ()
 
     def __post_init__(self) -> None:
         """Turn problems and names into scenarios and entrants."""
         scenarios = [as_scenario(given, f"problem-{number}") for number, given in enumerate(self.scenarios, start=1)]
         object.__setattr__(self, "scenarios", scenarios)
         object.__setattr__(self, "entrants", [as_entrant(given) for given in self.entrants])
+        metrics = [as_metric(given) for given in self.metrics]
+        taken = [one.name for one in metrics if one.name in {column.key for column in EXPORTED}]
+        if taken:
+            msg = f"the metric {taken[0]!r} has the name of a column; give it another, as @metric(name=…)"
+            raise StudyError(msg)
+        object.__setattr__(self, "metrics", metrics)
 
     def _repr_html_(self) -> str:
         """Return the fields as a table, beside the map of the first scenario."""

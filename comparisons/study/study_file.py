@@ -9,6 +9,7 @@ from typing import Any
 
 from cgla_graph._text import shown
 from cgla_graph.comparisons.study.entrant import Entrant, every_solver
+from cgla_graph.comparisons.study.metric import read_metrics
 from cgla_graph.comparisons.study.options import MapOptions, number_names, open_all
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.study.study_tables import FunctionTable, RandomTable, SolverTable, StudyTable, seed_list
@@ -57,6 +58,8 @@ seeds = 5
 # refine = true       # have every path refined before it counts
 # resolution = 30     # points a side of a closed lattice, instead of the scenarios' own
 tolerance = 0.005     # how tight the lower bound of each scenario shall be; 0: no bound
+
+# metrics = ["./mine.py"]   # numbers of each path of your own: functions of a path and a problem, marked by @metric
 
 # What ends the runs of all solvers that take it: seconds, iterations, evaluations.
 [budget]
@@ -153,6 +156,7 @@ def study_from_toml(text: str, folder: Path | None = None, *, where: str = "stud
             limits=Limits(table.limits.seconds, table.limits.memory),
             title=table.title or Path(where).stem,
             source=text,
+            metrics=read_metrics(table.metrics, home),
         )
 
 

@@ -233,6 +233,7 @@ class StudyTable(Table):
     tolerance: float = Field(TOLERANCE, ge=0, description="how tight the lower bound shall be; 0: no bound")
     resolution: int | None = Field(None, ge=2, description="points a side of a closed lattice, not the scenarios' own")
     limits: LimitsTable = Field(default_factory=LimitsTable)
+    metrics: list[str] = Field(default_factory=list, description="files of metrics, as ./mine.py or ./mine.py:turning")
 
 
 def seed_list(seeds: int | list[int]) -> Sequence[int]:

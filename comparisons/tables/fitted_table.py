@@ -135,7 +135,7 @@ def _table_of(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
     """Start a table: words in the columns on the left, numbers in those on the right; titles appear as they are."""
     table = Table(title=Text(title), title_justify="left", title_style="bold", caption_justify="left")
     for head in left:
-        table.add_column(head, no_wrap=True)
+        table.add_column(Text(head), no_wrap=True)
     for head in right:
-        table.add_column(head, justify="right", no_wrap=True)
+        table.add_column(Text(head), justify="right", no_wrap=True)
     return table

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from cgla_graph._text import DASH, duration, figure, percent
-from cgla_graph.comparisons.leaderboard.leaderboard import NEAR_PERCENT, LeaderboardRow
+from cgla_graph.comparisons.leaderboard.leaderboard import NEAR_PERCENT, LeaderboardRow, MetricStanding
 from cgla_graph.comparisons.numbers import Cell, estimate_cell, or_never, p_value, rate_cell, ratio
 from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
 from cgla_graph.comparisons.statistics.ranking import too_few_note
@@ -80,19 +80,43 @@ COLUMNS = (
 SPARE = ("p", f"to {NEAR_PERCENT} %", "cheapest on", "failed", "cost ratio", "success", "gap")
 
 
-def leaderboard_heads() -> tuple[str, ...]:
+def columns_of(found: Sequence[LeaderboardRow]) -> list[Column]:
+    """Return the columns of a leaderboard: `COLUMNS`, and two of each metric."""
+    return [*COLUMNS, *(column for one in (found[0].metrics if found else ()) for column in _metric_columns(one))]
+
+
+def _metric_columns(metric: MetricStanding) -> tuple[Column, Column]:
+    def own(one: LeaderboardRow) -> MetricStanding:
+        return next(other for other in one.metrics if other.measure.name == metric.measure.name)
+
+    said = metric.measure
+    return (
+        Column(
+            said.head,
+            f"median over the scenarios of the metric {said.name}, of the median run; {said.better} is better",
+            lambda one: estimate_cell(own(one).estimate, lambda value: figure(value, 4)),
+        ),
+        Column(
+            f"rank by {said.name}",
+            "average rank by that metric, 1 is best; without a path a solver ranks last",
+            lambda one: Cell(figure(own(one).average_rank, 3)),
+        ),
+    )
+
+
+def leaderboard_heads(found: Sequence[LeaderboardRow]) -> tuple[str, ...]:
     """Return the heads of the columns, the solver's first."""
-    return "solver", *(column.head for column in COLUMNS)
+    return "solver", *(column.head for column in columns_of(found))
 
 
 def leaderboard_cells(one: LeaderboardRow) -> list[str]:
     """Return what a table says of a solver, a cell for each head; intervals stand in a second line."""
-    return [one.solver, *(column.cell(one).lines for column in COLUMNS)]
+    return [one.solver, *(column.cell(one).lines for column in columns_of([one]))]
 
 
 def leaderboard_notes(found: Sequence[LeaderboardRow]) -> list[str]:
     """Explain the columns, a line each, and the intervals."""
-    notes = [f"{column.head}: {column.explained}" for column in COLUMNS]
+    notes = [f"{column.head}: {column.explained}" for column in columns_of(found)]
     notes.append("below: 95 % intervals, of medians and ratios free of any distribution")
     n_instances = found[0].n_instances if found else 0
     if note := too_few_note(n_instances, len(found)):

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 from cgla_graph._text import DASH, duration, figure, percent, rounded_down
 from cgla_graph.comparisons.leaderboard.performance import TARGET_PERCENTS, Performance
@@ -48,8 +49,19 @@ def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[st
     explained += [f"risk in {unit_of_risk}"] if unit_of_risk else []
     words = {"solver": lambda one: one.solver, "status": lambda one: one.status}
     numbers = {head: write for head, write in SUMMARY_COLUMNS.items() if head != "runs"}
+    for place, one in enumerate(found[0].measures if found else ()):
+        numbers[one.head] = partial(_measured, place)
     claims = [note for note in [claims_note(runs)] if note]
     return FittedTable.of(title, found, words, numbers, _SPARE, [*explained, *claims, *notes, *remarks])
+
+
+def _measured(place: int, one: Summary) -> str:
+    return measured_cells(one)[place]
+
+
+def measured_cells(one: Summary) -> list[str]:
+    """Write the values of metrics."""
+    return [figure(measure.value, 4) for measure in one.measures]
 
 
 def performance_table(found: Sequence[Performance]) -> FittedTable:

@@ -78,6 +78,7 @@ def instances() -> dict[str, Any]:
         comparisons.Study([scenario] * 30, [entrant] * 30),
         cg.Aircraft(12.0, power=300.0, battery=90.0),
         cg.load_mission("fig8"),
+        comparisons.Metric("length", lambda path, problem: problem.evaluate(path).length, "m"),
         cg.Waypoint(24.0, 60.0),
         cg.FlightPlan(tuple(cg.Waypoint(24.0 + 1e-4 * i, 60.0) for i in range(900))),
         cg.VolumeSettings(speed=15.0, dimension=0.8, pitch=30.0, buffer="ballistic", width=25.0, gnss_error=2.0),

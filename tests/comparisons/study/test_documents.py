@@ -120,7 +120,8 @@ def test_any_scenario_survives(scenario: Scenario) -> None:
 
 @pytest.mark.parametrize("name", shipped())
 def test_every_shipped_scenario_survives(name: str) -> None:
-    scenario = load_scenario(name)
+    # (what was said of its areas when it was read is not stored)
+    scenario = dataclasses.replace(load_scenario(name), area_records=())
     again = scenario_from(through_json(scenario_document(scenario)))
     assert bits(again) == bits(scenario)
     assert again.problem == scenario.problem

@@ -113,7 +113,7 @@ def test_its_hash_is_kept_and_a_changed_file_is_another_solver(detour: Path, cgl
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert resumed.returncode != 0
-    assert "detour.py:Detour: a study does not keep solvers of your own" in resumed.stderr
+    assert "detour.py:Detour: a study does not keep code of your own" in resumed.stderr
     detour.write_text(FILE.replace("tries: int = 20", "tries: int = 21"), encoding="utf-8")
     changed = cgla(*asked, "--resume")
     assert "entrant 'detour.py:Detour' is not the one in the study so far" in changed.err

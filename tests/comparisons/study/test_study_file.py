@@ -157,7 +157,7 @@ def test_memory_is_read(memory: str, megabytes: float) -> None:
 def test_the_example_is_a_study_with_each_of_its_keys() -> None:
     study = study_from_toml(EXAMPLE)
     document = tomllib.loads(EXAMPLE)
-    assert set(study_schema()["properties"]) - set(document) == {"refine", "resolution"}
+    assert set(study_schema()["properties"]) - set(document) == {"metrics", "refine", "resolution"}
     assert "# refine = true" in EXAMPLE
     assert "# resolution = " in EXAMPLE
     assert len(study.scenarios) == 10
