@@ -1,5 +1,6 @@
 """Studies from the command line: reading, running, storing and printing."""
 
+import os
 from collections.abc import Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, field
@@ -7,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph._text import listed
-from cgla_graph.comparisons import console
+from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.performance import performances
 from cgla_graph.comparisons.missions import compare as mission_compare
@@ -18,7 +19,7 @@ from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun
 from cgla_graph.comparisons.study.metric import read_metrics
 from cgla_graph.comparisons.study.rows import by_scenario, certificate_document, rows_of
 from cgla_graph.comparisons.study.runner import Run, with_refuted_claims
-from cgla_graph.comparisons.study.store import FILE, PROOF, StudyStore, load, load_study
+from cgla_graph.comparisons.study.store import FILE, PROOF, Stored, StudyStore, load, load_study
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.study.study_file import is_study_file, read_study
 from cgla_graph.comparisons.tables.flights import print_flights
@@ -331,6 +332,69 @@ def compare_all(request: Request, how: RunOptions) -> Compared:
         )
         done.flights.sort(key=lambda one: order[one.mission, one.variant, one.solver, one.seed])
     return done
+
+
+def write_study(
+    study: Study,
+    folder: str | os.PathLike[str],
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    pictures: int = PICTURES,
+) -> Stored:
+    """
+    Make the runs of a study, and write what ``cgla compare --out`` writes: runs, report, rows, tables and pictures.
+
+    Parameters
+    ----------
+    study
+        The study.
+    folder
+        Folder of the results; it is made if it is not there.
+    resume, overwrite
+        Whether to go on with the study that is there, or to replace it; one that is there is refused otherwise.
+    workers
+        Processes that make runs; None for one a core, 0 for this one.
+    scheduler
+        Address of a Dask scheduler whose cluster makes the runs instead.
+    pictures
+        Scenarios with pictures of their own, at most.
+
+    Returns
+    -------
+    stored
+        The study with its runs, as `cgla_graph.comparisons.load` returns it.
+
+    Raises
+    ------
+    OutputError
+        If something cannot be written, or another process writes the same study.
+    StudyError
+        If the study that is there is another one.
+    WorkerError
+        If runs could not be made; those that are done are kept.
+    KeyboardInterrupt
+        After Ctrl-C; the runs that are done are kept and written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as home:
+    ...     stored = write_study(Study(["one-threat"], ["cgla"], tolerance=None), home, workers=0, pictures=0)
+    ...     [run.solver for run in stored.runs], (stored.folder / "report.html").exists()
+    (['cgla'], True)
+    """
+    home = files.make_folder(Path(folder))
+    options_of_run: dict[str, Any] = {} if workers is None else {"workers": workers}
+    how = RunOptions(home, resume=resume, overwrite=overwrite, scheduler=scheduler, **options_of_run)
+    done = compare_all(Request(study, pictures), how)
+    if done.failure is not None:
+        raise done.failure
+    if done.interrupted:
+        raise KeyboardInterrupt
+    return load(home)
 
 
 def _store(study: Study, how: RunOptions, workers: int) -> StudyStore | None:
