@@ -54,6 +54,7 @@ from cgla_graph.scenarios.scenario import load_scenario as load_scenario
 from cgla_graph.scenarios.writing import write_scenario as write_scenario
 from cgla_graph.solvers.solving import lower_bound as lower_bound
 from cgla_graph.solvers.solving import solve as solve
+from cgla_graph.solvers.trade_off.altitudes import best_altitude as best_altitude
 from cgla_graph.solvers.trade_off.constrained import plan_within_length as plan_within_length
 from cgla_graph.solvers.trade_off.constrained import plan_within_risk as plan_within_risk
 from cgla_graph.solvers.trade_off.density import below_density as below_density

@@ -237,6 +237,16 @@ class ZoneOptions:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
+class AltitudesOptions:
+    """Several altitudes, of which the best is taken."""
+
+    altitudes: Annotated[
+        Text,
+        option("--altitudes A,B", "instead of --altitude: plan at each, metres, and take the best (see --above)"),
+    ] = None
+
+
+@dataclass(frozen=True, repr=False, eq=False)
 class PlanOptions:
     """Facts about a flight that the file of its plan leaves open."""
 

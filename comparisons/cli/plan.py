@@ -11,6 +11,7 @@ import typer
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import (
     AircraftOptions,
+    AltitudesOptions,
     BudgetOptions,
     ExportOptions,
     FlightTimeOptions,
@@ -57,6 +58,7 @@ def plan(
     zones: ZoneOptions,
     raster: RasterOptions,
     volume: VolumeOptions,
+    heights: AltitudesOptions,
     solver: SolverOption = "hybrid",
     refine: RefineOption = False,
     profile: Annotated[
@@ -74,12 +76,31 @@ def plan(
     whether the battery lasts.
     With --volumes, flight geography, contingency volume and ground risk buffer are laid around it, and people below
     them are counted.
+    With --altitudes, it plans at each of them and takes the best.
     For the file of a graph, use cgla graph plan.
     """
     from cgla_graph.comparisons.cli import ground as on_ground
+    from cgla_graph.comparisons.cli.altitudes import at_best, read_altitudes
     from cgla_graph.comparisons.study.options import read_entrant, read_tolerance
     from cgla_graph.comparisons.study.rows import plan_document
 
+    certify, entrant = not proof.no_certificate, read_entrant(solver, refine=refine)
+    tolerance = read_tolerance(proof.tolerance, certify=certify)
+    k, planned = on_ground.price_of_risk(maps.k, ground), bool(export.export)
+
+    def maps_at(at: ZoneOptions) -> "tuple[Scenario, Scenario]":
+        """Open the map at an altitude, without and with the limit of density."""
+        opened = open_map("plan", scenario, maps, at, raster, aircraft, k=k, exported=planned)
+        return on_ground.asked_of(opened, ground)
+
+    zones, export, best = at_best(
+        read_altitudes(heights, zones, {**vars(budget), "turn_radius": flyable.turn_radius, "via": tour.via}),
+        zones,
+        export,
+        lambda at: maps_at(at)[1],
+        lambda one: _solved(one, entrant, tolerance).solution,
+        as_json=output.as_json,
+    )
     endurance = _endurance(times, export, profile, curved=flyable.turn_radius is not None)
     flying = _flying(flyable, budget, endurance)
     laying = _laying(volume, zones, export)
@@ -87,18 +108,13 @@ def plan(
         export,
         zoned=endurance is not None or laying is not None or any(zones.may_count(one, maps) for one in scenario),
     )
-    certify, entrant = not proof.no_certificate, read_entrant(solver, refine=refine)
-    tolerance = read_tolerance(proof.tolerance, certify=certify)
-    k, planned = on_ground.price_of_risk(maps.k, ground), bool(export.export)
-    without_limit, opened = on_ground.asked_of(
-        open_map("plan", scenario, maps, zones, raster, aircraft, k=k, exported=planned), ground
-    )
+    without_limit, opened = maps_at(zones)
     touring = _touring(tour, opened, flyable, budget)
     for one in (exported, laying):
         if one is not None:
             one.check_map(opened)
     high = bool(export.export) or endurance is not None or (laying is not None and opened.zones is None)
-    zoned = zones.report([opened], as_json=output.as_json, exported=high)
+    zoned = {**zones.report([opened], as_json=output.as_json, exported=high), **best}
     folder, kinds = output.folder(), output.pictures("png")
     _check_profile(profile)
     with console.running_solvers([] if tolerance is None else [opened.problem.model]):
