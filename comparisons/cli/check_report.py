@@ -29,7 +29,7 @@ def print_checked(checked: PlanCheck) -> None:
     clearance = checked.clearance
     legs = counted(len(checked.lengths), "leg")
     where = f"{on.full_title}: " if on.has_bounds else ""
-    for account in [] if on.zones is None else [on.zones]:
+    for account in [] if on.account is None else [on.account]:
         console.out_lines({"zones": account.summary()})
         for note in account.notes():
             console.out_lines({"note": note})

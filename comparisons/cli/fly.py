@@ -58,7 +58,7 @@ def fly(
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.cli.export import read_export
     from cgla_graph.comparisons.missions import fly as flights
-    from cgla_graph.comparisons.tables.zone_list import print_terrain
+    from cgla_graph.comparisons.tables.zone_list import print_terrain, print_zones
 
     exported = None if export == ExportOptions() else read_export(export, zones=ground is not None)
     terrain = {
@@ -79,12 +79,13 @@ def fly(
         for spec in specs:
             exported.check_map(spec)
     folder = files.make_folder(out) if out else None
+    zoned = print_zones([opened], None, altitude=None, as_json=as_json)
     with console.running_solvers(), console.progress(None) as tick:
         done = flights.fly_all(specs, folder, value=value, animation=animation, step=tick)
     plans = [] if exported is None else exported.write_flights(done.flown, opened.terrain)
     if as_json:
         document = flights.flights_document(opened, done)
-        console.out_json({**document, "files": [*document["files"], *map(str, plans)]})
+        console.out_json({**document, "files": [*document["files"], *map(str, plans)], **zoned})
     else:
         if opened.terrain is not None:
             print_terrain({opened.name: opened.terrain})

@@ -15,6 +15,7 @@ from cgla_graph.scenarios.scenario import Scenario
 
 if TYPE_CHECKING:
     from cgla_graph.airspace.plan_check.plan_map import PlanMap
+    from cgla_graph.scenarios.mission_file import MissionFile
 
 #: Columns of the list.
 COLUMNS = ("scenario", *ZoneRecord.__dataclass_fields__)
@@ -37,7 +38,7 @@ def print_terrain(found: Mapping[str, TerrainArea], *, as_json: bool = False) ->
 
 
 def print_zones(
-    scenarios: "Iterable[Scenario | PlanMap]",
+    scenarios: "Iterable[Scenario | MissionFile | PlanMap]",
     target: Path | None,
     *,
     altitude: float | None,
@@ -91,7 +92,7 @@ def print_zones(
     return {"zones": {name: account.document() for name, account in accounts.items()}} if accounts else {}
 
 
-def _records(on: "Scenario | PlanMap") -> list[ZoneRecord]:
+def _records(on: "Scenario | MissionFile | PlanMap") -> list[ZoneRecord]:
     """Return the records of the areas and zones of a map, and of the map on which a plan is checked."""
     source = getattr(on, "source", None)
     own = [] if source is None else _records(source)

@@ -133,6 +133,15 @@ class PlanMap:
         return self.heights is not None and self.flight is None
 
     @property
+    def account(self) -> ZoneAccount | None:
+        """The records of the zones of the given map and of those beside it; None if there are no files of zones."""
+        own: ZoneAccount | None = getattr(self.source, "zones", None)
+        if own is None or self.zones is None:
+            return self.zones or own
+        records, remarks = (*own.records, *self.zones.records), (*own.remarks, *self.zones.remarks)
+        return dataclasses.replace(self.zones, records=records, remarks=tuple(dict.fromkeys(remarks)))
+
+    @property
     def rule(self) -> str:
         """Where zones count, and from what a clearance is measured; empty without zones."""
         if not self.has_own_heights:

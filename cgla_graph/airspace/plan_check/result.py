@@ -404,7 +404,7 @@ class PlanCheck(Plottable):
             **({} if self.flight is None else {"flight": self.flight.document()}),
             **({} if self.terrain is None else {"terrain": self.terrain.document()}),
             **({} if self.exposure is None else {"ground": self.exposure.document()}),
-            **({} if on.zones is None else {"zones": {on.name: on.zones.document()}}),
+            **({} if (account := on.account) is None else {"zones": {on.name: account.document()}}),
         }
 
     def _crossing_document(self, one: Crossing) -> dict[str, Any]:

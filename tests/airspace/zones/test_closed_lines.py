@@ -220,3 +220,31 @@ def test_every_door_closes_lines(call: Call, tmp_path: Path) -> None:
         about = {"zones": tmp_path / name, "tolerance": None}
         assert not cg.check(tmp_path / "mine.gpx", lines="closed", **about).is_clean
         assert cg.check(tmp_path / "mine.gpx", **about).is_clean
+
+
+def test_checks_and_missions_name_them_as_well(call: Call, tmp_path: Path) -> None:
+    """On a scenario or a mission that names the files, the lines were left out without a word."""
+    note = "2 closed lines (CTR, CTR 2) left out"
+    cg.write_plan(cg.FlightPlan.along([(5.95, 49.1), (6.25, 49.1)]), tmp_path / "short.gpx")
+    answer = call("check", "short.gpx", "mine.toml", "--no-certificate")
+    assert answer.code == 0, answer.err
+    assert note in answer.out
+    (account,) = call("check", "short.gpx", "mine.toml", "--no-certificate", "--json").document()["zones"].values()
+    assert note in account["notes"][0]
+    shut = call("check", "short.gpx", "shut.toml", "--no-certificate")
+    assert (shut.code, note in shut.out) == (1, False)
+    # with zones beside the map, both are named
+    (tmp_path / "more.kml").write_bytes(kml(line("TMZ", [[x + 0.01, y] for x, y in SQUARE])))
+    both = call("check", "short.gpx", "mine.toml", "more.kml", "--no-certificate")
+    assert both.code == 0
+    assert "1 closed line (TMZ) left out" in both.out
+    assert note in both.out
+    text = (tmp_path / "mine.toml").read_text().replace("start = [5.9, 49.1]\ngoal = [6.3, 49.1]\n", "")
+    uavs = 'uavs = [{name = "a", start = [5.9, 49.1], goal = [6.3, 49.1]}]\n[lattice]\nresolution = 3\n'
+    head = f"bounds = [5.8, 48.8, 6.5, 49.6]\ndetection_radius = 5000\nsafe_distance = 100\n{uavs}"
+    (tmp_path / "fleet.toml").write_text(text.replace("[no_fly]", f"{head}[no_fly]"))
+    answer = call("fly", "fleet.toml", "--no-value")
+    assert answer.code == 0, answer.err
+    assert note in answer.out
+    (account,) = call("fly", "fleet.toml", "--no-value", "--json").document()["zones"].values()
+    assert note in account["notes"][0]
