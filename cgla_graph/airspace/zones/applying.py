@@ -33,6 +33,7 @@ from cgla_graph.model.earth import LocalProjection, project_area, require_degree
 Lines: TypeAlias = Literal["closed", "open"]
 
 OUTSIDE = "outside the map"
+BELOW = "below the flight: it counts from the ground up where it takes off and lands"
 #: Names of closed lines that a note has, at most.
 MOST_NAMED = 5
 #: Metres around a take-off or landing within which areas are looked at, beyond the clearance.
@@ -231,7 +232,11 @@ class Applied:
             if not met or isinstance(one.zone, NoArea):
                 return one
             limits = "; ".join(dict.fromkeys(str(layer.limits) for layer in met))
-            remark = "; ".join(filter(None, [one.remark, f"a take-off or landing goes through it ({limits})"]))
+            remark = "; ".join(
+                filter(
+                    None, [one.remark * (one.state == "closed"), f"a take-off or landing goes through it ({limits})"]
+                )
+            )
             area = joined([*([] if one.area is None else [one.area]), *(layer.area for layer in met)])
             rest = tuple(layer for layer in one.low if id(layer) not in through)
             return replace(one, state="closed", reason=one.zone.kind, remark=remark, area=area, low=rest)
@@ -409,7 +414,7 @@ def _verdict(
     met = [(layer, answer) for layer, answer in answers if answer is not False]
     low = tuple(layer for layer, answer in answers if answer is False and met_by(layer, column=True) is not False)
     if not met:
-        return Verdict(zone, "open", "not at this altitude", low=low)
+        return Verdict(zone, "open", "not at this altitude", BELOW if low else "", low=low)
     # no remark if one layer is known to be closed, even if others could not be compared
     unknown = all(answer is None for _, answer in met)
     remarks = [NOT_COMPARED] if unknown else []
