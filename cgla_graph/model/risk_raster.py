@@ -308,7 +308,7 @@ class RasterRisk:
         Parameters
         ----------
         level
-            Risk per unit length, at least 0.
+            Risk per unit length, at least 0; for a limit in people per km2, take the area of `people`.
         buffer
             By how much the cells are widened, map units, at least 0: half the width of a corridor that has to stay
             clear of them. Round corners are polygons around the circle, at most 1/13000 too wide.

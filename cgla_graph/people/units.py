@@ -80,6 +80,33 @@ def risk_text(risk: float, field: RiskField, digits: int) -> str:
     return f"{number} {unit}" if unit.startswith("expected") else f"{number}, in {unit}" if unit else number
 
 
+def rate_text(field: RiskField, risk: float, length: float) -> str:
+    """
+    Write the expected fatalities of a flight and of a flight hour; empty if the risk is not one of a model of failures.
+
+    Parameters
+    ----------
+    field
+        The risk field.
+    risk, length
+        Risk and length of the flight, map units.
+
+    Examples
+    --------
+    >>> town = RasterRisk([[1000.0]], (0, 0, 9, 9), unit="people/km2")
+    >>> field = RiskField(rasters=[town.flown_over_by(FailureModel(1e-3, speed=20, lethal_area=6.5))])
+    >>> rate_text(field, 9e-7, 10_000.0)
+    '9.000e-07 expected fatalities, 6.480e-06 per flight hour at 20 m/s'
+    """
+    models = {raster.failures for raster in field.rasters}
+    model = models.pop() if len(models) == 1 else None
+    if model is None or not fatality_factor(field) > 0.0 or not length > 0.0:
+        return ""
+    fatalities = risk / fatality_factor(field)
+    hour = figure(fatalities / model.hours(length), 4)
+    return f"{figure(fatalities, 4)} expected fatalities, {hour} per flight hour at {model.speed:g} m/s"
+
+
 def density_text(field: RiskField) -> str:
     """
     Return the label of the risk at a point.

@@ -7,7 +7,8 @@ from cgla_graph._text import duration, figure
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.mission.records import EXPOSED_ABOVE, MissionStatus, UavFlight
-from cgla_graph.people.units import risk_unit
+from cgla_graph.mission.world import TimedThreat
+from cgla_graph.people.units import rate_text, risk_unit
 
 #: The columns of `flight_table`, and those of `variants_table`.
 _COLUMNS: Mapping[str, Callable[[UavFlight], str]] = {
@@ -59,8 +60,12 @@ def flight_notes(flown: MissionRun) -> list[str]:
     ]
     remarks += [f"{uav.name}: {uav.remark}" for uav in flown.flight.uavs.values() if uav.remark]
     near = [closest_note(flown)] if len(flown.flight.uavs) > 1 else []
-    unit_of_risk = risk_unit(flown.mission.world.field)
+    field = flown.mission.world.field
+    unit_of_risk = risk_unit(field)
     units = [f"risk: in {unit_of_risk}"] if unit_of_risk else []
+    moving = any(isinstance(one, TimedThreat) for one in flown.mission.world.timed)
+    rates = {} if moving else {one.name: rate_text(field, one.risk, one.length) for one in flown.flight.uavs.values()}
+    units += [f"{name}: {rate}" for name, rate in rates.items() if rate]
     return [
         rules_note(flown),
         *units,

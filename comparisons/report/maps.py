@@ -13,6 +13,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
+from cgla_graph.people.units import density_text
 from cgla_graph.plots.degrees import degree_ticks
 from cgla_graph.plots.risk_samples import risk_samples, sample_edges
 from cgla_graph.scenarios.scenario import Scenario
@@ -37,7 +38,7 @@ def map_key(scenario: Scenario) -> str:
     digest = hashlib.sha256(repr((problem.bounds, scenario.y_down, problem.clearance)).encode())
     digest.update(np.ascontiguousarray(problem.field.table).tobytes())
     for raster in problem.field.rasters:
-        digest.update(repr((raster.bounds, raster.interpolation, raster.cells.shape)).encode())
+        digest.update(repr((raster.bounds, raster.interpolation, raster.cells.shape, raster.unit)).encode())
         digest.update(raster.cells.tobytes())
     digest.update(b"" if problem.no_fly is None else shapely.to_wkb(problem.no_fly))
     return digest.hexdigest()
@@ -93,7 +94,7 @@ def _risk(problem: Problem) -> dict[str, Any] | None:
         return None
     levels = np.clip(np.rint(found.shades * 255.0), 0, 255).astype(np.uint8)
     rows, columns = levels.shape
-    shown = {"low": found.low, "top": found.top, "power": found.power}
+    shown = {"low": found.low, "top": found.top, "power": found.power, "label": density_text(problem.field)}
     return {"rows": rows, "columns": columns, **shown, "levels": _base64(levels)}
 
 

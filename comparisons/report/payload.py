@@ -15,6 +15,7 @@ from cgla_graph.comparisons.statistics.intervals import Estimate, estimate, medi
 from cgla_graph.comparisons.study.rows import by_solver, claims_note, median_run, row, scenario_bound, shown
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.people.units import risk_unit
 from cgla_graph.scenarios.scenario import Scenario
 
 #: Most points of a curve of one solver on one scenario, and of one over all scenarios.
@@ -62,6 +63,7 @@ def _scenario(scenario: Scenario, runs: Sequence[Run], places: dict[str, int], n
         "map": number,
         "unit": "m" if scenario.projection else "map units",
         "k": problem.k,
+        "unit_of_risk": risk_unit(problem.field),
         "bound": rounded(bound, _COST_DIGITS),
         "unsolvable": math.isinf(bound),
         "proof": "" if proof is None else proof.message,

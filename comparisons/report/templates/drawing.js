@@ -124,7 +124,7 @@ const drawing = (() => {
     [low.textContent, top.textContent] = [figure(risk.low, 3).replace(/^0\.0+$/, '0'), figure(risk.top, 3)];
     // few cells far riskier than all others: the colours' steps are not equal
     const half = risk.top * 0.5 ** (1 / risk.power);
-    unit.textContent = `risk per unit length${risk.power < 1 ? ` (colours by its cube root: ${figure(half, 3)} in the middle)` : ''}`;
+    unit.textContent = `${risk.label ?? 'risk per unit length'}${risk.power < 1 ? ` (colours by its cube root: ${figure(half, 3)} in the middle)` : ''}`;
   }
 
   return {

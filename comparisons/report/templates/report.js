@@ -265,6 +265,7 @@
     $('#previous').disabled = place <= 0;
     $('#next').disabled = place >= list.length - 1;
     $('#scenario-facts').textContent = !here ? '' : [here.title, `k = ${figure(here.k, 4).replace(/\.?0+$/, '')}`,
+      here.unit_of_risk && `risk in ${here.unit_of_risk}`,
       here.unsolvable ? 'proven to have no path' : isNumber(here.bound) ? `lower bound ${figure(here.bound, 6)} ${here.unit}` : 'no lower bound', here.claims].filter(Boolean).join(' · ');
     fillLegends();
     redraw('map', 'curves');

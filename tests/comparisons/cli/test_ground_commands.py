@@ -9,6 +9,8 @@ import pytest
 from command_line import Call
 
 import cgla_graph as cg
+from cgla_graph.comparisons.report.maps import map_document
+from cgla_graph.scenarios.scenario import as_scenario
 
 #: People per km2 of cells of 2 km, and the same as counts of cells.
 TOWN = np.array([[50.0, 400.0, 50.0], [50.0, 3000.0, 900.0], [50.0, 800.0, 50.0]])
@@ -182,3 +184,42 @@ def test_comparisons_take_the_aircraft(cgla: Call) -> None:
     risks = [one["runs"][0]["risk"] if "runs" in one else one["rows"][0]["risk"] for one in (rows, by_file)]
     assert risks[0] == pytest.approx(risks[1])
     assert risks[0] < 1e-5
+
+
+MISSION = """
+k = 1e9
+bounds = [0, 0, 6000, 6000]
+lattice = { resolution = 6 }
+[[rasters]]
+file = "count.asc"
+kind = "count"
+ground_risk = { failures_per_hour = 1e-3, speed = 20, dimension = 1 }
+[[uavs]]
+name = "a"
+start = [500, 5500]
+goal = [5500, 500]
+detection_radius = 900
+"""
+
+
+def test_a_mission_has_the_same_model(cgla: Call, tmp_path: Path) -> None:
+    (tmp_path / "mission.toml").write_text(MISSION)
+    (uav,) = cgla("fly", "mission.toml", "--no-value", "--json").document()["flights"][0]["uavs"]
+    shown = " ".join(cgla("fly", "mission.toml", "--no-value").out.split())
+    assert "risk: in expected fatalities" in shown
+    rate = uav["risk"] / (uav["length"] / 20 / 3600)
+    assert f"a: {uav['risk']:.3e} expected fatalities, {rate:.3e} per flight hour at 20 m/s" in shown
+    (tmp_path / "mission.toml").write_text(MISSION.replace('"count"', '"count"\nscale = 2.0'))
+    cgla("fly", "mission.toml").refused("mission.toml: rasters.0", "second factor")
+
+
+def test_reports_name_the_unit_of_risk(tmp_path: Path) -> None:
+    for file, label in (
+        ("count.toml", "expected fatalities per metre"),
+        ("density.toml", "expected fatalities per metre"),
+    ):
+        shown = map_document(cg.load_scenario(tmp_path / file))
+        assert shown["risk"]["label"] == label
+    people = cg.RasterRisk(TOWN, (0, 0, 6000, 6000), unit="people/km2")
+    problem = cg.Problem((500, 5500), (5500, 500), cg.RiskField(rasters=[people]), bounds=people.bounds)
+    assert map_document(as_scenario(problem, "town"))["risk"]["label"] == "risk per unit length (people/km2)"
