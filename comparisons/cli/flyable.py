@@ -103,7 +103,8 @@ def read_flying(flyable: FlyableOptions, *, limited: bool = False, aircraft: Air
         msg = f"--{option.replace('_', '-')} needs a flyable path: give --turn-radius R, or leave it out"
         raise CglaError(msg)
     if limited:
-        msg = "--turn-radius with --max-risk or --max-length: the budget only holds for the polyline; give one of them"
+        budgets = "--max-risk, --max-length or --max-energy"
+        msg = f"--turn-radius with {budgets}: the budget only holds for the polyline; give one of them"
         raise CglaError(msg)
     for option, number in {"--start-heading": flyable.start_heading, "--goal-heading": flyable.goal_heading}.items():
         if number is not None:

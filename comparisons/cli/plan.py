@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -109,7 +109,13 @@ def plan(
         zoned=endurance is not None or laying is not None or any(zones.may_count(one, maps) for one in scenario),
     )
     without_limit, opened = maps_at(zones)
-    touring = _touring(tour, opened, flyable, budget)
+
+    def open_from(start: str) -> "Scenario":
+        """Open the map with both ends at a place."""
+        ends = dataclasses.replace(maps, start=start, goal=start)
+        return open_map("plan", scenario, ends, zones, raster, aircraft, k=k, exported=planned)
+
+    touring = _touring(tour, opened, flyable, budget, open_from)
     for one in (exported, laying):
         if one is not None:
             one.check_map(opened)
@@ -245,13 +251,19 @@ def _laying(volume: VolumeOptions, zones: ZoneOptions, export: ExportOptions) ->
     return read_laying(volume, zones, export)
 
 
-def _touring(tour: TourOptions, opened: "Scenario", flyable: FlyableOptions, budget: BudgetOptions) -> "Touring | None":
+def _touring(
+    tour: TourOptions,
+    opened: "Scenario",
+    flyable: FlyableOptions,
+    budget: BudgetOptions,
+    open_from: "Callable[[str], Scenario]",
+) -> "Touring | None":
     """Read the places to visit; None without any."""
     if tour == TourOptions():
         return None
     from cgla_graph.comparisons.cli.tour import read_touring
 
-    return read_touring(tour, opened, flyable, budget)
+    return read_touring(tour, opened, flyable, budget, open_from)
 
 
 def _exports(export: ExportOptions, *, zoned: bool) -> "Export | None":

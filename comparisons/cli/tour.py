@@ -1,6 +1,7 @@
 """Option ``--via``: a path that visits places, in order or in the best order."""
 
-from collections.abc import Mapping
+import warnings
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -16,6 +17,8 @@ from cgla_graph.model.earth import degrees_of
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.trade_off.tour import ORDERS, Order, Tour, tour
+
+_MOST_LONGITUDE = 180.0
 
 
 @dataclass(frozen=True)
@@ -82,10 +85,17 @@ class Touring:
 
 
 def read_touring(
-    options: TourOptions, scenario: Scenario, flyable: FlyableOptions, budget: BudgetOptions
-) -> Touring | None:
+    options: TourOptions,
+    scenario: Scenario,
+    flyable: FlyableOptions,
+    budget: BudgetOptions,
+    open_from: Callable[[str], Scenario] | None = None,
+) -> Touring:
     """
-    Read the places to visit, before any work is done; None without any.
+    Read the places to visit, before any work is done.
+
+    Places are in the coordinates of the ends: `open_from` opens the map with another start, for those that are not on
+    the map as they are (longitude and latitude over a raster in metres, or the other way round).
 
     Raises
     ------
@@ -113,14 +123,36 @@ def read_touring(
         given = next(name for name, value in vars(budget).items() if value is not None)
         msg = f"--via with --{given.replace('_', '-')}: budgets are those of paths between two ends; leave one out"
         raise CglaError(msg)
-    places = np.array([_place(text) for text in options.via])
-    if scenario.projection is not None:
+    return Touring(np.array([_on_map(text, scenario, open_from) for text in options.via]), order)
+
+
+def _on_map(text: str, scenario: Scenario, open_from: Callable[[str], Scenario] | None) -> FloatArray:
+    """Return a place in map units."""
+    place, projection = np.array(_place(text)), scenario.projection
+    is_known = bool(np.isfinite(place).all()) and (
+        scenario.problem.in_bounds(place) if projection is None else np.abs(place) <= (_MOST_LONGITUDE, 90.0)
+    )
+    if open_from is not None and not np.all(is_known):
         try:
-            places = scenario.projection.forward(places)
-        except ProblemError as error:
-            msg = f"--via: {error}"
-            raise CglaError(msg) from error
-    return Touring(places, order)
+            with warnings.catch_warnings():
+                # (the map has said it when it was opened)
+                warnings.simplefilter("ignore")
+                other = open_from(text)
+        except CglaError:
+            # (it is refused below, or by the tour)
+            other = scenario
+        if other is not scenario:
+            place = np.array(other.problem.start)
+            if other.projection is not None and projection is not None:
+                place = projection.forward(other.projection.inverse(place))
+            return place
+    if projection is None:
+        return place
+    try:
+        return projection.forward(place)
+    except ProblemError as error:
+        msg = f"--via: {error}"
+        raise CglaError(msg) from error
 
 
 def _place(text: str) -> tuple[float, float]:

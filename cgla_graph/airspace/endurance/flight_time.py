@@ -15,7 +15,7 @@ from cgla_graph._validate import choice, finite_number, instance, point_array
 from cgla_graph.airspace.endurance.aircraft import Aircraft
 from cgla_graph.airspace.endurance.stops import NO_ALTITUDE, Stops, stops_of_path, stops_of_plan
 from cgla_graph.airspace.flight_plans.formats import read_plan
-from cgla_graph.airspace.flight_plans.plan import ALTITUDES, REFERENCES, FlightPlan, Reference
+from cgla_graph.airspace.flight_plans.plan import ALTITUDES, REFERENCES, FlightPlan, Reference, first_remarks
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.earth import geodesic_steps
 from cgla_graph.model.solution import Solution
@@ -279,6 +279,7 @@ def _timed(stops: Stops, known: Aircraft, curve: Curve | None = None) -> FlightT
         # (a climb in one place is no leg)
         legs, in_place = every[moves].tolist(), float(every[~moves].sum())
         names = [name for name, does in zip(stops.names, moves.tolist(), strict=True) if does]
+    unknown += () if known.is_calm else stops.unknown_in_wind
     climbs = {up: _heights(stops, up=up) for up in (True, False)}
     for up, word in ((True, "climb"), (False, "descent")):
         if sum(climbs[up]) > 0.0 and math.isnan(known.rate(up=up)):
@@ -297,7 +298,7 @@ def _timed(stops: Stops, known: Aircraft, curve: Curve | None = None) -> FlightT
         climbing + in_place,
         circling,
         math.inf if hangs and is_blown else stops.staying,
-        (*unknown, *dict.fromkeys(stops.unknown)),
+        tuple(first_remarks([*unknown, *dict.fromkeys(stops.unknown)])),
     )
 
 

@@ -40,6 +40,8 @@ class Stops:
         Stays, seconds.
     unknown
         Why climbs, circles or stays are not known: a sentence each.
+    unknown_in_wind
+        Why speeds are not known where there is wind.
     """
 
     steps: FloatArray
@@ -50,6 +52,7 @@ class Stops:
     circles: tuple[tuple[float, float, float], ...] = ()
     staying: float = 0.0
     unknown: tuple[str, ...] = ()
+    unknown_in_wind: tuple[str, ...] = ()
 
 
 def stops_of_path(
@@ -132,6 +135,7 @@ def stops_of_plan(plan: FlightPlan, altitude: float | None = None) -> Stops:
         circles,
         sum(one.stay for one in plan.waypoints),
         (*reader.unknown, *plan.untimed, *plan.unknown),
+        plan.untimed_in_wind,
     )
 
 

@@ -1,8 +1,9 @@
 """
 Columns of tables of waypoints: their names, with units, and those of Litchi's missions.
 
-Litchi (a ground station for DJI's aircraft) writes ``altitude(m)``, ``altitudemode``, ``speed(m/s)`` and
-``curvesize(m)``, the distance from a waypoint at which a rounded turn begins.
+Litchi (a ground station for DJI's aircraft) writes ``altitude(m)``, ``altitudemode``, ``speed(m/s)``,
+``curvesize(m)``, the distance from a waypoint at which a rounded turn begins, and ``actiontype1`` with
+``actionparam1`` (and further ones): 0 is a stay, milliseconds.
 """
 
 import math
@@ -20,12 +21,15 @@ from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     REFERENCE,
     ROLE,
     SPEED,
+    STAY,
     number_of,
 )
 from cgla_graph.model.earth import geodesic_length
 
 #: The column that holds the size of a turn, and the one that holds the reference of altitudes, in Litchi's files.
 CURVE, MODE = "curvesize", "altitudemode"
+#: Columns of actions of Litchi's waypoints, and the number of the action that is a stay.
+_ACTION, _ACTION_VALUE, _STAY = "actiontype", "actionparam", 0.0
 _MODES: Final = {0.0: "home", 1.0: "ground"}
 #: Other names of columns.
 _SAME: Final = {"lon": "longitude", "lng": "longitude", "lat": "latitude", "alt": ALTITUDE}
@@ -127,7 +131,18 @@ class Columns:
             # (of Litchi, a speed of 0 is that of the mission)
             if number_of(row.get(SPEED), f"{where}: {SPEED}") == 0.0:
                 row[SPEED] = ""
+        stays = [self._stay(row, name, where) for name in row if name.startswith(_ACTION)]
+        if any(stays):
+            row[STAY] = decimal(sum(stays))
         return row
+
+    @staticmethod
+    def _stay(row: Mapping[str, str], name: str, where: str) -> float:
+        """Return the seconds of an action, 0 if it is no stay."""
+        if number_of(row[name], f"{where}: {name}") != _STAY:
+            return 0.0
+        value = name.replace(_ACTION, _ACTION_VALUE)
+        return (number_of(row.get(value), f"{where}: {value}") or 0.0) / 1000.0
 
     def curve_of(self, row: Mapping[str, str], where: str) -> float:
         """Return the size of the turn at a waypoint, metres; 0 for none."""

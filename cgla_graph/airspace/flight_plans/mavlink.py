@@ -166,6 +166,7 @@ def plan_of(
         vehicle=vehicle if type(vehicle) is int else None,
         autopilot=autopilot if type(autopilot) is int else None,
         untimed=tuple(reader.untimed),
+        untimed_in_wind=tuple(reader.untimed_in_wind),
     )
 
 
@@ -180,6 +181,7 @@ class _Reader:
         self.waypoints: list[Waypoint] = []
         self.unknown: list[str] = []
         self.untimed: list[str] = []
+        self.untimed_in_wind: list[str] = []
         self.speed: float | None = None
         #: the part of the mission that ended the flight, or empty
         self.ended_by = ""
@@ -237,6 +239,9 @@ class _Reader:
         elif speed > 0.0:
             if kind == AIRSPEED:
                 self.remarks.append(f"{item.where}: {speed:g} m/s is through the air; taken as over the ground")
+                self.untimed_in_wind.append(
+                    f"{item.where}: the speed over the ground, as it says {speed:g} m/s in the air"
+                )
             # (a waypoint checks the range of its speed)
             self.speed = Waypoint(0.0, 0.0, speed=speed).speed
         elif speed == USUAL_SPEED:

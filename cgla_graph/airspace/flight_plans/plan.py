@@ -252,6 +252,8 @@ class FlightPlan(ShortRepr):
     untimed
         Why it is not known how long the flight takes: a sentence for each stay of which the file does not say how long
         it is. Circles without turns or a stay, and touch-downs, are not named here.
+    untimed_in_wind
+        The same for speeds that the file gives through the air, and that are taken as over the ground.
 
     Raises
     ------
@@ -275,6 +277,7 @@ class FlightPlan(ShortRepr):
     vehicle: int | None = field(default=None, compare=False)
     autopilot: int | None = field(default=None, compare=False)
     untimed: tuple[str, ...] = ()
+    untimed_in_wind: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the plan as a whole."""

@@ -206,6 +206,21 @@ def test_stays_and_circles_of_missions_count(tmp_path: Path) -> None:
     assert any("circles without an end" in one for one in cg.flight_time(file, **DRONE).unknown)
 
 
+def test_a_commanded_airspeed_is_not_known_over_the_ground_in_wind(tmp_path: Path) -> None:
+    file = tmp_path / "mine.waypoints"
+    file.write_text("\n".join([*MISSION[:4], "3 0 2 178 0 9 -1 0 0 0 0 1", *MISSION[5:]]))
+    assert cg.flight_time(file, **DRONE).unknown == ()
+    assert any("9 m/s in the air" in one for one in cg.flight_time(file, **DRONE, wind=(0, 3)).unknown)
+
+
+def test_stays_of_litchi_count(tmp_path: Path) -> None:
+    file = tmp_path / "mine.csv"
+    head = "latitude,longitude,altitude(m),actiontype1,actionparam1,actiontype2,actionparam2"
+    rows = ["60.0,24.0,80,0,2500,-1,0", "60.01,24.0,80,1,900,0,4000", "60.02,24.0,80,-1,0,5,-90"]
+    file.write_text("\n".join([head, *rows]))
+    assert cg.flight_time(file, **DRONE).staying == 6.5
+
+
 @pytest.mark.parametrize(
     ("numbers", "said"),
     [

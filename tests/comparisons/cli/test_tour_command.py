@@ -1,12 +1,17 @@
 """`cgla plan --via`: places that a path visits."""
 
+import itertools
 import json
 from pathlib import Path
 
+import numpy as np
+import pyproj
 import pytest
 from command_line import Call
+from raster_files import laid_at
 
 import cgla_graph as cg
+from cgla_graph.model.earth import geodesic_length
 
 AREA = [[[24.8, 60.1], [25.1, 60.1], [25.1, 60.2], [24.8, 60.2], [24.8, 60.1]]]
 FILES = {"areas.geojson": json.dumps({"type": "Polygon", "coordinates": AREA})}
@@ -76,3 +81,23 @@ def test_the_answer_is_that_of_python(cgla: Call) -> None:
 )
 def test_nonsense_is_refused(cgla: Call, words: list[str], said: tuple[str, ...]) -> None:
     cgla("plan", "areas.geojson", *QUICK, *words).refused(*said)
+
+
+@pytest.mark.filterwarnings("ignore::cgla_graph.model.rasters.crs.RasterWarning")
+@pytest.mark.parametrize("crs", ["EPSG:32635", "EPSG:3857"])
+def test_places_over_a_raster_are_in_the_coordinates_of_the_ends(cgla: Call, tmp_path: Path, crs: str) -> None:
+    """In longitude and latitude, or in those of the raster: the same tour."""
+    pytest.importorskip("rasterio")
+    laid_at(tmp_path / "a.tif", crs, 25.0, 60.0)
+    there = pyproj.Transformer.from_crs("EPSG:4326", crs, always_xy=True)
+    places = [(24.95, 59.97), (25.05, 60.03), (25.03, 59.97)]
+    flown = []
+    for own in (places, [there.transform(*place) for place in places]):
+        start, goal, via = (f"{x!r},{y!r}" for x, y in own)
+        words = ("--start", start, "--goal", goal, "--via", via, "--solver", "straight-line", "--no-certificate")
+        flown.append(cgla("plan", "a.tif", *words, "--k", 0, "--speed", 10, "--json").document())
+    assert np.array(flown[0]["path_lonlat"]) == pytest.approx(np.array(flown[1]["path_lonlat"]), abs=1e-7)
+    assert flown[0]["path_lonlat"][1] == pytest.approx(list(places[2]), abs=1e-7)
+    stops = [places[0], places[2], places[1]]
+    length = sum(geodesic_length(one, other) for one, other in itertools.pairwise(stops))
+    assert flown[0]["flight"]["least_seconds"] == pytest.approx(length / 10.0, rel=1e-6)
