@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cgla_graph.airspace.terrain.area import TerrainArea
-from cgla_graph.airspace.zones.account import ZoneRecord
+from cgla_graph.airspace.zones.account import ZoneAccount, ZoneRecord
 from cgla_graph.comparisons import console, files
 from cgla_graph.errors import CglaError
 from cgla_graph.scenarios.scenario import Scenario
@@ -73,19 +73,23 @@ def print_zones(
     """
     scenarios = tuple(scenarios)
     accounts = {one.name: one.zones for one in scenarios if one.zones is not None}
+    has_zones = bool(accounts)
     rows = [] if target is None else [(one.name, record) for one in scenarios for record in _records(one)]
-    if (altitude is not None and not accounts) or (target is not None and not rows):
+    if (altitude is not None and not has_zones) or (target is not None and not rows):
         option = f"--altitude {altitude:g}" if target is None or rows else f"--zones-list {target}"
         what = "no zones or no-fly areas" if option.startswith("--zones") else "no zones"
         msg = f"{option}: there are {what} on the map; leave it out, or name their files (--no-fly FILE)"
         raise CglaError(msg)
     if target is not None:
         _write(target, rows)
+        # (areas that are no zones count where they are listed)
+        plain = {one.name: tuple(_records(one)) for one in scenarios if one.zones is None}
+        accounts |= {name: ZoneAccount(records) for name, records in plain.items() if records}
     for account in [] if as_json else accounts.values():
         console.out(f"zones      {account.summary()}\n")
         for note in account.notes():
             console.out(f"note       {note}\n")
-    if accounts and two and not as_json:
+    if has_zones and two and not as_json:
         console.out("note       --altitude is above ground for zones, above home in plans; --above says it for both\n")
     if target is not None and not as_json:
         console.out(f"written to {target.parent}: {target.name}\n")

@@ -71,6 +71,8 @@ def read_root(root: Element, file: str) -> tuple[list[Zone], list[NoArea]]:
         others += no_areas(name, [(kind, _enclosed(one, at)) for kind, at, one in named], file, message)
         if not polygons and not lines:
             others.append(NoArea(name, "it has no geometry", file))
+    if not zones and not others:
+        fault(file, "it has no placemark", "give a map with areas, or leave the file out")
     return zones, others
 
 

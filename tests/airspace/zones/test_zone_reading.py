@@ -387,3 +387,15 @@ def test_areas_in_elements_that_are_no_placemarks_are_an_error() -> None:
         text = f"<Schema name='Zone' parent='Placemark'/><Zone><name>P</name>{area}</Zone>"
         with pytest.raises(FileFormatError, match="it has polygons or lines in a <Zone>"):
             zones_of(kml(text), "mine")
+
+
+@pytest.mark.parametrize("text", ["", "<Folder><name>A</name></Folder>", "<Style id='a'/>"])
+def test_a_map_without_placemarks_is_an_error(text: str) -> None:
+    """As an empty list of zones or features is: a plan held against it was clean."""
+    for data in (
+        kml(text) if text else b"<kml/>",
+        data_of({"features": []}),
+        b'{"type":"FeatureCollection","features":[]}',
+    ):
+        with pytest.raises(FileFormatError, match=r"no placemark|at least one"):
+            zones_of(data, "mine")

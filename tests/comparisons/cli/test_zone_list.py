@@ -92,6 +92,10 @@ def test_areas_that_are_no_zones_are_listed(call: Call, tmp_path: Path) -> None:
     answer = call("plan", "areas.geojson", "more.json", *QUICK, *bounds, "--zones-list", "z.csv")
     assert answer.code == 0, answer.err
     assert rows_of(tmp_path / "z.csv") == plain
+    assert answer.out.startswith("zones      3 zones: 2 closed (2 UNCLASSIFIED), 1 left out (1 outside the map)")
+    answer = call("plan", "areas.geojson", "more.json", *QUICK, *bounds, "--zones-list", "z.csv", "--json")
+    (account,) = answer.document()["zones"].values()
+    assert [(one["identifier"], one["state"]) for one in account["list"]] == [(row[1], row[4]) for row in plain]
     # the list of a check is the same, and so is that of a file that names them
     call("plan", "areas.geojson", *QUICK, "--export", "mine.gpx")
     assert call("check", "mine.gpx", "areas.geojson", "--no-certificate", "--zones-list", "c.csv").code == 0
