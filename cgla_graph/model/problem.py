@@ -41,6 +41,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.graph_libraries import graph_wanted
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.no_fly import NoFlyArea
+from cgla_graph.model.rasters.crs import plane_of
 from cgla_graph.model.risk import RiskField, SmallSpreadWarning, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, refuted, with_claims
@@ -110,7 +111,8 @@ class Problem(Plottable):
         by it, with polygons for round corners (`model`), so that they stay up to 0.12 % farther away; the oracle
         measures the distance itself, and a proven bound holds for every path that keeps it.
     projection
-        The projection from longitude and latitude to map units, metres; None for a map in the plane. With one,
+        The projection from longitude and latitude to map units, metres; None for a map in the plane, or on that of its
+        rasters' coordinate reference system. With one,
         solutions have ``lonlat``, and bounds of all paths hold on the Earth. `evaluate` measures on the plane, along
         legs that are straight there: lengths and risks exceed those on the Earth by at most the factor `stretch`.
 
@@ -144,6 +146,9 @@ class Problem(Plottable):
         if self.field is None:
             object.__setattr__(self, "field", RiskField())
         object.__setattr__(self, "bounds", bounds_box(self.bounds))
+        # (the model checks the field)
+        rasters = getattr(self.field, "rasters", ())
+        object.__setattr__(self, "projection", plane_of(self.projection, rasters, self.bounds))
         x_min, y_min, x_max, y_max = self.bounds
         for name in ("start", "goal"):
             x, y = point(name, getattr(self, name))

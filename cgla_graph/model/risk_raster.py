@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from types import NoneType
 from typing import Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
@@ -28,6 +29,7 @@ from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_raster_kernels as kernels
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.failure_model import PER_KM2, FailureModel, Unit
+from cgla_graph.model.rasters.crs import CoordinateSystem
 from cgla_graph.model.rasters.place import Coordinates, Kind, said_if_laid
 from cgla_graph.model.rasters.projection import cells_in_metres
 from cgla_graph.model.rasters.reading import read_cells
@@ -73,6 +75,9 @@ class RasterRisk:
         fatalities per metre. None: the values have a unit of their own.
     failures
         The aircraft that fails above the people (`ground_risk`); it needs the `unit`.
+    system
+        The coordinate reference system of the bounds, if they are on its plane: that of a file. A problem on it without
+        a `projection` is on that plane.
 
     Raises
     ------
@@ -100,6 +105,7 @@ class RasterRisk:
     nodata: float | None
     unit: Unit | None
     failures: FailureModel | None
+    system: CoordinateSystem | None
 
     def __init__(
         self,
@@ -112,6 +118,7 @@ class RasterRisk:
         nodata: float | None = None,
         unit: Unit | None = None,
         failures: FailureModel | None = None,
+        system: CoordinateSystem | None = None,
     ) -> None:
         """Check everything, and keep a copy of the values."""
         for name, chosen, allowed in (
@@ -125,6 +132,7 @@ class RasterRisk:
             if unit not in PER_KM2:
                 msg = "the raster has a model of failures, and no unit of people; give unit='people/km2'"
                 raise ProblemError(msg)
+        instance("system", system, (CoordinateSystem, NoneType), "a CoordinateSystem, or None")
         given = _checked(values, "give nodata=… to say what it stands for" if nodata is None else None)
         for name, one in {
             "values": given,
@@ -135,6 +143,7 @@ class RasterRisk:
             "nodata": None if nodata is None else non_negative_number("raster nodata", nodata),
             "unit": unit,
             "failures": failures,
+            "system": system,
         }.items():
             object.__setattr__(self, name, one)
         if not self.greatest <= GREATEST:
@@ -207,7 +216,9 @@ class RasterRisk:
             said_if_laid(cells)
         values, box = cells_in_metres(cells, kind=kind, nodata=nodata, projection=projection, most=MOST_CELLS)
         try:
-            return laid_out(values, box, kind, nodata, unit=unit, interpolation=interpolation, scale=scale)
+            system = cells.system if cells.coordinates == "plane" else None
+            settings: dict[str, Any] = {"interpolation": interpolation, "scale": scale, "system": system}
+            return laid_out(values, box, kind, nodata, unit=unit, **settings)
         except ProblemError as error:
             msg = f"{path}: {error}"
             raise ProblemError(msg) from error
@@ -224,7 +235,7 @@ class RasterRisk:
     @property
     def settings(self) -> dict[str, Any]:
         """The arguments other than values and bounds."""
-        names = ("interpolation", "origin", "scale", "nodata", "unit", "failures")
+        names = ("interpolation", "origin", "scale", "nodata", "unit", "failures", "system")
         return {name: getattr(self, name) for name in names}
 
     def __eq__(self, other: object) -> bool:

@@ -501,7 +501,15 @@ def _projection_document(projection: LocalProjection) -> list[Any]:
         system = projection.system
         around = None if system.area is None else list(system.area)
         accuracy = system.accuracy if math.isfinite(system.accuracy) else None
-        origin += [system.wkt, system.name, around, accuracy, projection.least, projection.greatest]
+        origin += [
+            system.wkt,
+            system.name,
+            around,
+            accuracy,
+            projection.least,
+            projection.greatest,
+            list(projection.bounds),
+        ]
     return origin
 
 
@@ -509,10 +517,10 @@ def _projection(document: list[Any]) -> LocalProjection:
     longitude, latitude, *more = document
     if not more:
         return LocalProjection(longitude, latitude)
-    wkt, name, around, accuracy, least, greatest = more
+    wkt, name, around, accuracy, least, greatest, bounds = more
     area = None if around is None else tuple(around)
     system = CoordinateSystem(wkt, name, area, math.inf if accuracy is None else accuracy)
-    return CrsPlane(longitude, latitude, system, least, greatest)
+    return CrsPlane(longitude, latitude, system, least, greatest, tuple(bounds))
 
 
 def _raster_document(raster: RasterRisk) -> Document:

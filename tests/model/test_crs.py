@@ -1,5 +1,6 @@
 """Rasters in any coordinates: lengths, totals and bounds hold on the Earth, as pyproj and rasterio measure it."""
 
+import dataclasses
 import itertools
 import math
 import warnings
@@ -14,8 +15,10 @@ from raster_files import geotiff, laid_at, smooth, total
 
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.earth import LocalProjection
+from cgla_graph.model.problem import Problem
 from cgla_graph.model.rasters.crs import CoordinateSystem, CrsPlane, RasterWarning, Scale, scales
 from cgla_graph.model.rasters.reading import read_place
+from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk
 
 #: Systems for the whole Earth, whose metres are metres nowhere or only in places.
@@ -134,6 +137,27 @@ def test_a_plane_is_one_within_a_percent(crs: str, place: tuple[float, float], i
             RasterRisk.from_file(file)
         with pytest.raises(ProblemError, match=r'no metres .* times .*coordinates = "lonlat".*gdalwarp'):
             RasterRisk.from_file(file, coordinates="plane")
+
+
+def test_problems_are_on_the_plane_of_their_rasters(tmp_path: Path) -> None:
+    """In Python as in files: a bound is below the geodesic, however the map is widened."""
+    file, _ = laid_at(tmp_path / "a.tif", "EPSG:32635", 25.0, 60.0)
+    people = RasterRisk.from_file(file)
+    x_min, y_min, x_max, y_max = people.bounds
+    problem = Problem((x_min, y_min), (x_max, y_max), RiskField(rasters=[people.scaled(2.0)]), 1.0, people.bounds)
+    assert isinstance(problem.projection, CrsPlane)
+    ends = problem.projection.inverse([problem.start, problem.goal])
+    assert problem.least_length <= min(GEOD.inv(*ends[0], *ends[1])[2], math.dist(problem.start, problem.goal))
+    wider = dataclasses.replace(problem, bounds=(x_min - 2e5, y_min, x_max, y_max))
+    assert wider.projection.greatest > problem.projection.greatest  # type: ignore[union-attr]
+    assert wider.projection.stretch(0.0) >= 1.0  # type: ignore[union-attr]
+    with pytest.raises(ProblemError, match=r"its lengths are .* those on the Earth, and 1% is allowed"):
+        dataclasses.replace(problem, bounds=(x_min, y_min, x_max + 2e6, y_max))
+    with pytest.raises(ProblemError, match="lay all rasters on one"):
+        dataclasses.replace(problem, projection=LocalProjection(25.0, 60.0))
+    other = RasterRisk.from_file(laid_at(tmp_path / "b.tif", "EPSG:32636", 27.5, 60.0)[0])
+    with pytest.raises(ProblemError, match=r"35N, and another one on that of .*36N"):
+        Problem(problem.start, problem.goal, RiskField(rasters=[people, other]), bounds=people.bounds)
 
 
 def test_datums(tmp_path: Path) -> None:

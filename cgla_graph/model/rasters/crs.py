@@ -3,10 +3,10 @@
 import math
 import re
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -271,6 +271,8 @@ class CrsPlane(LocalProjection):
         The system.
     least, greatest
         Scale of lengths over the map: coordinates per metre.
+    bounds
+        Of the map, in the coordinates of the system.
 
     Examples
     --------
@@ -282,6 +284,7 @@ class CrsPlane(LocalProjection):
     system: CoordinateSystem
     least: float
     greatest: float
+    bounds: Bounds
 
     @classmethod
     def over(cls, system: CoordinateSystem, bounds: Bounds) -> "CrsPlane":
@@ -302,7 +305,7 @@ class CrsPlane(LocalProjection):
             raise ProblemError(msg)
         x_min, y_min, x_max, y_max = bounds
         ((longitude, latitude),) = system.lonlat([(0.5 * (x_min + x_max), 0.5 * (y_min + y_max))]).tolist()
-        return cls(longitude, latitude, system, scale.least, scale.greatest)
+        return cls(longitude, latitude, system, scale.least, scale.greatest, bounds)
 
     def stretch(self, distance: float) -> float:  # noqa: ARG002 - the same all over the map
         """Bound the ratio of a line's length on the plane to its length on the Earth, and to that on the plane."""
@@ -349,6 +352,44 @@ class CrsPlane(LocalProjection):
             msg = f"{name} holds {flat[lost][0].tolist()}, which is no place on the map of {self.system.name}; move it"
             raise ProblemError(msg)
         return found.reshape(points.shape)
+
+
+class _Placed(Protocol):
+    """A raster, which may be on the plane of a system."""
+
+    @property
+    def system(self) -> CoordinateSystem | None: ...
+
+
+def plane_of(projection: LocalProjection | None, rasters: Sequence[_Placed], bounds: Bounds) -> LocalProjection | None:
+    """
+    Return the projection of a map: the given one, or that of its rasters' system; None if there is none.
+
+    Raises
+    ------
+    ProblemError
+        If rasters are on different planes, or on another one than the map, or the plane is not true over the bounds.
+    """
+    systems = {raster.system: raster.system for raster in rasters if raster.system is not None}
+    own = projection.system if isinstance(projection, CrsPlane) else None
+    first = own or next(iter(systems), None)
+    if first is None:
+        return projection
+    others = [one for one in systems if not one.is_same(first, bounds)]
+    if others or (projection is not None and own is None):
+        other = f"that of {others[0].name}" if others else "one around an origin"
+        msg = (
+            f"a raster or the map is on the plane of {first.name}, and another one on {other}; lay all rasters on one "
+            "(RasterRisk.from_file(file, projection=problem.projection))"
+        )
+        raise ProblemError(msg)
+    if isinstance(projection, CrsPlane) and _contains(projection.bounds, bounds):
+        return projection
+    return CrsPlane.over(first, bounds)
+
+
+def _contains(box: Bounds, other: Bounds) -> bool:
+    return box[0] <= other[0] and box[1] <= other[1] and other[2] <= box[2] and other[3] <= box[3]
 
 
 def _unnamed(system: "pyproj.CRS") -> str:
