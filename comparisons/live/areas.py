@@ -11,8 +11,8 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.airspace.zones.rings import directed_rings, enclosed_parts
-from cgla_graph.errors import CglaError, ProblemError
-from cgla_graph.model.earth import LocalProjection, project_area, project_on_map, require_degrees, wrapped
+from cgla_graph.errors import CglaError, FileFormatError, ProblemError
+from cgla_graph.model.earth import FARTHEST, LocalProjection, project_area, project_on_map, require_degrees, wrapped
 from cgla_graph.model.no_fly import overlay_errors
 
 #: Digits behind the point of degrees that the page has moved: a centimetre.
@@ -83,6 +83,8 @@ class WrittenPlaces:
         if self.projection is None:
             return points
         laid = self.projection.forward(np.column_stack([wrapped(points[:, 0]), points[:, 1]]))
+        # (only areas may go on beyond 180 degrees)
+        points[:, 0] = np.where(np.abs(points[:, 0]) <= 180.0, points[:, 0], wrapped(points[:, 0]).round(EXACT))  # noqa: PLR2004
         self._known.update(zip(map(tuple, laid.tolist()), points.tolist(), strict=True))
         return laid
 
@@ -101,6 +103,10 @@ class WrittenPlaces:
         if self.projection is None:
             kept: list[list[float]] = points.tolist()
             return kept
+        beyond = np.hypot(*points.T) > FARTHEST
+        if beyond.any():
+            msg = f"{points[beyond][0].tolist()} is no place on the Earth: drag it nearer to the middle of the map"
+            raise ProblemError(msg)
         degrees = self.projection.inverse(points).round(DIGITS).tolist()
         return [self._known.get(tuple(place), found) for place, found in zip(points.tolist(), degrees, strict=True)]
 
@@ -141,7 +147,7 @@ class WrittenPlaces:
         corners = np.array([*ring, ring[0]], dtype=np.float64)
         if self.projection is not None:
             require_degrees(name, corners)
-            corners = directed_rings([corners], name)[0]
+            corners = _directed(corners, name)
         parts = enclosed_parts(corners, name)
         if not parts:
             msg = f"{name} encloses nothing: drag its corners apart, or delete it"
@@ -178,6 +184,14 @@ class WrittenPlaces:
         points = np.array(written, dtype=np.float64)
         assert self.projection is not None  # noqa: S101 - a map in degrees
         return self.projection.forward(np.column_stack([wrapped(points[:, 0]), points[:, 1]]))
+
+
+def _directed(ring: FloatArray, name: str) -> FloatArray:
+    """Return a ring in degrees with each edge the shorter way; errors begin with the name of the area."""
+    try:
+        return directed_rings([ring], name)[0]
+    except FileFormatError as error:
+        raise FileFormatError(str(error).replace(f"{name}[0]", name)) from error
 
 
 def _same(turned: FloatArray, around: FloatArray) -> bool:

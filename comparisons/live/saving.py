@@ -8,7 +8,7 @@ from cgla_graph._files import write_files
 from cgla_graph._text import shown
 from cgla_graph.comparisons.live.draft import Draft, LiveMap, area_name, unwarned
 from cgla_graph.comparisons.live.versions import GONE, NO_FILE, saving_in, version_of, version_with
-from cgla_graph.errors import OutputError
+from cgla_graph.errors import OutputError, ScenarioError
 from cgla_graph.scenarios.lonlat_box import bounds_of
 from cgla_graph.scenarios.map_tables import MapBuilder
 from cgla_graph.scenarios.scenario import ScenarioTable, scenario_from_toml
@@ -80,6 +80,12 @@ def write_draft(live: LiveMap, draft: Draft, name: str, *, overwrite: bool, read
         msg = f"{shown(name)} is no name of a scenario file; give letters, digits, dots or dashes, and .toml at the end"
         raise OutputError(msg)
     path = usual.with_name(name) if name else usual
+    if live.table is None and live.scenario.zones is not None:
+        remedy = "write a scenario file with start, goal and no_fly.zones, open that, and Save writes it"
+        msg = (
+            f"{path}: a map of files of zones alone is not written, as their heights and times would be lost; {remedy}"
+        )
+        raise ScenarioError(msg)
     text = None if live.table is None else draft_toml(live, live.table, draft)
     if text is not None:
         # a file that does not load is not written

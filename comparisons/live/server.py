@@ -21,7 +21,7 @@ from cgla_graph.comparisons.live.desk import Desk
 from cgla_graph.comparisons.live.draft import Draft, LiveMap, Part, read_part
 from cgla_graph.comparisons.live.planning import Planner, offered
 from cgla_graph.comparisons.live.saving import TakenError, default_file, write_draft
-from cgla_graph.comparisons.live.versions import version_of
+from cgla_graph.comparisons.live.versions import NO_FILE, version_of
 from cgla_graph.comparisons.report.loopback import HTML, JSON, LoopbackHandler, LoopbackServer, Response, refusal
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import reason
@@ -144,7 +144,8 @@ class LiveServer(LoopbackServer):
         ScenarioError
             If it is too old.
         """
-        found = self._planners.get(reading or next(reversed(self._planners)))
+        with self._reading:
+            found = self._planners.get(reading or next(reversed(self._planners)))
         if found is None:
             msg = "the map has been read again many times since this page was opened; reload the page"
             raise ScenarioError(msg)
@@ -169,6 +170,10 @@ class LiveServer(LoopbackServer):
         if now == self._version:
             return
         try:
+            if now == NO_FILE:
+                # (a pipe would wait for its writer)
+                msg = f"{file} is no file that can be read here any more (a folder, a pipe, or without permission)"
+                raise ScenarioError(msg)
             self.live = LiveMap.open(str(file))
         except CglaError as error:
             self._note = f"This is the map as it was read before. {reason(error)}"

@@ -39,6 +39,8 @@
   const lonLat = place => earth.inverse(origin, place);
   const fine = Math.min(Math.max(0, (inDegrees ? 5 : 4) - Math.ceil(Math.log10(inDegrees ? side / 111320 : side))), 12);
   const written = place => {
+    // (the corners of a map of the whole Earth)
+    if (inDegrees && Math.hypot(...place) > 20003931) return 'no place on the Earth';
     const [u, v] = inDegrees ? lonLat(place) : place;
     return inDegrees ? `${earth.text(u, 'EW', fine)}, ${earth.text(v, 'NS', fine)}` : `${u.toFixed(fine)}, ${v.toFixed(fine)}`;
   };
@@ -199,6 +201,7 @@
   // areas may go on far beyond the map
   const clip = svg('rect');
   map.append(svg('defs', {}, svg('clipPath', { id: 'seen' }, clip)), ...Object.values(layers));
+  layers.axes.setAttribute('aria-hidden', 'true');
   for (const name of ['below', 'areas', 'rings']) layers[name].setAttribute('clip-path', 'url(#seen)');
   function fit() {
     const parent = stage.parentElement.clientWidth, tall = Math.max(280, innerHeight * (innerWidth < 900 ? 0.62 : 0.73));

@@ -207,3 +207,23 @@ def test_a_long_edge_in_degrees_is_drawn_as_it_is_planned(tmp_path: Path) -> Non
         "areas": [],
         "notes": [],
     }
+
+
+def test_what_no_file_in_degrees_can_have_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    file = tmp_path / "polar.toml"
+    file.write_text(
+        'coordinates = "lonlat"\nbounds = [-180, 60, 180, 90]\nprojection_origin = [0, 90]\n'
+        "start = [-30, 80]\ngoal = [150, 80]\nk = 0\n",
+        encoding="utf-8",
+    )
+    live = LiveMap.open(str(file))
+    around = [[5e5, 1e5], [-5e5, 1e5], [-5e5, -2e5], [5e5, -2e5]]
+    for change, said in (
+        ({"areas": [around]}, "no-fly area 1: it goes around a pole; cut it along a meridian"),
+        ({"goal": [2e7, 2e7]}, "[20000000.0, 20000000.0] is no place on the Earth: drag it nearer to the middle"),
+    ):
+        draft = live.first.model_copy(update=change)
+        error = Planner(live).path(draft, full=False)["error"]
+        assert error.startswith(said)
+        with pytest.raises(ValueError, match=r"pole|no place"):
+            save(live, draft, "", overwrite=True)

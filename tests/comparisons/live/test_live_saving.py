@@ -168,6 +168,9 @@ def test_what_is_no_file_any_more_is_not_replaced(file: Path, served: Served, ki
     assert "is no file" in answer["error"]
     assert not answer["taken"]
     assert not file.is_file()
+    note = Page(page.server).given["note"]
+    assert note.startswith("This is the map as it was read before. ")
+    assert "mine.toml is no file that can be read here" in note
 
 
 def test_a_link_is_written_through(file: Path, served: Served) -> None:

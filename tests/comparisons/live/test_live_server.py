@@ -403,6 +403,16 @@ def test_what_no_scenario_file_can_say_is_not_saved(tmp_path: Path) -> None:
     assert not (tmp_path / "grid.toml").exists()
 
 
+def test_a_map_of_zones_alone_is_not_saved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Written out, zones would lose heights and times: the remedy is one that a user of the page has."""
+    monkeypatch.chdir(tmp_path)
+    Path("zones.json").write_text(json.dumps(ed269()), encoding="utf-8")
+    live = LiveMap.open("zones.json")
+    with pytest.raises(ScenarioError, match=r"write a scenario file with start, goal and no_fly\.zones, open that"):
+        save(live, live.first, "", overwrite=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["zones.json"]
+
+
 def test_areas_that_were_opened_by_themselves_become_a_scenario_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
