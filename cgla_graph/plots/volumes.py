@@ -13,7 +13,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.airspace.volumes.volumes import Volumes
 from cgla_graph.model.problem import Problem
 from cgla_graph.plots.map import BaseMap
-from cgla_graph.plots.page import Key, add_inner_legend, heading, style
+from cgla_graph.plots.page import Key, add_inner_legend, style
 from cgla_graph.plots.scene import (
     TitledProblem,
     area_key,
@@ -59,13 +59,13 @@ def volumes_figure(
     >>> import cgla_graph as cg
     >>> flight = cg.volumes([(24.0, 60.0), (24.01, 60.0)], height=60, speed=15, dimension=0.8, pitch=30)
     >>> [text.get_text() for text in volumes_figure(flight).legends[0].get_texts()][:3]
-    ['flight geography: 6.000 m on both sides', 'contingency volume: 41.86 m more', 'ground risk buffer: 87.57 m more']
+    ['flight geography: 16.00 m on both sides', 'contingency volume: 41.86 m more', 'ground risk buffer: 87.57 m more']
     """
     shown = _map_of(volumes, on, name or volumes.name, areas)
     with style():
         base = BaseMap.of(shown, places=[_places(volumes)], figure=figure)
         keys = list(_draw(base, volumes))
-        base.arrange(heading(shown.name, "", 0.0), [*base.parts, base.add_legend(keys)])
+        base.arrange((shown.name, ""), [*base.parts, base.add_legend(keys)])
     return base.figure
 
 

@@ -60,6 +60,14 @@ SolversOption = Annotated[
     option("--solvers A,B", "names, with settings as NAME:A=1:B=2 (default: all)", autocompletion=completion.solvers),
 ]
 CorridorOption = Annotated[Number, option("--corridor W", "whole width of the corridor (default: 0), map units")]
+AcceptanceOption = Annotated[
+    Number,
+    option(
+        "--acceptance-radius M",
+        "distance at which waypoints without one are passed, metres (default: corners may be cut at 10, PX4's "
+        "NAV_ACC_RAD, or 2, ArduPilot's WPNAV_RADIUS; unknown of a fixed wing)",
+    ),
+]
 DimensionOption = Annotated[
     Number, option("--dimension D", "characteristic dimension: greatest distance of two ends with rotors, metres")
 ]
@@ -267,14 +275,7 @@ class PlanOptions:
         Text,
         option("--home LON,LAT", "where it takes off, or LON,LAT,METRES above the sea (default: as the plan says)"),
     ] = None
-    acceptance_radius: Annotated[
-        Number,
-        option(
-            "--acceptance-radius M",
-            "distance at which waypoints without one are passed, metres (default: corners may be cut at 10, PX4's "
-            "NAV_ACC_RAD, or 2, ArduPilot's WPNAV_RADIUS; unknown of a fixed wing)",
-        ),
-    ] = None
+    acceptance_radius: AcceptanceOption = None
 
     def settings(self) -> dict[str, Any]:
         """
@@ -510,7 +511,7 @@ class VolumeOptions:
         Number,
         option(
             "--geography-width W",
-            "of volumes: whole width of the flight geography, metres (default: 3 dimensions, or 12 if that is more)",
+            "of volumes: whole width of the flight geography, metres (default: 3 dimensions, or 32 if that is more)",
         ),
     ] = None
     contingency_width: Annotated[
@@ -556,11 +557,13 @@ class VolumeOptions:
         option("--fence WHICH", "of exported .plan: stay in the geography (default, with volumes), contingency, none"),
     ] = None
     speed: SpeedOption = None
+    acceptance_radius: AcceptanceOption = None
 
     @property
     def are_asked_for(self) -> bool:
         """Whether any option but those of other groups is given."""
-        return dataclasses.replace(self, speed=None, dimension=None) != VolumeOptions()
+        own = dataclasses.replace(self, speed=None, dimension=None, acceptance_radius=None)
+        return own != VolumeOptions()
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -32,7 +32,7 @@ _NAMES = {
 _FACTS = (
     "dimension", "pitch", "roll", "geography_width", "contingency_width", "contingency_height", "buffer", "glide_ratio",
     "parachute_time", "parachute_rate", "max_wind", "gnss_error", "position_error", "map_error", "height_error",
-    "reaction_time",
+    "reaction_time", "acceptance_radius",
 )  # fmt: skip
 
 
@@ -217,7 +217,7 @@ def read_laying(options: VolumeOptions, zones: ZoneOptions, export: ExportOption
     --------
     >>> laying = read_laying(VolumeOptions(dimension=0.8, speed=15.0, pitch=30.0), ZoneOptions())
     >>> laying.settings.half_width
-    6.0
+    16.0
     """
     for target in options.volumes or ():
         check_ending(target)

@@ -51,7 +51,10 @@ class VolumeSettings(ShortRepr):
         it, metres.
     width
         Whole width of the flight geography, metres, at least three times `dimension`; None for that, or for twice the
-        errors of the position if these are more.
+        sum of `gnss_error`, `position_error` and `acceptance_radius` if this is more.
+    acceptance_radius
+        Distance from a waypoint at which the autopilot turns to the next one, and cuts the corner, metres; 10 is the
+        default of PX4 (NAV_ACC_RAD).
     gnss_error, position_error, map_error, height_error
         Errors of the position by satellites, of holding it, of the map, and of the height, metres.
     reaction_time
@@ -82,6 +85,7 @@ class VolumeSettings(ShortRepr):
     contingency_width: float | None = None
     contingency_height: float | None = None
     width: float | None = None
+    acceptance_radius: float = 10.0
     gnss_error: float = 3.0
     position_error: float = 3.0
     map_error: float = 1.0
@@ -97,7 +101,7 @@ class VolumeSettings(ShortRepr):
         """Check the numbers, and store them as plain floats."""
         for name in ("speed", "dimension"):
             object.__setattr__(self, name, positive_number(name, getattr(self, name)))
-        for name in ("gnss_error", "position_error", "map_error", "height_error", "reaction_time"):
+        for name in (*sorted(_OF_CONTINGENCY), "acceptance_radius"):
             object.__setattr__(self, name, non_negative_number(name, getattr(self, name)))
         for name in ("contingency_width", "contingency_height"):
             if getattr(self, name) is not None:
@@ -151,7 +155,12 @@ class VolumeSettings(ShortRepr):
         """Half the width of the flight geography, metres."""
         if self.width is not None:
             return 0.5 * self.width
-        return max(0.5 * LEAST_GEOGRAPHY * self.dimension, self.gnss_error + self.position_error)
+        return max(0.5 * LEAST_GEOGRAPHY * self.dimension, self.normal_flight)
+
+    @property
+    def normal_flight(self) -> float:
+        """Distance from the path that is normal: errors of the position, and corners that are cut, metres."""
+        return self.gnss_error + self.position_error + self.acceptance_radius
 
     @property
     def manoeuvre(self) -> float:
@@ -249,7 +258,7 @@ class VolumeSettings(ShortRepr):
             source = "default" if value == defaults[name] else "given"
             said.append(f"{words} {value:g} {unit} ({source})")
         if self.width is None:
-            rule = f"the greater of {LEAST_GEOGRAPHY:g} dimensions and twice the errors of the position"
+            rule = f"the greater of {LEAST_GEOGRAPHY:g} dimensions and twice what is normal beside the path"
             said.append(f"width of the flight geography {2.0 * self.half_width:g} m (default: {rule})")
         return [*said, f"ground risk buffer {self.buffer} ({'default' if self.buffer == '1:1' else 'given'})"]
 
@@ -259,10 +268,11 @@ class VolumeSettings(ShortRepr):
         found = []
         if self.buffer == "1:1" and self.roll is not None:
             found.append("a buffer of 1:1 is for aircraft that do not glide: give buffer glide, or say why it does not")
-        if self.half_width < self.gnss_error + self.position_error:
+        if self.half_width < self.normal_flight:
             found.append(
-                f"half of the flight geography, {figure(self.half_width, 3)} m, is less than errors of positions: "
-                "an aircraft leaves it in normal flight; give a greater width"
+                f"half of the flight geography, {figure(self.half_width, 3)} m, is less than errors of the position "
+                f"and cut corners, {figure(self.normal_flight, 3)} m: an aircraft leaves it in normal flight; give a "
+                "greater width"
             )
         return found
 
@@ -280,6 +290,7 @@ _WORDS: Final = {
     "contingency_width": ("width of the contingency volume", "m"),
     "contingency_height": ("height of the contingency volume above the flight geography", "m"),
     "width": ("width of the flight geography", "m"),
+    "acceptance_radius": ("radius in which the autopilot accepts waypoints", "m"),
     "gnss_error": ("error of satellite positions", "m"),
     "position_error": ("error of position holding", "m"),
     "map_error": ("error of the map", "m"),

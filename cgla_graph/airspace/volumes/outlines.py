@@ -20,6 +20,8 @@ ROUND: Final = 32
 EDGE: Final = 0.05
 #: Longest edge, and farthest latitude of an area in degrees.
 _LONGEST, _FARTHEST_LATITUDE = 5_000.0, 85.0
+#: Grid of the corners of areas on the map, metres.
+_GRID: Final = 1e-3
 #: Legs on the Earth are followed along the geodesic at so many points.
 _POINTS: Final = 9
 
@@ -124,8 +126,18 @@ def in_degrees(
         found[:, 0] += 360.0 * np.round((projection.longitude - found[:, 0]) / 360.0)
         return np.round(found, DIGITS)
 
-    turned = shapely.transform(shapely.segmentize(area, longest), degrees)
-    return turned if isinstance(turned, Polygon | MultiPolygon) else MultiPolygon()
+    turned = shapely.transform(shapely.segmentize(_tidied(area), longest), degrees)
+    parts = [part for part in shapely.get_parts(shapely.make_valid(turned)).tolist() if isinstance(part, Polygon)]
+    return parts[0] if len(parts) == 1 else MultiPolygon(parts)
+
+
+def _tidied(area: BaseGeometry) -> BaseGeometry:
+    """Return an area without holes narrower than 20 cm, on a grid of a millimetre: roundings keep it valid."""
+    parts = []
+    for part in shapely.get_parts(area).tolist():
+        holes = [ring for ring in part.interiors if not Polygon(ring).buffer(-2.0 * EDGE).is_empty]
+        parts.append(Polygon(part.exterior, holes))
+    return shapely.set_precision(shapely.union_all(parts), _GRID)
 
 
 def cut_at_antimeridian(area: Polygon | MultiPolygon) -> list[Polygon]:

@@ -261,7 +261,8 @@ def volumes(
     Parameters
     ----------
     flight
-        A solution with a path, a flight plan or its file, or longitudes and latitudes, degrees, shape ``(m, 2)``.
+        A solution with a path, a flight plan or its file, or longitudes and latitudes, degrees, shape ``(m, 2)``. The
+        corners that a plan lets the autopilot cut are inside.
     settings, **facts
         Facts about the aircraft, as `VolumeSettings`, or its arguments: `speed` and `dimension`, and `pitch` or `roll`.
     height
@@ -294,7 +295,7 @@ def volumes(
     --------
     >>> flight = volumes([(24.0, 60.0), (24.1, 60.0)], height=60, speed=15, dimension=0.8, pitch=30)
     >>> [round(reach, 1) for reach in flight.dimensions.reaches]
-    [6.0, 47.9, 135.4]
+    [16.0, 57.9, 145.4]
     """
     instance("settings", settings, (VolumeSettings, NoneType), "VolumeSettings(speed=…, dimension=…, pitch=…)")
     instance("ground", ground, (Ground, str, os.PathLike, NoneType), "elevations, or the file of a raster of them")
@@ -342,10 +343,12 @@ class _Placed:
     projection: LocalProjection | None
     name: str
     reaches: Sequence[float] = ()
+    cuts: Sequence[float] = ()
 
     def around(self, distance: float) -> BaseGeometry:
         """Return the area within a distance of all places that may be flown through, map units."""
         area = around(self.lines, distance, self.projection)
+        area = shapely.union_all([area, *(around(one, distance, self.projection) for one in self.corners)])
         if not any(self.reaches):
             return area
         discs = [
@@ -355,6 +358,17 @@ class _Placed:
         pairs = enumerate(itertools.pairwise(discs))
         legs = [shapely.union(*pair).convex_hull for leg, pair in pairs if any(self.reaches[leg : leg + 2])]
         return shapely.union_all([area, *discs, *legs])
+
+    @property
+    def corners(self) -> list[BaseGeometry]:
+        """What is flown over if corners are cut: from a distance before each waypoint straight to the next one."""
+        route, found = self.routes[0], []
+        for number, cut in enumerate(self.cuts):
+            if cut > 0.0 and 0 < number < len(route) - 1:
+                before, here, after = route[number - 1 : number + 2]
+                share = min(1.0, cut / max(float(np.hypot(*(here - before))), cut))
+                found.append(shapely.MultiPoint([here + share * (before - here), here, after]).convex_hull)
+        return found
 
     @property
     def lines(self) -> BaseGeometry:
@@ -395,7 +409,10 @@ def _placed(
         projection = _middle(flown) if projection is None else projection
         route = projection.forward(flown)
     before = len(route) - len(plan.waypoints)
-    return _Placed([route], plan, projection, name, [0.0] * before + [one.reach for one in plan.waypoints])
+    reaches, cuts = (
+        [0.0] * before + [getattr(one, name) for one in plan.waypoints] for name in ("reach", "acceptance")
+    )
+    return _Placed([route], plan, projection, name, reaches, cuts)
 
 
 def _plan_of(flight: FlightPlan | FilePath | ArrayLike, name: str) -> tuple[FlightPlan, str]:

@@ -11,7 +11,7 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from shapely.geometry import shape
 
@@ -115,6 +115,8 @@ def _route(longitude: float, latitude: float, steps: list[tuple[float, float]]) 
 
 
 @settings(max_examples=20)
+@example((32.0, 12.08203125, [(0.23366391356633914, -0.1734312059185606), (0.0, 0.1015625), (0.0, 0.171875)]), 0.0)
+@example((0.0, 3.5, [(0.125, 0.15625), (0.0, 0.15625)]), 0.0)
 @given(ROUTES, st.floats(0, 300))
 def test_volumes_contain_each_other_and_all_that_is_near_on_the_earth(drawn: tuple[Any, ...], height: float) -> None:
     places = _route(*drawn)
@@ -200,11 +202,24 @@ def test_circles_and_waypoints_passed_at_a_distance_are_inside() -> None:
     assert found.contains(shapely.Point(24.01, 60.0012))
 
 
-@pytest.mark.parametrize(("facts", "half"), [({}, 6.0), ({"dimension": 9.0}, 13.5), ({"width": 3.0}, 1.5)])
+@pytest.mark.parametrize(
+    ("facts", "half"),
+    [({}, 16.0), ({"dimension": 12.0}, 18.0), ({"width": 3.0}, 1.5), ({"acceptance_radius": 0.0}, 6.0)],
+)
 def test_flight_geography_is_as_wide_as_the_errors_of_the_position(facts: dict[str, Any], half: float) -> None:
     settings = VolumeSettings(**{**COPTER, **facts})
     assert settings.half_width == half
-    assert bool(settings.notes) is (half < 6.0)
+    assert bool(settings.notes) is (half == 1.5)
+
+
+def test_corners_that_an_autopilot_may_cut_are_inside() -> None:
+    """It may turn 200 m before the corner, straight to the next waypoint."""
+    plan = cg.FlightPlan(
+        (cg.Waypoint(24, 60, 80), cg.Waypoint(24.02, 60, 80, acceptance=200), cg.Waypoint(24.02, 60.01, 80))
+    )
+    found = cg.volumes(plan, **COPTER)
+    turn = GEOD.fwd(24.02, 60, 270, 200.0)[:2]
+    assert found.flight_geography.contains(shapely.LineString([turn, (24.02, 60.01)]).buffer(1e-5))
 
 
 @pytest.mark.parametrize("start", [24.0, 179.97, -180.0])
