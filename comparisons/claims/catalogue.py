@@ -1,6 +1,7 @@
 """All claims, by number. A new claim is a check in the module of its topic; a new topic is a module and a row here."""
 
 import importlib
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 
@@ -96,22 +97,36 @@ def _remark(number: int) -> str:
 
 def remarks(ids: Sequence[str]) -> list[str]:
     """
-    Say of ids (no ranges) where those went that are no claims of their own.
+    Say of ids (no ranges, no topics) where those went that are no claims of their own.
 
     Examples
     --------
     >>> remarks(["C29", "C32", "C1-C30"])
     ['C29 is part of C28']
     """
-    return list(filter(None, [_remark(_number(text, text)) for text in ids if "-" not in text]))
+    names = {topic_name(title) for title in topics()}
+    numbers = [text for text in ids if "-" not in text and text.strip().lower() not in names]
+    return list(filter(None, [_remark(_number(text, text)) for text in numbers]))
+
+
+def topic_name(title: str) -> str:
+    """
+    Return the name by which a topic is asked for.
+
+    Examples
+    --------
+    >>> topic_name("The risk weight K"), topic_name("A2D and Q-Learning")
+    ('risk-weight-k', 'a2d-and-q-learning')
+    """
+    return re.sub(r"[^a-z0-9]+", "-", title.lower().removeprefix("the ")).strip("-")
 
 
 def chosen(ids: Sequence[str]) -> list[Claim]:
     """
-    Return the claims of some ids, in the order of their numbers; without ids all.
+    Return the claims of some ids or topics, in the order of their numbers; without ids all.
 
-    An id is ``C28`` or ``28``, in any case, and ``C17-C19`` is a range. A number that is part of another claim stands
-    for that one; in a range, numbers that are left out are passed over.
+    A topic is a name as of `topic_name`. An id is ``C28`` or ``28``, in any case, and ``C17-C19`` is a range. A number
+    that is part of another claim stands for that one; in a range, numbers that are left out are passed over.
 
     Raises
     ------
@@ -127,7 +142,11 @@ def chosen(ids: Sequence[str]) -> list[Claim]:
         return list(claims().values())
     wanted = {number: one for one in claims().values() for number in (one.number, *one.merged)}
     kept: set[str] = set()
+    by_topic = {topic_name(title): of for title, of in topics().items()}
     for text in ids:
+        if text.strip().lower() in by_topic:
+            kept |= {claim.id for claim in by_topic[text.strip().lower()]}
+            continue
         first, dash, last = text.partition("-")
         low = _number(first, text)
         numbers = range(low, (_number(last, text) if dash else low) + 1)
@@ -141,6 +160,7 @@ def _number(text: str, given: str) -> int:
     digits = text.strip().removeprefix("C").removeprefix("c")
     known = {number for claim in claims().values() for number in (claim.number, *claim.merged)} | LEFT_OUT.keys()
     if not (digits.isascii() and digits.isdigit() and int(digits) in known):
-        msg = f"no claim {given!r}; there are C1 to C{max(known)} (as C28, or C17-C19 for a range)"
+        names = ", ".join(map(topic_name, topics()))
+        msg = f"no claim {given!r}; there are C1 to C{max(known)} (as C28, or C17-C19 for a range), and topics: {names}"
         raise ClaimError(msg)
     return int(digits)

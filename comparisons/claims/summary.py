@@ -7,6 +7,7 @@ ships nothing if a quick study says more than the full one, or something else.
 
 import json
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,31 @@ ROW_ENTRIES = ("statement", "answer", "basis", "where", "size", "printed")
 #: What encloses all answers on a page, or some of them in short.
 BEGIN, SHORT = (f"<!-- {words}: written by make claims -->" for words in ("answers", "answers in short"))
 END = "<!-- end of answers -->"
+
+
+def listed_claims() -> list[dict[str, Any]]:
+    """
+    List the claims with their topics and the answers of the full study, which are shipped.
+
+    Examples
+    --------
+    >>> listed_claims()[0]["claim"], listed_claims()[0]["topic"]
+    ('C1', 'model-of-risk')
+    """
+    found = []
+    for one in shipped_verdicts()["claims"]:
+        rows = Counter(row["answer"] for row in one["rows"]).items()
+        parts = [f"{count} {answer.removesuffix('s')}" if count > 1 else answer for answer, count in rows]
+        found.append(
+            {
+                "claim": one["id"],
+                "topic": catalogue.topic_name(one["topic"]),
+                "sentence": one["sentence"],
+                "answers": ", ".join(parts),
+                "place": one["place"],
+            }
+        )
+    return found
 
 
 def shipped_verdicts() -> dict[str, Any]:

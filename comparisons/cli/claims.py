@@ -12,7 +12,8 @@ from cgla_graph.comparisons.cli.options import JsonOption, StudyOptions, option
 def claims(
     study: StudyOptions,
     ids: Annotated[
-        list[str] | None, typer.Argument(metavar="ID", help="claims, as C28, or C17-C19 for a range (default: all)")
+        list[str] | None,
+        typer.Argument(metavar="ID", help="C28, C17-C19, or a topic of --list (default: all)"),
     ] = None,
     quick: Annotated[
         bool,
@@ -20,17 +21,24 @@ def claims(
     ] = False,
     maps: Annotated[int | None, option("--maps N", "maps per cell of the panel (default: 40)", min=1)] = None,
     seed: Annotated[int, option("--seed S", "seed of all random numbers", min=0)] = 1,
+    listing: Annotated[bool, option("--list", "list claims, topics and the answers of the full study")] = False,
     strict: Annotated[bool, option("--strict", "exit with 1 unless every statement holds")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """
     Check the claims of the paper.
 
-    Prints an answer for each statement of the paper, and for up to three claims all the evidence; all claims take 90
-    minutes on two cores. With --out, writes a report (report.html, report.md), figures and tables of the paper, the
-    counterexamples, and all numbers (claims.json); measurements are saved at once (claims.jsonl), so that an
-    interrupted study can be continued.
+    With --list, prints what the full study found. Else prints an answer for each statement of the paper, and for up to
+    three claims all the evidence; all claims take 90 minutes on two cores. With --out, writes a report (report.html,
+    report.md), figures and tables of the paper, the counterexamples, and all numbers (claims.json); measurements are
+    saved at once (claims.jsonl), so that an interrupted study can be continued.
     """
+    if listing:
+        from cgla_graph.comparisons.claims.summary import listed_claims
+        from cgla_graph.comparisons.cli.listings import print_listing
+
+        print_listing("claims", ["claim", "topic", "sentence", "answers"], listed_claims(), as_json)
+        return
     from cgla_graph.comparisons.claims import catalogue, command, page, terminal
     from cgla_graph.comparisons.claims.evidence import Scale
     from cgla_graph.errors import CglaError

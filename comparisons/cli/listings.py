@@ -20,7 +20,7 @@ def solvers(as_json: JsonOption = False) -> None:
         from cgla_graph.solvers import registry
 
         lines.append(registry.describe(name))
-    _print_listing("solvers", list(lines[0]), lines, as_json)
+    print_listing("solvers", list(lines[0]), lines, as_json)
 
 
 def scenarios(
@@ -42,7 +42,7 @@ def scenarios(
     elif show is not None:
         console.out(shipped.shipped_scenario(show))
     else:
-        _print_listing("scenarios", ["name", "title"], shipped.scenario_list(), as_json)
+        print_listing("scenarios", ["name", "title"], shipped.scenario_list(), as_json)
 
 
 def missions(
@@ -65,10 +65,10 @@ def missions(
         console.out(shipped.shipped_mission(show))
     else:
         lines = shipped.mission_list()
-        _print_listing("missions", ["name", "title", "uavs", "variants"], lines, as_json, {"title": 30, "variants": 20})
+        print_listing("missions", ["name", "title", "uavs", "variants"], lines, as_json, {"title": 30, "variants": 20})
 
 
-def _print_listing(
+def print_listing(
     what: str,
     heads: Sequence[str],
     lines: Sequence[Mapping[str, Any]],

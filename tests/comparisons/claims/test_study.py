@@ -18,6 +18,7 @@ from cgla_graph.comparisons.claims.evidence import Evidence, Scale
 from cgla_graph.comparisons.claims.experiment import Experiment, Record
 from cgla_graph.comparisons.claims.panel.settings import KINDS, PanelMap
 from cgla_graph.comparisons.claims.store import FIGURE, FILE, FINDING, SAMPLE, Measured, Store
+from cgla_graph.comparisons.claims.summary import listed_claims
 from cgla_graph.errors import ClaimError, OutputError, SolverUnavailableError, StudyError
 
 QUICK = Scale(quick=True)
@@ -234,3 +235,16 @@ def test_no_number_is_lost_and_all_that_claims_name_is_there() -> None:
 )
 def test_what_does_not_fit_is_refused(cgla: Call, words: tuple[object, ...], said: str) -> None:
     cgla("claims", *words).refused(said)
+
+
+def test_topics_are_names_of_their_claims() -> None:
+    assert "C26" in [claim.id for claim in catalogue.chosen(["eight-directions"])]
+    both = catalogue.chosen(["bcv", "C1"])
+    assert both[0].id == "C1"
+    assert {claim.id for claim in both} == {"C1", *(claim.id for claim in catalogue.topics()["BCV"])}
+    assert catalogue.remarks(["bcv", "C2"]) == ["C2 is part of C1"]
+    with pytest.raises(ClaimError, match="topics: eight-directions, bcv, risk-weight-k"):
+        catalogue.chosen(["nine-directions"])
+    listed = listed_claims()
+    assert {one["claim"] for one in listed} == set(catalogue.claims())
+    assert {one["topic"] for one in listed} == {catalogue.topic_name(title) for title in catalogue.topics()}
