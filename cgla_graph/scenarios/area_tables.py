@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._text import shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph.airspace.zones.account import ZoneAccount, ZoneRecord
 from cgla_graph.airspace.zones.applying import Applied
@@ -174,6 +175,11 @@ def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping
     FileFormatError
         If a file cannot be read, or a setting is not valid.
     """
+    allowed = [name for name in NoFlyTable.model_fields if name not in {"polygons", "areas", "geojson", "zones"}]
+    for key in settings:
+        if key not in allowed:
+            msg = f"zones have no setting {shown(key)}; give some of {', '.join(allowed)}"
+            raise FileFormatError(msg)
     paths = [str(Path(file).absolute()) for file in files]
     if isinstance(ground := settings.get("ground"), str | os.PathLike):
         settings = {**settings, "ground": str(Path(ground).absolute())}

@@ -26,7 +26,7 @@ from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.area_tables import Pair, with_files
 from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, read_table
 from cgla_graph.scenarios.shipped import SCENARIOS, is_mission_text, shipped_scenario
-from cgla_graph.scenarios.text_files import read_text
+from cgla_graph.scenarios.text_files import read_text, scenario_errors
 
 #: The command that prints the schema of scenario files.
 SCHEMA = "cgla scenarios --schema"
@@ -265,7 +265,8 @@ def load_scenario(
     files = [file_path("a file of no_fly", one, ScenarioError) for one in more]
     if files or zones:
         # (files given here start at the current folder, those of the table at its own)
-        changes["no_fly"] = with_files(table.no_fly, files, zones or {})
+        with scenario_errors(path):
+            changes["no_fly"] = with_files(table.no_fly, files, zones or {})
     return scenario_of(table, path.parent, path.stem, str(path), changes)
 
 

@@ -219,6 +219,8 @@ def test_a_flight_takes_off_and_lands_outside_of_zones_below_it(tmp_path: Path) 
         only(toml(tmp_path, 'zones = ["zones.json"]', "vertical_clearance = -1"))
     with pytest.raises(ScenarioError, match="altitude is -5 m above ground"):
         only(path, zones={"altitude": -5})
+    with pytest.raises(ScenarioError, match="zones have no setting 'hight'; give some of altitude, at"):
+        only(path, zones={"hight": 80})
     # the ends of a map without any are outside
     low = written(tmp_path / "two.json", {"features": [*LOW["features"], *ed269(volume(lowerLimit=60))["features"]]})
     (scenario,) = open_scenarios(str(low), zones=at)
