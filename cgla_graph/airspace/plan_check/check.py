@@ -158,7 +158,8 @@ def check(
     # (an aircraft climbs to the altitude)
     of_zones = {"altitude": altitude if aircraft is None else None, "at": at, "treat": treat, "lines": lines}
     of_zones["vertical_clearance"] = vertical_clearance
-    _require_meaning(of_zones, terrain_clearance, has_zones=has_zones, has_ground=ground is not None)
+    has_ground = ground is not None or getattr(on, "terrain", None) is not None
+    _require_meaning(of_zones, terrain_clearance, has_zones=has_zones, has_ground=has_ground)
     elevations = read_ground(ground) if isinstance(ground, str | os.PathLike) else ground
     applied = None
     if has_zones:
@@ -177,9 +178,7 @@ def check(
     placed = dataclasses.replace(placed, unknown=_higher(held, placed, given=altitude is not None))
     checked = _legs_of(held, name, placed)
     checked = dataclasses.replace(checked, flight=_flight(held, aircraft, altitude))
-    if elevations is not None:
-        flight = None if altitude is None else Altitude.of(altitude)
-        checked = _above(checked, elevations, terrain_clearance, flight)
+    checked = _above(checked, elevations, terrain_clearance, altitude)
     asked = {"corridor": corridor, "max_density": max_density, "target": target}
     checked = _above_people(checked, asked)
     return checked if tolerance is None else _above_people(_with_proofs(checked, tolerance, through, max_cells), asked)
@@ -253,16 +252,23 @@ def _higher(plan: FlightPlan, on: PlanMap, *, given: bool) -> tuple[str, ...]:
     return tuple(dict.fromkeys(said))
 
 
-def _above(checked: PlanCheck, ground: Ground, clearance: float | None, altitude: Altitude | None) -> PlanCheck:
-    """Add the heights of the legs above the ground."""
+def _above(
+    checked: PlanCheck, ground: Ground | None, clearance: float | None, altitude: str | float | Altitude | None
+) -> PlanCheck:
+    """Add the heights of the legs above the ground, whose elevations are given or those of the map."""
     on = checked.on
+    own = getattr(on.source, "terrain", None)
+    if ground is None and own is not None:
+        ground, altitude = own.ground, own.altitude if altitude is None else altitude
+        clearance = own.clearance if clearance is None and not own.is_default else clearance
+    if ground is None:
+        return checked
+    flight = None if altitude is None else Altitude.of(altitude)
     projection = on.problem.projection
     if projection is None:
         msg = f"elevations are in longitude and latitude, and the map {on.name} is in the plane; leave them out"
         raise CglaError(msg)
-    legs = legs_above_ground(
-        checked.plan, on.stops, on.route, projection, ground, clearance=clearance, altitude=altitude
-    )
+    legs = legs_above_ground(checked.plan, on.stops, on.route, projection, ground, clearance=clearance, altitude=flight)
     return dataclasses.replace(checked, terrain=legs)
 
 

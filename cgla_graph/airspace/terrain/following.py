@@ -11,8 +11,8 @@ import numpy as np
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import instance, positive_number
 from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Waypoint
+from cgla_graph.airspace.terrain.along import elevations_along
 from cgla_graph.airspace.terrain.area import clearance_of
-from cgla_graph.airspace.terrain.legs import elevations_along
 from cgla_graph.airspace.terrain.surface import Pieces, Surface, box_of_places, pieces_of
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.errors import PlanError, ProblemError

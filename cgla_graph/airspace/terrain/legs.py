@@ -1,9 +1,8 @@
 """Heights of the legs of a plan above the ground, on the safe side of what is not known."""
 
-import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -12,8 +11,9 @@ from cgla_graph._text import json_number, listed
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Waypoint
 from cgla_graph.airspace.flight_plans.profile import NOT_SAID, Heights, profile_of
+from cgla_graph.airspace.terrain.along import cut_at_edges, elevations_along, runs
 from cgla_graph.airspace.terrain.area import SOURCE, clearance_of
-from cgla_graph.airspace.terrain.surface import Pieces, Surface, box_of_places, pieces_of
+from cgla_graph.airspace.terrain.surface import ROUNDED, Pieces, Surface, box_of_places, pieces_of
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.heights import Altitude, Range, height_offset
 from cgla_graph.model.earth import LocalProjection
@@ -164,11 +164,19 @@ def legs_above_ground(
     margin = _MARGIN + 2.0 * max(ground.cell)
     rim = projection.inverse(starts + np.linspace(0.0, 1.0, 33)[:, None, None] * (ends - starts))
     polar = max(math.cos(math.radians(min(89.0, float(np.abs(rim[..., 1]).max())))), 0.02)
-    margin += max((one.reach for one in flown if one is not None), default=0.0) / (_DEGREE * polar)
+    beside = [one.reach for one in flown if one is not None] + [one.acceptance for one in plan.waypoints]
+    margin += max(beside, default=0.0) / (_DEGREE * polar)
     surface = Surface.near(ground, box_of_places(rim, margin))
     solver = _Solver(surface, projection, starts, ends, _home(plan, ground))
     least, places = np.full(len(starts), np.inf), projection.inverse(starts)
     for leg, height, place, why in solver.heights(flown):
+        if height < least[leg]:
+            least[leg], places[leg] = height, place
+        reasons[leg] = reasons[leg] or why
+    cuts = np.zeros(len(route))
+    for number, group in enumerate(_groups(plan, stops)):
+        cuts[number] = max((one.acceptance for one in group), default=0.0)
+    for leg, height, place, why in solver.corners(flown, cuts):
         if height < least[leg]:
             least[leg], places[leg] = height, place
         reasons[leg] = reasons[leg] or why
@@ -267,12 +275,48 @@ class _Solver:
                 if flown[found] is not None:
                     yield found, math.inf, self.starts[found], _TOO_LONG
                 continue
-            for leg, first, last in _runs(found.leg):
+            for leg, first, last in runs(found.leg):
                 one, line = flown[leg], lines[leg]
                 if one is None or line is None:
                     continue
                 part = Pieces(found.leg[first:last], found.shares[first:last], found.lonlat[first:last])
                 yield leg, *self._of_leg(part, one, line)
+
+    def corners(self, flown: Sequence[_Flown | None], cuts: FloatArray) -> Iterator[tuple[int, float, FloatArray, str]]:
+        """
+        Yield legs whose first corner may be cut, and the least height above the ground there, as `heights` does.
+
+        The aircraft leaves the leg before within a distance of the waypoint, and flies straight to the next one, at
+        the lesser altitude of the two places. The ground is linear between the centres of cells.
+        """
+        legs, lines, begins = [], [], []
+        for leg in np.nonzero(cuts[1:-1] > 0.0)[0].tolist():
+            before, after = flown[leg], flown[leg + 1]
+            if before is None or after is None or any((*before.grounded, *after.grounded)):
+                continue
+            one, other = self._above_sea(leg, before), self._above_sea(leg + 1, after)
+            came, goes = self.ends[leg] - self.starts[leg], self.ends[leg + 1] - self.starts[leg + 1]
+            length, ahead = math.hypot(*came), math.hypot(*goes)
+            if one is None or other is None or length == 0.0 or ahead == 0.0:
+                continue
+            share = min(cuts[leg + 1] / length, 1.0)
+            aside = share * abs(float(came[0] * goes[1] - came[1] * goes[0])) / ahead
+            if aside > ROUNDED:
+                first = one[1] - share * (one[1] - one[0])
+                legs.append(leg + 1)
+                lines.append((min(first, one[1], other[0]), other[1]))
+                begins.append(self.ends[leg] - share * came)
+        if not legs:
+            return
+        cut = replace(self, starts=np.array(begins), ends=self.ends[legs])
+        for found in pieces_of(cut.starts, cut.ends, self.projection, self.surface.cell):
+            if isinstance(found, int):
+                continue
+            for leg, first, last in runs(found.leg):
+                part = Pieces(found.leg[first:last], found.shares[first:last], found.lonlat[first:last])
+                heights, places = cut.between(part, lines[leg])
+                least = int(np.argmin(heights))
+                yield legs[leg], float(heights[least]), places[least], "" if np.isfinite(heights).all() else _NO_GROUND
 
     def _above_sea(self, leg: int, one: _Flown) -> Range | None:
         """Return the least heights of the ends of a leg above the sea; None if they are not known, or it is held."""
@@ -304,7 +348,7 @@ class _Solver:
     def _of_leg(self, part: Pieces, one: _Flown, line: Range) -> tuple[float, FloatArray, str]:
         """Return the least height of a part of a leg above the ground, where it is, and why it is not known."""
         exact = one.reference == "AGL" and one.reach == 0.0
-        heights, places = self._between(part, line) if exact else self._around(part, line, one.reach)
+        heights, places = self.between(part, line) if exact else self._around(part, line, one.reach)
         if any(one.grounded) and not all(one.grounded):
             more, where = self._climb(part, one, line)
             heights, places = np.concatenate([heights, more]), np.concatenate([places, where])
@@ -316,7 +360,7 @@ class _Solver:
 
     def _around(self, part: Pieces, line: Range, reach: float = 0.0) -> tuple[FloatArray, FloatArray]:
         """Return heights above the greatest elevations of the cells around, piece by piece, and their places."""
-        shares, lonlat = _cut_at_edges(part, self.surface)
+        shares, lonlat = cut_at_edges(part, self.surface)
         middle = 0.5 * (lonlat[:, 0] + lonlat[:, 1])
         rounding = self.surface.rounding(middle[:, 1])
         below = self.surface.highest(self.surface.position(middle), rounding, self._cells(reach, part.lonlat))
@@ -335,7 +379,7 @@ class _Solver:
         counts = far & ~(heights >= 0.0)
         return heights[counts], places[counts]
 
-    def _between(self, part: Pieces, line: Range) -> tuple[FloatArray, FloatArray]:
+    def between(self, part: Pieces, line: Range) -> tuple[FloatArray, FloatArray]:
         """Return the least heights above elevations linear between the centres of cells, piece by piece."""
         nodes, below = elevations_along(part, self.surface)
         high = line[0] + nodes * (line[1] - line[0])
@@ -353,61 +397,3 @@ class _Solver:
         shares = nodes[:, 0] + at * (nodes[:, 2] - nodes[:, 0])
         along = self.starts[leg] + shares[:, None] * (self.ends[leg] - self.starts[leg])
         return heights, self.projection.inverse(along)
-
-
-def _runs(legs: np.ndarray[Any, np.dtype[np.int64]]) -> Iterator[tuple[int, int, int]]:
-    """Yield each leg with the first of its pieces, and the one after its last."""
-    firsts = np.concatenate([[0], np.nonzero(np.diff(legs))[0] + 1, [len(legs)]]).tolist()
-    for first, last in itertools.pairwise(firsts):
-        yield int(legs[first]), first, last
-
-
-def _split(part: Pieces, cuts: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Split pieces at shares of each, shape ``(m, k)``; return shares of the leg, ``(n, 2)``, and places."""
-    within = np.clip(np.nan_to_num(cuts, nan=0.0), 0.0, 1.0)
-    edge = np.zeros((len(cuts), 1))
-    marks = np.sort(np.concatenate([edge, within, edge + 1.0], axis=1), axis=1)
-    pairs = np.stack([marks[:, :-1], marks[:, 1:]], axis=-1)
-    keep = pairs[..., 1] > pairs[..., 0]
-    index = np.broadcast_to(np.arange(len(cuts))[:, None], keep.shape)[keep]
-    pairs = pairs[keep]
-    first, last = part.shares[index, :1], part.shares[index, 1:]
-    begin, end = part.lonlat[index, None, 0], part.lonlat[index, None, 1]
-    return first + pairs * (last - first), begin + pairs[..., None] * (end - begin)
-
-
-def _cut_at_edges(part: Pieces, surface: Surface) -> tuple[FloatArray, FloatArray]:
-    """Split pieces at the edges of cells, a rounding before and behind each."""
-    position = surface.position(part.lonlat)
-    start, step = position[:, 0], position[:, 1] - position[:, 0]
-    near = np.round(position.mean(axis=1))
-    rounding = surface.rounding(part.lonlat[:, 0, 1])
-    with np.errstate(all="ignore"):
-        cuts = np.concatenate([(near + sign * rounding - start) / step for sign in (-1.0, 1.0)], axis=1)
-    return _split(part, cuts)
-
-
-def elevations_along(part: Pieces, surface: Surface) -> tuple[FloatArray, FloatArray]:
-    """
-    Return shares of a leg between which the ground is quadratic, and its elevation: start, middle and end of each.
-
-    Parameters
-    ----------
-    part
-        Pieces of one leg.
-    surface
-        The ground.
-
-    Returns
-    -------
-    shares, elevations
-        Shapes ``(n, 3)``; metres above the sea, NaN where unknown.
-    """
-    position = surface.position(part.lonlat)
-    start, step = position[:, 0], position[:, 1] - position[:, 0]
-    centre = np.floor(position.mean(axis=1)) + 0.5
-    with np.errstate(all="ignore"):
-        shares, lonlat = _split(part, (centre - start) / step)
-    shares = np.column_stack([shares[:, 0], shares.mean(axis=1), shares[:, 1]])
-    lonlat = np.stack([lonlat[:, 0], lonlat.mean(axis=1), lonlat[:, 1]], axis=1)
-    return shares, surface.between(lonlat)

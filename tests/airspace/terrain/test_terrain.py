@@ -336,3 +336,33 @@ def test_the_uavs_of_a_mission_fly_around_terrain(hill: Path) -> None:
     for uav in flight.uavs.values():
         plan = FlightPlan.along(opened.projection.inverse(uav.path), altitude=80.0)
         assert check(plan, ground=hill / "hill.asc", terrain_clearance=40, tolerance=None).is_clean
+
+
+def test_a_cut_corner_meets_a_tower_that_the_legs_do_not() -> None:
+    values = np.zeros(SHAPE)
+    values[8, 12] = 300.0
+    ground = Ground(values, BOX)
+    corner = ((24.010, 60.0065), (24.0305, 60.0065), (24.0305, 60.018))
+    points = [Waypoint(x, y, 80.0, "sea") for x, y in corner]
+    plan = FlightPlan(tuple(points))
+    cut = dataclasses.replace(plan, waypoints=(points[0], dataclasses.replace(points[1], acceptance=600.0), points[2]))
+
+    assert terrain_of(plan, ground).least.tolist() == [80.0, 80.0]
+    assert terrain_of(cut, ground).low.tolist() == [False, True]
+
+
+def test_the_elevations_of_a_map_hold_for_plans_that_are_checked_on_it(hill: Path) -> None:
+    (hill / "map.toml").write_text(
+        f"{MAP}[no_fly]\nground = 'hill.asc'\naltitude = '400 AMSL'\nterrain_clearance = 40\n"
+    )
+    on = cg.load_scenario(hill / "map.toml")
+    places = [(24.004, 60.01), (24.056, 60.01)]
+
+    # above the altitude of the map, and below it
+    for altitude, clean in ((400.0, True), (310.0, False), (80.0, False)):
+        found = check(FlightPlan.along(places, altitude=altitude, reference="sea"), on, tolerance=None)
+        assert found.is_clean is clean
+        assert found.terrain is not None
+        assert found.terrain.clearance == 40.0
+    assert check(places, on, tolerance=None).is_clean
+    assert not check(places, on, terrain_clearance=150.0, tolerance=None).is_clean
