@@ -18,8 +18,10 @@ from cgla_graph.model.solver import Solver
 from cgla_graph.solvers.trade_off.constrained import plan_within_length
 from cgla_graph.solvers.trade_off.pareto import ROUNDING
 from cgla_graph.solvers.trade_off.plan_within import PlanWithin
+from cgla_graph.solvers.trade_off.reweighing import Reweighed
 
-#: Budgets of length that are tried, from the one within which every path keeps the energy in a constant wind.
+#: Budgets of length that are tried, from the one within which every path keeps the energy in a constant wind, or the
+#: length of the shortest path.
 _TRIED = 7
 
 
@@ -114,7 +116,7 @@ def plan_within_energy(
     low = max(0.0, (seconds * room + drift) / speed)
     best = plan if keeps(plan) or not plan.status.has_path else _between(problem, low, most, keeps, how)
     if best is None:
-        message = f"no path within {budget:g} Wh was found: in this wind, the shortest ones take more"
+        message = f"no path within {budget:g} Wh was found; whether there is one in this wind is not known"
         solution = Solution(Status.NOT_FOUND, message=message, projection=problem.projection, problem=problem)
     else:
         solution = best.solution
@@ -131,6 +133,8 @@ def _between(
 ) -> PlanWithin | None:
     """Return the plan of least risk that keeps the energy, of some within lengths between two; None without one."""
     best = None
+    shortest = Reweighed(problem, **how).at(0.0)
+    low = max(low, shortest.length) if shortest.status.has_path else low
     for index in range(_TRIED):
         length = low if index == 0 else 0.5 * (low + high)
         found = plan_within_length(problem, length, tolerance=None, **how)
@@ -138,7 +142,8 @@ def _between(
         if fits and (best is None or found.solution.risk < best.solution.risk):
             best = found
         if index > 0:
-            low, high = (length, high) if fits else (low, length)
+            # (up where it is too short for any path)
+            low, high = (length, high) if fits or not found.status.has_path else (low, length)
     return best
 
 

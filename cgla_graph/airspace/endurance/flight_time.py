@@ -15,7 +15,14 @@ from cgla_graph._validate import choice, finite_number, instance, point_array
 from cgla_graph.airspace.endurance.aircraft import Aircraft
 from cgla_graph.airspace.endurance.stops import NO_ALTITUDE, Stops, stops_of_path, stops_of_plan
 from cgla_graph.airspace.flight_plans.formats import read_plan
-from cgla_graph.airspace.flight_plans.plan import ALTITUDES, REFERENCES, FlightPlan, Reference, first_remarks
+from cgla_graph.airspace.flight_plans.plan import (
+    ALTITUDES,
+    LEAST_FLOWN,
+    REFERENCES,
+    FlightPlan,
+    Reference,
+    first_remarks,
+)
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.earth import geodesic_steps
 from cgla_graph.model.solution import Solution
@@ -245,8 +252,9 @@ def flight_time(
     choice("above", above, REFERENCES)
     numbers = (speed, wind, power, battery, reserve, climb_rate, descent_rate)
     known = Aircraft(*numbers) if aircraft is None else aircraft
-    if altitude is not None and not 0.0 <= finite_number("altitude", altitude) <= ALTITUDES[1]:
-        msg = f"altitude is {altitude:g}; give metres above take-off and landing, from 0 to {ALTITUDES[1]:g}"
+    least = LEAST_FLOWN[above]
+    if altitude is not None and not least <= finite_number("altitude", altitude) <= ALTITUDES[1]:
+        msg = f"altitude is {altitude:g}; give metres above {above}, from {least:g} to {ALTITUDES[1]:g}"
         raise ProblemError(msg)
     given: Any = read_plan(flight) if isinstance(flight, str | os.PathLike) else flight
     if isinstance(given, FlightPlan):

@@ -1,6 +1,7 @@
 """Time and energy of flights, against sums made by hand and the wind triangle."""
 
 import dataclasses
+import json
 import math
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from plan_files import flight_plans
 from strategies import usual
 
 import cgla_graph as cg
@@ -244,6 +246,8 @@ def test_nonsense_is_refused(numbers: dict[str, object], said: str) -> None:
         Aircraft(**numbers)
     with pytest.raises(CglaError, match="altitude is -3"):
         cg.flight_time([(0, 0), (1, 1)], speed=1.0, altitude=-3.0)
+    below_the_sea = cg.flight_time([(0, 0), (1, 1)], speed=1.0, altitude=-3.0, above="sea")
+    assert "the altitude above the ground is not known" in below_the_sea.unknown[0]
 
 
 def test_a_checked_plan_is_clean_only_if_the_battery_lasts() -> None:
@@ -267,3 +271,30 @@ def test_a_checked_plan_is_clean_only_if_the_battery_lasts() -> None:
     assert high.is_clean
     assert high.flight is not None
     assert high.flight.climbing == 60 / 3 + 60 / 2
+
+
+@usual
+@given(
+    plan=flight_plans(autopilot=False),
+    rates=st.booleans(),
+    blows=st.floats(0.0, 15.0),
+    bearing=angles,
+    battery=st.floats(0.1, 1e6),
+)
+def test_any_plan_has_a_time_or_a_reason(
+    plan: FlightPlan, rates: bool, blows: float, bearing: float, battery: float
+) -> None:
+    drone = {**DRONE, "wind": (blows * math.cos(bearing), blows * math.sin(bearing)), "battery": battery}
+    drone |= {} if rates else {"climb_rate": None, "descent_rate": None}
+    found = cg.flight_time(plan, **drone)
+    json.dumps(found.document(), allow_nan=False)
+    assert found.least_seconds >= sum(one.stay for one in plan.waypoints)
+    assert (found.legs >= 0.0).all()
+    assert math.isnan(found.seconds) is bool(found.unknown)
+    assert found.within_battery is not True or (not found.unknown and found.is_possible)
+    assert bool(found.faults) is (found.within_battery is not True)
+    assert all("\n" not in line for line in found.lines().values())
+    # more battery never harms, and more wind never makes a leg possible that calm air does not
+    more = cg.flight_time(plan, **{**drone, "battery": 2.0 * battery})
+    assert found.within_battery is not True or more.within_battery is True
+    assert cg.flight_time(plan, **{**drone, "wind": (0.0, 0.0)}).is_possible
