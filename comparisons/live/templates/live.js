@@ -571,10 +571,17 @@
     state.chosen = { kind: 'area', i: state.draft.areas.length - 1 };
     say(`added ${words(state.chosen)}`);
   }
+  /** The middle of a side: sides are straight in degrees where the map is in degrees, so that it changes no area. */
+  function between(a, b) {
+    const mean = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
+    if (!inDegrees) return mean;
+    const [[u, v], [p, q]] = [lonLat(a), lonLat(b)];
+    return earth.forward(origin, [u + earth.wrapped(p - u) / 2, (v + q) / 2]) ?? mean;
+  }
   function addCorner(i) {
     const area = state.draft.areas[i], far = area.map((p, j) => Math.hypot(p[0] - area[(j + 1) % area.length][0], p[1] - area[(j + 1) % area.length][1]));
     const j = far.indexOf(Math.max(...far)), [a, b] = [area[j], area[(j + 1) % area.length]];
-    step(null, () => area.splice(j + 1, 0, [rounded((a[0] + b[0]) / 2), rounded((a[1] + b[1]) / 2)]));
+    step(null, () => area.splice(j + 1, 0, between(a, b).map(rounded)));
     state.chosen = { kind: 'corner', i, j: j + 1 };
   }
   function remove(handle) {

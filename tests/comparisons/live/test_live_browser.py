@@ -311,6 +311,27 @@ def test_coordinates_axes_scale_and_north_are_those_of_the_earth(chromium: WebDr
         assert faults(page) == []
 
 
+def test_a_corner_that_is_added_in_degrees_changes_no_area(chromium: WebDriver, tmp_path: Path) -> None:
+    file = tmp_path / "wide.toml"
+    ends = 'coordinates = "lonlat"\nbounds = [10, 68, 30, 78]\nstart = [12, 70]\ngoal = [28, 76]\nk = 0\n'
+    file.write_text(f"{ends}[no_fly]\npolygons = [[[13, 71], [27, 71], [27, 73], [13, 73]]]\n", encoding="utf-8")
+    with served(str(file)) as server:
+        page = opened(chromium, server.url)
+        places, before = server.live.places, draft(page)["areas"][0]
+        page.execute_script("document.querySelector('[data-handle=area]').focus()")
+        until(page, lambda: one(page, "#thing-title").text == "No-fly area 1")
+        one(page, "#add-corner").click()
+        until(page, SETTLED)
+        after = draft(page)["areas"][0]
+        assert (len(before), len(after)) == (4, 5)
+        shapes = [places.closed(area, "an area").shape for area in (before, after)]
+        assert shapes[0].symmetric_difference(shapes[1]).area < 1e-4 * shapes[0].area
+        one(page, "#save button[type=submit]").click()
+        until(page, lambda: "Saved as" in one(page, "#saved").text)
+        assert [len(ring) for ring in open_table(file).no_fly.polygons] == [5]
+        assert faults(page) == []
+
+
 def test_a_plane_has_axes_and_no_north(page: WebDriver) -> None:
     labels = [label.text for label in page.find_elements(By.CSS_SELECTOR, ".tick-label")]
     assert labels[:6] == ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]
