@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,8 +118,7 @@ def limited_layers(problem: Problem) -> tuple[list[RasterRisk], str]:
         raise ProblemError(msg)
     layers, unit = held_against(problem)
     if unit == "people/km2":
-        boxes = [shapely.box(*layer.bounds) for layer in layers]
-        if sum(box.area for box in boxes) > shapely.union_all(boxes).area * (1.0 + INSIDE):
+        if overlap(layers):
             people_of(problem)
         return layers, unit
     scaled = next((raster.scale for raster in rasters if raster.scale != 1.0), None)
@@ -131,6 +131,19 @@ def limited_layers(problem: Problem) -> tuple[list[RasterRisk], str]:
         )
         raise ProblemError(msg)
     return layers, unit
+
+
+def overlap(layers: Sequence[RasterRisk]) -> bool:
+    """
+    Return whether layers on different cells lie on one another, so that their densities add up.
+
+    Examples
+    --------
+    >>> overlap([RasterRisk([[1.0]], (0, 0, 2, 2)), RasterRisk([[1.0]], (2, 0, 4, 2))])
+    False
+    """
+    boxes = [shapely.box(*layer.bounds) for layer in layers]
+    return sum(box.area for box in boxes) > shapely.union_all(boxes).area * (1.0 + INSIDE)
 
 
 def held_against(problem: Problem) -> tuple[list[RasterRisk], str]:

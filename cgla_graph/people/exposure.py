@@ -18,7 +18,15 @@ from cgla_graph.model.ground_risk import people_layers
 from cgla_graph.model.problem import Problem, problem_wanted
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.solution import Solution
-from cgla_graph.people.below import DensityLimit, density_limit, greatest_below, held_against, length_outside, people_on
+from cgla_graph.people.below import (
+    DensityLimit,
+    density_limit,
+    greatest_below,
+    held_against,
+    length_outside,
+    overlap,
+    people_on,
+)
 from cgla_graph.people.units import AIRCRAFT, fatality_factor, is_fatalities, risk_unit
 
 #: A proven bound is lowered, and a length raised, by this part, for rounding.
@@ -49,7 +57,8 @@ class Exposure(ShortRepr):
     corridor
         Whole width of the corridor, map units.
     greatest
-        Greatest density of a cell under the corridor, in the unit of `limit`; NaN without rasters.
+        Greatest density of a cell under the corridor, in `density_unit`, or a bound of it where layers on different
+        cells add up; NaN without rasters.
     limit
         The limit of that density; None without one.
     density_unit
@@ -284,10 +293,11 @@ def exposure(
         return found
     people = people_layers(problem)
     layers, density_unit = held_against(problem)
+    densities = [greatest_below(layer, places, corridor=width) for layer in layers]
     return dataclasses.replace(
         _proven(found, problem, bound),
         people=sum((people_on(layer, problem.bounds) for layer in people), 0.0) if people else math.nan,
-        greatest=max(greatest_below(layer, places, corridor=width) for layer in layers),
+        greatest=float(sum(densities) if overlap(layers) else max(densities)),
         density_unit=density_unit,
         filled=max((layer.nodata or 0.0 for layer in people if layer.missing.any()), default=None),
         # (the bounds of a map in degrees are that much wider than its raster)

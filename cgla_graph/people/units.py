@@ -156,9 +156,8 @@ def at_prices(problem: Problem, *, prevented_fatality: float, metre: float) -> P
     instance("problem", problem, Problem, problem_wanted)
     weight = risk_weight(prevented_fatality=prevented_fatality, metre=metre)
     if fatality_factor(problem.field) != 1.0:
-        what = (
-            f"the risk of this map is in {risk_unit(problem.field) or 'units of threats'}, not in expected fatalities"
-        )
+        unit = risk_unit(problem.field) or ("units of threats" if problem.field.threats else "no unit: there is none")
+        what = f"the risk of this map is in {unit}, not in expected fatalities"
         msg = f"a price of a prevented fatality needs expected fatalities, and {what}; {REMEDY}"
         raise ProblemError(msg)
     return dataclasses.replace(problem, k=weight)

@@ -218,7 +218,7 @@ def _no_data(raster: RasterRisk, problem: Problem) -> BaseGeometry:
 def data_keys(problem: Problem) -> Iterator[tuple[Artist, str]]:
     """Yield the row of a legend for places without data, if there are any."""
     for raster in [raster for raster in problem.field.rasters if raster.missing.any()][:1]:
-        taken = "" if raster.nodata is None else f", taken for {raster.nodata * raster.scale:g}"
+        taken = "" if raster.nodata is None else f", taken for {raster.nodata * raster.factor:g}"
         yield patch_key(**NO_DATA_LOOK), f"no data{taken}"
 
 

@@ -68,6 +68,18 @@ def test_the_greatest_density_is_that_of_shapely(seed: int, corridor: float, poi
     assert greatest_below(people, path, corridor=corridor) == max(met, default=0.0)
 
 
+def test_layers_on_different_cells_add_up() -> None:
+    fine, coarse = town(1), cg.RasterRisk([[700.0]], BOUNDS, unit="people/km2")
+    found = cg.exposure(problem_on(fine, coarse), [(100, 100), (900, 100)])
+    assert found.greatest == greatest_below(fine, np.array([(100, 100), (900, 100)])) + 700.0
+    with pytest.raises(ProblemError, match="lie on different cells"):
+        cg.below_density(problem_on(fine, coarse), 5000.0)
+    # tiles beside one another do not
+    tiles = [cg.RasterRisk([[5.0 + x]], (3000 * x, 0, 3000 + 3000 * x, 4000), unit="people/km2") for x in (0, 1)]
+    assert cg.exposure(problem_on(*tiles), [(100, 100), (5900, 100)]).greatest == 6.0
+    assert density_limit(problem_on(*tiles), 5.5).greatest == 6.0
+
+
 def test_a_path_along_an_edge_is_below_no_cell() -> None:
     """As for limits: what touches is below."""
     wall = cg.RasterRisk([[1.0, 9.0]], (0, 0, 2, 1))
