@@ -223,3 +223,60 @@ def test_reports_name_the_unit_of_risk(tmp_path: Path) -> None:
     people = cg.RasterRisk(TOWN, (0, 0, 6000, 6000), unit="people/km2")
     problem = cg.Problem((500, 5500), (5500, 500), cg.RiskField(rasters=[people]), bounds=people.bounds)
     assert map_document(as_scenario(problem, "town"))["risk"]["label"] == "risk per unit length (people/km2)"
+
+
+#: A population raster in degrees, people per cell, that is not in a clone of this repository.
+ARUBA = Path(__file__).resolve().parents[4] / "shared/data/ground_risk/aruba_worldpop_2020.tif"
+
+
+@pytest.fixture
+def island(tmp_path: Path) -> tuple[str, str, str]:
+    """Return an island in degrees, people per cell, with cells without data around it, and two places on it."""
+    values = np.random.default_rng(8).integers(1, 60, (24, 30)).astype(float)
+    values[:2] = values[-2:] = values[:, :2] = values[:, -2:] = -9999.0
+    head = "ncols 30\nnrows 24\nxllcorner -70.1\nyllcorner 12.4\ncellsize 0.005\nNODATA_value -9999\n"
+    (tmp_path / "island.asc").write_text(head + "\n".join(" ".join(map(str, row)) for row in values.tolist()))
+    return "island.asc", "-70.07,12.43", "-69.98,12.49"
+
+
+def test_an_island_in_degrees_from_counts_to_a_plan(island: tuple[str, str, str], cgla: Call, tmp_path: Path) -> None:
+    file, start, goal = island
+    counts = (file, f"--start={start}", f"--goal={goal}", "--coordinates", "lonlat", "--kind", "count", "--nodata", 0)
+    words = (*AIRCRAFT, *PRICES, "--max-density", 180, "--corridor", 100, "--target", 1e-4)
+    document = cgla(
+        "plan", *counts, *words, "--altitude", 80, "--export", "island.plan", "--tolerance", 0.02, "--json"
+    ).document()
+    values = np.loadtxt(tmp_path / file, skiprows=6)
+    below = document["ground"]
+    assert below["people_on_map"] == pytest.approx(values[values > 0].sum())
+    # 59 people on a cell of 0.543 by 0.553 km
+    assert 150.0 < below["greatest_density"] <= 180.0
+    assert (below["without_data"], below["length_outside"]) == (0.0, 0.0)
+    assert below["meets_target"]
+    assert (tmp_path / "island.plan").exists()
+    scaled = cgla(
+        "plan", *counts, "--scale", 4.514e-7, "--k", 1e8, "--max-density", 180, "--corridor", 100, *QUICK, "--json"
+    ).document()
+    assert scaled["ground"]["greatest_density"] <= 180.0
+    checked = cgla(
+        "check", "island.plan", "--risk", *counts[:1], *counts[3:], *AIRCRAFT, "--max-density", 180, "--corridor", 99,
+        "--target", 1e-4, "--no-certificate", "--json",
+    ).document()  # fmt: skip
+    assert checked["ground"]["fatalities_per_flight"] == pytest.approx(below["fatalities_per_flight"], rel=1e-3)
+    assert checked["ground"]["meets_max_density"]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not ARUBA.is_file(), reason="needs ../shared/data/ground_risk")
+def test_aruba(cgla: Call) -> None:
+    ends = ("--nodata", 0, "--start=-70.05,12.60", "--goal=-69.90,12.43")
+    counts = (ARUBA, *ends, "--kind", "count", "--corridor", 400, *QUICK)
+    limited = cgla("plan", *counts, "--scale", 4.514e-7, "--k", 1e8, "--max-density", 5000, "--json").document()
+    below = limited["ground"]
+    assert (round(below["people_on_map"]), below["notes"]) == (106_766, [])
+    assert 3000.0 < below["greatest_density"] <= 5000.0
+    cgla("plan", *counts, "--scale", 4.514e-7, "--k", 1e8, "--max-density", 0.0005).refused("in another unit?")
+    nothing = cgla("plan", *counts, "--scale", 4.514e-7, "--k", 1e8, "--max-density", 20_000).out
+    assert "limits nothing" in nothing
+    cgla("plan", ARUBA, *ends, *AIRCRAFT, "--k", 1).refused("106,766 with --kind count", "891,510,786 with --unit")
+    cgla("plan", *counts[:7], *PRICES).refused("needs expected fatalities")
