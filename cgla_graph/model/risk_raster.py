@@ -31,7 +31,7 @@ from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.failure_model import PER_KM2, FailureModel, Unit
 from cgla_graph.model.rasters.crs import CoordinateSystem
 from cgla_graph.model.rasters.place import Coordinates, Kind, said_if_laid
-from cgla_graph.model.rasters.projection import cells_in_metres
+from cgla_graph.model.rasters.projection import Laid, cells_in_metres
 from cgla_graph.model.rasters.reading import read_cells
 
 Interpolation: TypeAlias = Literal["bilinear", "nearest"]
@@ -78,6 +78,8 @@ class RasterRisk:
     system
         The coordinate reference system of the bounds, if they are on its plane: that of a file. A problem on it without
         a `projection` is on that plane.
+    covers
+        What the raster is known of, if that is less than its bounds; None for all of them.
 
     Raises
     ------
@@ -106,6 +108,7 @@ class RasterRisk:
     unit: Unit | None
     failures: FailureModel | None
     system: CoordinateSystem | None
+    covers: BaseGeometry | None
 
     def __init__(
         self,
@@ -119,6 +122,7 @@ class RasterRisk:
         unit: Unit | None = None,
         failures: FailureModel | None = None,
         system: CoordinateSystem | None = None,
+        covers: BaseGeometry | None = None,
     ) -> None:
         """Check everything, and keep a copy of the values."""
         for name, chosen, allowed in (
@@ -133,6 +137,7 @@ class RasterRisk:
                 msg = "the raster has a model of failures, and no unit of people; give unit='people/km2'"
                 raise ProblemError(msg)
         instance("system", system, (CoordinateSystem, NoneType), "a CoordinateSystem, or None")
+        instance("covers", covers, (BaseGeometry, NoneType), "an area of shapely, or None")
         given = _checked(values, "give nodata=… to say what it stands for" if nodata is None else None)
         for name, one in {
             "values": given,
@@ -144,6 +149,7 @@ class RasterRisk:
             "unit": unit,
             "failures": failures,
             "system": system,
+            "covers": covers,
         }.items():
             object.__setattr__(self, name, one)
         if not self.greatest <= GREATEST:
@@ -214,11 +220,11 @@ class RasterRisk:
         cells = read_cells(path, most=MOST_CELLS, bounds=bounds, coordinates=coordinates, origin=origin)
         if coordinates is None:
             said_if_laid(cells)
-        values, box = cells_in_metres(cells, kind=kind, nodata=nodata, projection=projection, most=MOST_CELLS)
+        laid = cells_in_metres(cells, kind=kind, nodata=nodata, projection=projection, most=MOST_CELLS)
         try:
             system = cells.system if cells.coordinates == "plane" else None
             settings: dict[str, Any] = {"interpolation": interpolation, "scale": scale, "system": system}
-            return laid_out(values, box, kind, nodata, unit=unit, **settings)
+            return laid_out(laid, kind, nodata, unit=unit, **settings)
         except ProblemError as error:
             msg = f"{path}: {error}"
             raise ProblemError(msg) from error
@@ -235,7 +241,7 @@ class RasterRisk:
     @property
     def settings(self) -> dict[str, Any]:
         """The arguments other than values and bounds."""
-        names = ("interpolation", "origin", "scale", "nodata", "unit", "failures", "system")
+        names = ("interpolation", "origin", "scale", "nodata", "unit", "failures", "system", "covers")
         return {name: getattr(self, name) for name in names}
 
     def __eq__(self, other: object) -> bool:
@@ -427,8 +433,7 @@ class RasterRisk:
 
 
 def laid_out(
-    values: FloatArray,
-    bounds: Bounds,
+    laid: Laid,
     kind: Kind,
     nodata: float | None,
     *,
@@ -440,7 +445,7 @@ def laid_out(
 
     Parameters
     ----------
-    values, bounds
+    laid
         As `cgla_graph.model.rasters.projection.cells_in_metres` returns them.
     kind, nodata, unit
         As in `RasterRisk.from_file`.
@@ -454,7 +459,7 @@ def laid_out(
 
     Examples
     --------
-    >>> raster = laid_out(np.array([[0.5]]), (0, 0, 10, 10), "count", None)
+    >>> raster = laid_out(Laid(np.array([[0.5]]), (0, 0, 10, 10)), "count", None)
     >>> raster.unit, float(raster.people.cells[0, 0])
     ('people/m2', 500000.0)
     """
@@ -463,7 +468,10 @@ def laid_out(
             msg = f"unit is {shown(unit)}, but the values are counts: people of whole cells; leave out one of the two"
             raise ProblemError(msg)
         unit = "people/m2"
-    return RasterRisk(values, bounds, nodata=nodata, unit=unit, **settings)
+    if nodata is None and np.isnan(laid.values).any():
+        # (all of these are outside of the file)
+        nodata = 0.0
+    return RasterRisk(laid.values, laid.bounds, nodata=nodata, unit=unit, covers=laid.outline, **settings)
 
 
 def raster_array(rasters: Sequence[RasterRisk]) -> FloatArray:

@@ -259,6 +259,7 @@ def length_outside(layers: list[RasterRisk], path: FloatArray, *, rim: float = 0
     >>> length_outside([RasterRisk([[1.0]], (0, 0, 3, 3))], np.array([(2.0, 1.0), (5.0, 1.0)]))
     2.0
     """
-    boxes = shapely.union_all([shapely.box(*layer.bounds).buffer(rim, join_style="mitre") for layer in layers])
+    known = [shapely.box(*layer.bounds) if layer.covers is None else layer.covers for layer in layers]
+    boxes = shapely.union_all([area.buffer(rim, join_style="mitre") for area in known])
     line = shapely.LineString(path if len(path) > 1 else np.repeat(path, 2, axis=0))
     return float(shapely.difference(line, boxes).length)

@@ -594,12 +594,11 @@ class MapBuilder:
         """Return one raster in map units."""
         file = self.folder / entry.file
         with scenario_errors(f"rasters.{number}"):
-            values, box = cells_in_metres(
+            laid = cells_in_metres(
                 self.cells[number], kind=entry.kind, nodata=entry.nodata, projection=self.projection, most=MOST_CELLS
             )
             raster = laid_out(
-                values,
-                box,
+                laid,
                 entry.kind,
                 entry.nodata,
                 unit=entry.unit,

@@ -322,7 +322,7 @@ class RasterOptions:
     interpolation: Annotated[Text, option("--interpolation HOW", "of a raster: bilinear or nearest")] = None
     origin: Annotated[Text, option("--origin WHERE", "of a .npy: row 0 is the upper one (default), or lower")] = None
     coordinates: Annotated[
-        Text, option("--coordinates WHICH", "of a .npy or .asc: plane (default) or lonlat for degrees")
+        Text, option("--coordinates WHICH", "of a raster that names none: plane or lonlat (degrees)")
     ] = None
 
 

@@ -1,5 +1,6 @@
 """Rasters in any coordinates: lengths, totals and bounds hold on the Earth, as pyproj and rasterio measure it."""
 
+import copy
 import dataclasses
 import itertools
 import math
@@ -20,6 +21,7 @@ from cgla_graph.model.rasters.crs import CoordinateSystem, CrsPlane, RasterWarni
 from cgla_graph.model.rasters.reading import read_place
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk
+from cgla_graph.people.below import length_outside
 
 #: Systems for the whole Earth, whose metres are metres nowhere or only in places.
 WORLD = (
@@ -158,6 +160,25 @@ def test_problems_are_on_the_plane_of_their_rasters(tmp_path: Path) -> None:
     other = RasterRisk.from_file(laid_at(tmp_path / "b.tif", "EPSG:32636", 27.5, 60.0)[0])
     with pytest.raises(ProblemError, match=r"35N, and another one on that of .*36N"):
         Problem(problem.start, problem.goal, RiskField(rasters=[people, other]), bounds=people.bounds)
+
+
+def test_what_a_raster_askew_does_not_cover_is_not_known(tmp_path: Path) -> None:
+    """Its corners on the plane are without data, and a path there is outside of it."""
+    file, middles = laid_at(tmp_path / "a.tif", "ESRI:54009", -70.0, -33.0)
+    around = LocalProjection(-70.0, -33.0)
+    people = quietly(file, projection=around)
+    x_min, y_min, x_max, y_max = people.bounds
+    covered = people.covers.area / ((x_max - x_min) * (y_max - y_min))  # type: ignore[union-attr]
+    assert 0.5 < covered < 0.95
+    assert people.missing.mean() == pytest.approx(1.0 - covered, abs=0.03)
+    assert copy.deepcopy(people).covers == people.covers
+    inner = around.forward(middles[[0, 23, -1, -24]])
+    assert length_outside([people], inner) == 0.0
+    along = np.array([(x_min, y_min), (x_max, y_min)])
+    assert length_outside([people.scaled(2.0)], along) > 0.2 * (x_max - x_min)
+    flat = RasterRisk.from_file(laid_at(tmp_path / "b.tif", "EPSG:4326", -70.0, -33.0)[0])
+    assert flat.covers is None
+    assert not flat.missing.any()
 
 
 def test_datums(tmp_path: Path) -> None:

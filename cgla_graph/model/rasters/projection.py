@@ -4,9 +4,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias, get_args
+from typing import NamedTuple, TypeAlias, get_args
 
 import numpy as np
+import shapely
 
 from cgla_graph._text import shown
 from cgla_graph._types import Bounds, FloatArray
@@ -31,9 +32,28 @@ PART = 0.02
 Places: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
+class Laid(NamedTuple):
+    """
+    A raster on the plane of a map.
+
+    Attributes
+    ----------
+    values
+        Densities, row 0 in the north; NaN without data, and where none of a raster that lies askew is.
+    bounds
+        The outer edges of the outer cells, map units.
+    outline
+        What the file covers, if that is less than the bounds; else None.
+    """
+
+    values: FloatArray
+    bounds: Bounds
+    outline: shapely.Polygon | None = None
+
+
 def cells_in_metres(
     cells: RasterCells, *, kind: Kind, nodata: float | None, projection: LocalProjection | None, most: int
-) -> tuple[FloatArray, Bounds]:
+) -> Laid:
     """
     Turn the cells of a file into densities on a plane: counts are divided by areas, degrees become metres.
 
@@ -55,8 +75,8 @@ def cells_in_metres(
 
     Returns
     -------
-    values, bounds
-        Densities, row 0 in the north, and the outer edges of the outer cells, map units.
+    laid
+        The raster on the plane.
 
     Raises
     ------
@@ -77,7 +97,7 @@ def cells_in_metres(
     if cells.coordinates == "plane":
         if projection is not None:
             fail(file, "a projection is for longitudes and latitudes, and this raster is on a plane", "leave it out")
-        return (cells.values if kind == "density" else filled / _areas_on_ground(cells)), cells.bounds
+        return Laid(cells.values if kind == "density" else filled / _areas_on_ground(cells), cells.bounds)
     if projection is None:
         west, south, east, north = cells.degrees
         middle = wrapped(np.array([0.5 * (west + east)]))
@@ -126,7 +146,7 @@ class _Source:
             return np.column_stack([wrapped(points[:, 0]), points[:, 1]])
         return system.lonlat(points)
 
-    def projected(self, most: int) -> tuple[FloatArray, Bounds]:
+    def projected(self, most: int) -> Laid:
         """Lay a grid in metres over the raster; each of its cells is the mean over sub-points."""
         file = self.cells.file
         west, _, east, _ = self.cells.degrees
@@ -152,7 +172,11 @@ class _Source:
         if total > 0.0 and found <= 0.0:
             fail(file, "its cells are too narrow to be seen on a grid of metres", "cut out the part that matters")
         laid *= total / found if found > 0.0 else 1.0
-        return laid, box
+        if self.cells.system is None:
+            return Laid(laid, box)
+        around = np.concatenate([metres[:, 0], metres[-1, 1:], metres[-2::-1, -1], metres[0, -2:0:-1]])
+        # (chords of a bent edge cut a little off)
+        return Laid(laid, box, shapely.Polygon(around).buffer(0.5 * min(wide, high)))
 
     def _cell(self) -> tuple[float, float]:
         """Return width and height of the cells on the plane: the file's, or smaller ones where these lie askew."""
@@ -196,7 +220,7 @@ class _Source:
         """
         Return the mean over sub-points of each cell, row 0 in the north; outside the source it is 0.
 
-        NaN counts as 0; a cell over NaN alone is NaN.
+        NaN counts as 0; a cell over NaN alone is NaN, and so is one of a raster that lies askew outside of it.
         """
         x_min, y_min, x_max, y_max = self.cells.bounds
         rows, columns = densities.shape
@@ -226,6 +250,8 @@ class _Source:
             blocks = np.where(inside, densities[at], 0.0).reshape(last - first, fine, across, fine)
             gone = np.isnan(blocks)
             laid[first:last] = np.where(gone, 0.0, blocks).mean(axis=(1, 3))
+            if self.cells.system is not None:
+                gone |= ~inside.reshape(blocks.shape)
             laid[first:last][gone.all(axis=(1, 3))] = np.nan
         return laid
 
