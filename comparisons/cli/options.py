@@ -552,6 +552,9 @@ class VolumeOptions:
     controlled_ground: Annotated[
         bool, option("--controlled-ground", "all ground under the volumes is controlled: no uninvolved people")
     ] = False
+    corridor_of_volumes: Annotated[
+        bool, option("--corridor-of-volumes", "with --max-density: the corridor is as wide as the volumes")
+    ] = False
     fence: Annotated[
         Text,
         option("--fence WHICH", "of exported .plan: stay in the geography (default, with volumes), contingency, none"),

@@ -87,6 +87,7 @@ def plan(
     certify, entrant = not proof.no_certificate, read_entrant(solver, refine=refine)
     tolerance = read_tolerance(proof.tolerance, certify=certify)
     k, planned = on_ground.price_of_risk(maps.k, ground), bool(export.export)
+    ground = _with_corridor(ground, volume, zones, export)
 
     def maps_at(at: ZoneOptions) -> "tuple[Scenario, Scenario]":
         """Open the map at an altitude, without and with the limit of density."""
@@ -240,6 +241,17 @@ def _flying(flyable: FlyableOptions, budget: BudgetOptions, endurance: "Enduranc
 
     aircraft = None if endurance is None else endurance.aircraft
     return read_flying(flyable, limited=budget != BudgetOptions(), aircraft=aircraft)
+
+
+def _with_corridor(
+    ground: GroundRiskOptions, volume: VolumeOptions, zones: ZoneOptions, export: ExportOptions
+) -> GroundRiskOptions:
+    """Return the options of ground risk, with the corridor of the volumes if it is asked for."""
+    if not volume.corridor_of_volumes:
+        return ground
+    from cgla_graph.comparisons.cli.volumes import with_corridor
+
+    return with_corridor(ground, volume, zones, export)
 
 
 def _laying(volume: VolumeOptions, zones: ZoneOptions, export: ExportOptions) -> "Laying | None":

@@ -1,5 +1,6 @@
 """Options of volumes: lay them around a planned path or a checked plan (`cgla_graph.airspace.volumes`)."""
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from cgla_graph.airspace.volumes.files import check_ending
 from cgla_graph.airspace.volumes.report import VolumeReport, volume_report
 from cgla_graph.airspace.volumes.volumes import Volumes, volumes
 from cgla_graph.comparisons import files
-from cgla_graph.comparisons.cli.options import ExportOptions, VolumeOptions, ZoneOptions
+from cgla_graph.comparisons.cli.options import ExportOptions, GroundRiskOptions, VolumeOptions, ZoneOptions
 from cgla_graph.errors import CglaError
 
 if TYPE_CHECKING:
@@ -197,6 +198,33 @@ def _above(export: ExportOptions) -> Reference:
     return next((one for one in REFERENCES if one == export.above), usual)
 
 
+def with_corridor(
+    ground: GroundRiskOptions, options: VolumeOptions, zones: ZoneOptions, export: ExportOptions
+) -> GroundRiskOptions:
+    """
+    Return the options of ground risk with the corridor of the volumes, if it is asked for.
+
+    Raises
+    ------
+    CglaError
+        If there is no limit of the density, another corridor, or the height of the flight is not known.
+
+    Examples
+    --------
+    >>> options = VolumeOptions(dimension=0.8, max_speed=15.0, pitch=30.0, flight_height=60.0, corridor_of_volumes=True)
+    >>> with_corridor(GroundRiskOptions(max_density=500.0), options, ZoneOptions(), ExportOptions()).corridor
+    291.84
+    """
+    if not options.corridor_of_volumes:
+        return ground
+    if ground.max_density is None or ground.corridor is not None:
+        msg = "--corridor-of-volumes is the corridor of --max-density; give that, and no --corridor"
+        raise CglaError(msg)
+    settings = read_laying(options, zones, export).settings
+    height = export.altitude if options.flight_height is None else options.flight_height
+    return dataclasses.replace(ground, corridor=settings.dimensions(height or 0.0).corridor)
+
+
 def read_laying(options: VolumeOptions, zones: ZoneOptions, export: ExportOptions | None = None) -> Laying:
     """
     Read the options of volumes, before any work is done.
@@ -219,6 +247,9 @@ def read_laying(options: VolumeOptions, zones: ZoneOptions, export: ExportOption
     >>> laying.settings.half_width
     16.0
     """
+    if export is None and options.corridor_of_volumes:
+        msg = "--corridor-of-volumes is for planning a path; leave it out"
+        raise CglaError(msg)
     for target in options.volumes or ():
         check_ending(target)
         files.make_folder(target.parent)

@@ -135,6 +135,25 @@ def test_wrong_options_are_one_line(cgla: Call, people: Path, words: tuple[objec
     assert call.err.count("\n") == 1
 
 
+def test_a_corridor_as_wide_as_the_volumes_keeps_the_density_below(cgla: Call, people: Path) -> None:
+    """Without it, the volumes reach over the town beside the path."""
+    with rasterio.open(people, "r+") as file:
+        counts = file.read(1)
+        counts[25:33, 20:32] = 40.0
+        file.write(counts, 1)
+    ends = ("--start", "24.01,60.0215", "--goal", "24.09,60.0215")
+    words = ("plan", people, "--kind", "count", "--nodata", 0, "--k", 0, *ends, *AIRCRAFT, "--max-density", 500)
+
+    def greatest(*more: str) -> float:
+        below = cgla(*words, *more, "--json").document()["volumes"]["people"]
+        found: float = max(below[name]["at_least"] for name in ("operational_volume", "ground_risk_buffer"))
+        return found
+
+    assert greatest("--no-certificate") > 3_000.0
+    assert greatest("--no-certificate", "--corridor-of-volumes") < 500.0
+    assert "no --corridor" in cgla(*words, "--corridor-of-volumes", "--corridor", 9).err
+
+
 def test_maps_in_the_plane_have_volumes_but_no_files(cgla: Call, tmp_path: Path) -> None:
     words = ("plan", "paper", "--no-certificate", "--max-speed", 1e-3, "--dimension", 1e-3, "--flight-height", 0.01)
     sizes = ("--contingency-width", 0.01, "--contingency-height", 0.01, "--geography-width", 0.01)
