@@ -8,9 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given
-from hypothesis import strategies as st
-from strategies import few
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
@@ -149,19 +146,21 @@ def flown(route: FloatArray, cuts: list[float], turns: np.random.Generator) -> l
     return found
 
 
-@few
-@given(st.integers(0, 10**6))
-def test_what_is_flown_is_in_the_legs_or_their_cut_corners(seed: int) -> None:
-    """A pin at any place of such a flight is met, and one on the outer side of a corner is not."""
-    rng = np.random.default_rng(seed)
-    route = np.cumsum(rng.uniform(-60.0, 60.0, (5, 2)), axis=0)
-    cuts = [0.0, *rng.choice([0.0, 5.0, 20.0], 3).tolist(), 0.0]
-    for leg, spot in flown(route, cuts, rng)[:: rng.integers(1, 4)]:
-        pin = ClosedArea("pin", shapely.box(*(spot - 0.05), *(spot + 0.05)))
-        found = crossings_of(route, [pin], rounding=1e-6, cuts=cuts)
-        assert {*found.legs.tolist(), *found.beside.tolist()}, (leg, spot)
-    for leg in crossings_of(route, [ClosedArea("all", shapely.box(-1e3, -1e3, 1e3, 1e3))], cuts=cuts).beside.tolist():
-        assert cuts[leg] > 0.0
+@pytest.mark.parametrize("step", [60.0, 25.0, 8.0])
+def test_what_is_flown_is_in_the_legs_or_their_cut_corners(step: float) -> None:
+    """A pin at any place of such a flight is met, also where legs are shorter than the distances."""
+    rng = np.random.default_rng(int(step))
+    for _ in range(12):
+        route = np.cumsum(rng.uniform(-step, step, (6, 2)), axis=0)
+        cuts = [0.0, *rng.choice([0.0, 5.0, 20.0], 4).tolist(), 0.0]
+        places = flown(route, cuts, rng)
+        # (the places where it turns are the farthest from the legs)
+        for leg, spot in [*places[8::9], places[rng.integers(len(places))]]:
+            pin = ClosedArea("pin", shapely.box(*(spot - 0.01), *(spot + 0.01)))
+            found = crossings_of(route, [pin], rounding=1e-6, cuts=cuts)
+            assert {*found.legs.tolist(), *found.beside.tolist()}, (leg, spot)
+        everything = ClosedArea("all", shapely.box(-1e4, -1e4, 1e4, 1e4))
+        assert all(cuts[leg] > 0.0 for leg in crossings_of(route, [everything], cuts=cuts).beside.tolist())
 
 
 def test_the_outer_side_of_a_corner_is_not_flown_through() -> None:

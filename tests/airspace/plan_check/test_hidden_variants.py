@@ -51,6 +51,8 @@ def test_the_same_is_known_of_a_multirotor_or_if_it_is_given(tmp_path: Path) -> 
     assert not checked(tmp_path, late, volume((990, 70, 1010, 90)), loiter_radius=80).is_clean
     turns = plan_file(item(22, (0, 0), 50), item(16, (0, 1000), 50), vehicleType=1)
     assert checked(tmp_path, turns, FAR, acceptance_radius=90).is_clean
+    assert not checked(tmp_path, turns, volume((-50, 35, -40, 45)), acceptance_radius=90).is_clean
+    assert checked(tmp_path, turns, volume((-50, 35, -40, 45)), acceptance_radius=20).is_clean
     assert checked(tmp_path, plan_file(WEST, item(85, (1000, 0), 0, 0, 0), vehicleType=22), FAR).is_clean
     rows = "QGC WPL 110\n0 1 0 16 0 0 0 0 60 24 12 1\n1 0 3 16 0 0 0 0 60.1 24 50 0\n"
     assert "it waits there" in plan_of_bytes(rows.encode(), "a.waypoints").remarks[0]
