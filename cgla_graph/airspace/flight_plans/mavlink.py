@@ -85,6 +85,8 @@ class Item:
         Reference of the altitude, if the file gives it in another way than by the frame.
     continues
         Whether the aircraft flies on by itself after the item (``autoContinue``).
+    doubt
+        Why its height is not known; empty if it is.
     """
 
     where: str
@@ -93,6 +95,7 @@ class Item:
     numbers: tuple[float, ...]
     reference: Reference | None = None
     continues: bool = True
+    doubt: str = ""
 
 
 def plan_of(
@@ -314,6 +317,8 @@ class _Reader:
 
     def _note_shape(self, item: Item) -> None:
         """Note why an item leaves open where the aircraft flies to it or from it."""
+        if item.doubt:
+            self.unknown.append(f"{item.where}: {item.doubt}; save it again in QGroundControl")
         if item.command == TAKE_OFF and self.vehicle == FIXED_WING and not self._has_place(item):
             wrong = "a take-off without a place, and the aircraft does not climb vertically"
             self.unknown.append(f"{item.where}: {wrong}; give its latitude and longitude")

@@ -22,6 +22,10 @@ from cgla_graph.airspace.flight_plans.qgc_fence import fence_document, read_fenc
 _ALTITUDE_MODES: Final[dict[Reference, int]] = {"home": 1, "sea": 2, "ground": 4}
 #: The altitude mode of a mission whose items have different modes.
 _MIXED = 0
+#: Frames of the altitude modes, of this enumeration and of the one of before version 4, in which 1 is above the sea.
+_FRAMES_OF_MODES: Final = {1: {0, 3, 5, 6}, 2: {0, 5}, 3: {0, 5}, 4: {10, 11}}
+#: Difference of heights that are the same, metres.
+_SAME_HEIGHT: Final = 0.01
 #: The altitude mode of an item above the ground whose parameter is the altitude above the sea.
 _ABOVE_TERRAIN = 3
 #: MAV_AUTOPILOT_GENERIC and MAV_TYPE_QUADROTOR: any autopilot, and a vehicle that takes off and lands vertically.
@@ -157,7 +161,25 @@ def _simple(item: Mapping[str, Any], where: str) -> Item:
     if frame in FRAMES and math.isnan(parameters[-1]) and item.get("AltitudeMode") == _ABOVE_TERRAIN:
         parameters[-1] = _number(item.get("Altitude"), f"{where}: Altitude", can_be_open=True)
         reference = "ground"
-    return Item(where, frame, command, tuple(parameters), reference, continues=item.get("autoContinue") is not False)
+    continues = item.get("autoContinue") is not False
+    doubt = _other_height(item, frame, parameters[-1]) if frame in FRAMES and reference is None else ""
+    return Item(where, frame, command, tuple(parameters), reference, continues, doubt)
+
+
+def _other_height(item: Mapping[str, Any], frame: int, height: float) -> str:
+    """
+    Return why the height of an item is not known: QGroundControl's own fields say another one than its parameters.
+
+    QGroundControl takes its own fields, other readers take the parameters.
+    """
+    mode = item.get("AltitudeMode")
+    if type(mode) is int and frame not in _FRAMES_OF_MODES.get(mode, FRAMES):
+        return f"its AltitudeMode is {mode}, which is not that of its frame, {frame}"
+    said = [item.get(key) for key in ("Altitude", "AMSLAltAboveTerrain")]
+    known = [one for one in said if isinstance(one, int | float) and not isinstance(one, bool)]
+    if known and not math.isnan(height) and not any(abs(one - height) <= _SAME_HEIGHT for one in known):
+        return f"its Altitude is {known[0]:g}, and that of its params is {height:g}"
+    return ""
 
 
 def _whole(value: object, where: str) -> int:

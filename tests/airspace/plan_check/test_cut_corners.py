@@ -150,7 +150,7 @@ def flown(route: FloatArray, cuts: list[float], turns: np.random.Generator) -> l
 def test_what_is_flown_is_in_the_legs_or_their_cut_corners(step: float) -> None:
     """A pin at any place of such a flight is met, also where legs are shorter than the distances."""
     rng = np.random.default_rng(int(step))
-    for _ in range(12):
+    for _ in range(25):
         route = np.cumsum(rng.uniform(-step, step, (6, 2)), axis=0)
         cuts = [0.0, *rng.choice([0.0, 5.0, 20.0], 4).tolist(), 0.0]
         places = flown(route, cuts, rng)

@@ -39,6 +39,31 @@ def test_what_a_fixed_wing_does_of_its_own_is_not_known(tmp_path: Path, data: by
     assert said in checked(tmp_path, data, FAR).verdict[0]
 
 
+@pytest.mark.parametrize(
+    ("frame", "fields", "said"),
+    [
+        (3, {"AltitudeMode": 1, "Altitude": 65}, "its Altitude is 65, and that of its params is 50"),
+        (0, {"AltitudeMode": 2, "Altitude": 65, "AMSLAltAboveTerrain": None}, "its Altitude is 65"),
+        (3, {"AltitudeMode": 2, "Altitude": 50}, "its AltitudeMode is 2, which is not that of its frame, 3"),
+        (3, {"AltitudeMode": 4, "Altitude": 50}, "its AltitudeMode is 4"),
+        (10, {"AltitudeMode": 1, "Altitude": 50}, "its AltitudeMode is 1"),
+        (0, {"AltitudeMode": 3, "Altitude": 80, "AMSLAltAboveTerrain": 60}, "its Altitude is 80"),
+        (3, {"AltitudeMode": 1, "Altitude": 50.001}, ""),
+        (3, {"AltitudeMode": 0, "Altitude": 50}, ""),
+        (0, {"AltitudeMode": 1, "Altitude": 50}, ""),
+        (0, {"AltitudeMode": 3, "Altitude": 20, "AMSLAltAboveTerrain": 50}, ""),
+        (10, {"AltitudeMode": 4, "Altitude": 50, "AMSLAltAboveTerrain": None}, ""),
+        (3, {"AltitudeMode": 1, "Altitude": None}, ""),
+    ],
+)
+def test_two_heights_of_one_item_are_not_known(tmp_path: Path, frame: int, fields: dict[str, Any], said: str) -> None:
+    """QGroundControl takes its own fields, and other readers the parameters."""
+    data = plan_file(WEST | {"frame": frame}, EAST | {"frame": frame} | fields)
+    found = checked(tmp_path, data, FAR)
+    assert found.is_clean is not bool(said)
+    assert said in found.verdict[0]
+
+
 def test_the_same_is_known_of_a_multirotor_or_if_it_is_given(tmp_path: Path) -> None:
     waits = checked(tmp_path, plan_file(WEST, item(16, (0, 0), 50) | STOP, EAST), FAR)
     assert waits.is_clean
