@@ -65,8 +65,9 @@ def is_slow(block: Block) -> bool:
 
 
 def calls(block: Block) -> list[list[str]]:
-    """Split the commands of a block into words."""
-    return [words for line in block.text.splitlines() if (words := shlex.split(line, comments=True))]
+    """Split the commands of a block into words; a backslash at the end of a line joins it to the next."""
+    lines = block.text.replace("\\\n", " ").splitlines()
+    return [words for line in lines if (words := shlex.split(line, comments=True))]
 
 
 def cgla_calls(blocks: Iterable[Block]) -> Iterator[tuple[str, list[str]]]:
@@ -191,7 +192,7 @@ def test_the_readme_is_an_entrance() -> None:
     lines = ENTRANCE.text.splitlines()
     assert len(lines) <= 150
     assert any(line.startswith("![") for line in lines[:10])
-    (first,) = (block.text for block in ENTRANCE.blocks if block.language == "python")
+    first, *_ = (block.text for block in ENTRANCE.blocks if block.language == "python")
     assert len([line for line in first.splitlines() if line.strip()]) <= 10
     for heading in ("install", "limits", "tests"):
         assert heading in ENTRANCE.anchors
