@@ -8,9 +8,12 @@ from cgla_graph.airspace.flight_plans.formats import write_plan as write_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan as FlightPlan
 from cgla_graph.airspace.flight_plans.plan import Waypoint as Waypoint
 from cgla_graph.airspace.plan_check.check import check as check
+from cgla_graph.airspace.terrain.area import terrain_area as terrain_area
+from cgla_graph.airspace.terrain.following import follow_terrain as follow_terrain
 from cgla_graph.airspace.volumes.dimensions import VolumeSettings as VolumeSettings
 from cgla_graph.airspace.volumes.footprint import footprint_density as footprint_density
 from cgla_graph.airspace.volumes.volumes import volumes as volumes
+from cgla_graph.airspace.zones.ground import read_ground as read_ground
 from cgla_graph.airspace.zones.reading import read_zones as read_zones
 from cgla_graph.certificate.certificate import Certificate as Certificate
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix as CostMatrix

@@ -355,6 +355,8 @@ class MapBuilder:
         """Return a start or goal in map units, checked in the file's own units."""
         if not self.is_plane:
             require_inside(name, (pair[0], pair[1]), self.box)
+        if self.terrain is not None:
+            self.terrain.require_above(name, (pair[0], pair[1]), self.point(pair))
         return self.point(pair)
 
     @cached_property
@@ -388,8 +390,6 @@ class MapBuilder:
             If it does not; the message names the area.
         """
         here = shapely.Point(self.point(list(pair)))
-        if self.terrain is not None:
-            self.terrain.require_above(name, (pair[0], pair[1]), (here.x, here.y))
         unit = "" if self.is_plane else " m"
         # (areas come first, as errors in their files are raised there)
         for shape, area in zip(self.projected_no_fly, self._places_of_areas(), strict=True):

@@ -30,7 +30,7 @@ _MARGIN: Final = 1e-6
 _NO_HOME: Final = (
     "the height of home above the sea is not known: give a raster that has data there (ground), or a plan that says it"
 )
-_NO_GROUND: Final = "the elevation of the ground is not known there: give a raster that has data there (ground)"
+_NO_GROUND: Final = "no elevation is known there: give a raster that has data there (ground)"
 _TOO_LONG: Final = "it is too long for cells so small: give a raster of larger cells"
 
 
@@ -72,7 +72,9 @@ class LegsAboveGround:
         for number, why in enumerate(self.reasons, start=1):
             if why:
                 legs.setdefault(why, []).append(str(number))
-        return [f"how high leg {listed(numbers)} is above the ground: {why}" for why, numbers in legs.items()]
+        return [
+            f"the height of leg {listed(numbers)} above the ground is not known: {why}" for why, numbers in legs.items()
+        ]
 
     def summary(self) -> str:
         """Return the least height above the ground, where it is, and what is asked for, in one line."""
@@ -226,7 +228,8 @@ def _flown(plan: FlightPlan, stops: Sequence[int], altitude: Altitude | None) ->
             found.append(_Flown(reference, (altitude.metres, altitude.metres), reach))
         else:
             found.append(None)
-            why = heights.why + (": give its altitude (altitude)" if heights.why == NOT_SAID else "")
+            remedy = "give its altitude (altitude)" if heights.why == NOT_SAID else "give it one reference in the plan"
+            why = f"{heights.why}: {remedy}"
         reasons.append(why)
     return found, reasons
 

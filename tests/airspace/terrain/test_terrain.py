@@ -187,7 +187,7 @@ def test_what_is_not_known_is_not_clean(reference: Reference) -> None:
     for plan in (over, beyond):
         found = check(plan, ground=Ground(values, BOX), tolerance=None)
         assert not found.is_clean
-        assert "the elevation of the ground is not known there: give a raster" in found.verdict[0]
+        assert "no elevation is known there: give a raster" in found.verdict[0]
 
 
 def test_a_plan_without_altitudes_is_not_clean_over_terrain_unless_one_is_given() -> None:

@@ -127,3 +127,16 @@ def test_altitudes_say_which_zones_are_closed_at_some_of_them(cgla: Call) -> Non
 
     assert [one["closed_here"] for one in answer.document()["altitudes"]["paths"]] == [["A-1 (Castle)"], []]
     assert answer.document()["altitudes"]["best"] == 120.0
+
+
+def test_plans_of_a_mission_follow_the_ground(cgla: Call, tmp_path: Path) -> None:
+    uav = "[[uavs]]\nname = 'a'\nstart = [24.004, 60.01]\ngoal = [24.056, 60.01]\n"
+    head = MAP.partition("start")[0] + "bounds = [24.001, 60.001, 24.059, 60.019]\ndetection_radius = 300\nstep = 300\n"
+    (tmp_path / "mission.toml").write_text(head + uav)
+    fly = ("fly", "mission.toml", "--no-value", "--ground", "hill.asc", "--altitude", "80")
+    for above, closed in (("ground", False), ("sea", True), ("home", True)):
+        answer = cgla(*fly, "--above", above, "--export", f"{above}.plan", "--json")
+        assert answer.code == 0, answer.err
+        assert (answer.document()["terrain"]["closed"] > 0) is closed
+        assert cgla("check", f"{above}-a.plan", "--ground", "hill.asc", "--no-certificate").code == 0
+    assert "in the terrain" in cgla(*fly, "--above", "sea", "--export", "x.plan", "--terrain-clearance", "300").err
