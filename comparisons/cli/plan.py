@@ -89,9 +89,14 @@ def plan(
     k, planned = on_ground.price_of_risk(maps.k, ground), bool(export.export)
     ground = _with_corridor(ground, volume, zones, export)
 
+    def open_with(at: ZoneOptions, **changes: Any) -> "Scenario":  # noqa: ANN401 - other options of the map
+        """Open the map at an altitude, with other ends or bounds."""
+        changed = dataclasses.replace(maps, **changes)
+        return open_map("plan", scenario, changed, at, raster, aircraft, k=k, exported=planned)
+
     def maps_at(at: ZoneOptions) -> "tuple[Scenario, Scenario]":
         """Open the map at an altitude, without and with the limit of density."""
-        opened = open_map("plan", scenario, maps, at, raster, aircraft, k=k, exported=planned)
+        opened = _with_places(tour, lambda bounds: open_with(at, bounds=bounds), maps.bounds, scenario)
         return on_ground.asked_of(opened, ground)
 
     zones, export, best = at_best(
@@ -110,13 +115,7 @@ def plan(
         zoned=endurance is not None or laying is not None or any(zones.may_count(one, maps) for one in scenario),
     )
     without_limit, opened = maps_at(zones)
-
-    def open_from(start: str) -> "Scenario":
-        """Open the map with both ends at a place."""
-        ends = dataclasses.replace(maps, start=start, goal=start)
-        return open_map("plan", scenario, ends, zones, raster, aircraft, k=k, exported=planned)
-
-    touring = _touring(tour, opened, flyable, budget, open_from)
+    touring = _touring(tour, opened, flyable, budget, lambda start: open_with(zones, start=start, goal=start))
     for one in (exported, laying):
         if one is not None:
             one.check_map(opened)
@@ -261,6 +260,19 @@ def _laying(volume: VolumeOptions, zones: ZoneOptions, export: ExportOptions) ->
     from cgla_graph.comparisons.cli.volumes import read_laying
 
     return read_laying(volume, zones, export)
+
+
+def _with_places(
+    tour: TourOptions, opened: "Callable[[str | None], Scenario]", bounds: str | None, specs: Sequence[str]
+) -> "Scenario":
+    """Open a map; without bounds, places to visit widen those of a map of areas."""
+    found = opened(bounds)
+    if not tour.via or bounds is not None:
+        return found
+    from cgla_graph.comparisons.cli.tour import bounds_around
+
+    wide = bounds_around(tour, found, specs)
+    return found if wide is None else opened(wide)
 
 
 def _touring(

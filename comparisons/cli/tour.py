@@ -1,8 +1,9 @@
 """Option ``--via``: a path that visits places, in order or in the best order."""
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -14,11 +15,15 @@ from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError, ProblemError
 from cgla_graph.model.earth import degrees_of
+from cgla_graph.scenarios.loading import AREAS, holds_areas
+from cgla_graph.scenarios.lonlat_box import bounds_of, box_around
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.trade_off.tour import ORDERS, Order, Tour, tour
 
 _MOST_LONGITUDE = 180.0
+#: Places widen the bounds of a map of areas by this at most, metres, as its ends do.
+WIDEST = 1e5
 
 
 @dataclass(frozen=True)
@@ -124,6 +129,40 @@ def read_touring(
         msg = f"--via with --{given.replace('_', '-')}: budgets are those of paths between two ends; leave one out"
         raise CglaError(msg)
     return Touring(np.array([_on_map(text, scenario, open_from) for text in options.via]), order)
+
+
+def bounds_around(options: TourOptions, scenario: Scenario, specs: Sequence[str]) -> str | None:
+    """
+    Return bounds of a map of areas, degrees, that the places widen as its ends do; None where they are on the map.
+
+    Parameters
+    ----------
+    options
+        The places; those more than 100 km outside of the map are left to be refused.
+    scenario
+        The map, opened without bounds.
+    specs
+        Its files.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> bounds_around(TourOptions(["0.3,0.8"]), load_scenario("paper"), ["paper"])
+    """
+    projection, box = scenario.projection, np.reshape(scenario.problem.bounds, (2, 2))
+    are_areas = all(spec.lower().endswith(AREAS) or holds_areas(Path(spec)) for spec in specs)
+    places = [_on_map(text, scenario, None) for text in options.via or ()] if are_areas else []
+    if projection is None or not places:
+        return None
+    away = np.hypot(*np.maximum(np.maximum(box[0] - places, places - box[1]), 0.0).T)
+    wide = np.array(places)[(away > 0.0) & (away <= WIDEST)]
+    if not len(wide):
+        return None
+    corners = np.array([(x, y) for x in box[:, 0] for y in box[:, 1]])
+    degrees = projection.inverse(np.vstack([corners, wide]))
+    degrees[:, 0] += 360.0 * np.round((projection.inverse((0.0, 0.0))[0] - degrees[:, 0]) / 360.0)
+    west, south, east, north = bounds_of(box_around(degrees))
+    return f"{west!r},{south!r},{east!r},{north!r}"
 
 
 def _on_map(text: str, scenario: Scenario, open_from: Callable[[str], Scenario] | None) -> FloatArray:

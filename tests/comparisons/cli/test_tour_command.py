@@ -45,6 +45,14 @@ def test_a_round_trip_in_the_best_order(cgla: Call, tmp_path: Path) -> None:
     assert in_order["lower_bound"] == pytest.approx(sum(leg["lower_bound"] for leg in in_order["tour"]["legs"]))
 
 
+def test_places_widen_a_map_of_areas_as_its_ends_do(cgla: Call) -> None:
+    ends = ("--start", "24.7,60.12", "--goal", "24.7,60.12", "--solver", "visibility-graph", "--no-certificate")
+    found = cgla("plan", "areas.geojson", *ends, "--via", "25.2,60.15", "--via", "24.95,60.05", "--json").document()
+    assert found["status"] == "found"
+    assert [25.2, 60.15] in found["path_lonlat"]
+    cgla("plan", "areas.geojson", *ends, "--via", "25.2,62.15").refused("place 1 (25.2, 62.15) is outside the bounds")
+
+
 def test_what_is_printed(cgla: Call) -> None:
     out = cgla("plan", "areas.geojson", *ENDS, *VIA, "--order", "best").out
     assert "(in the cheapest order)" in out
