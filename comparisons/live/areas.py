@@ -1,4 +1,4 @@
-"""Areas that are drawn on the page: their corners as the scenario file has them, and what they close."""
+"""Areas that are drawn on the page: their corners as the scenario file has them, and the areas that they close."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ DIGITS = 7
 EXACT = 12
 #: Most outlines that are kept for the next draft.
 MOST_KEPT = 1000
-#: What is sent of an outline is as precise as this share of the map's longer side: a quarter of a pixel.
+#: Tolerance of an outline that is sent, as a share of the area's longer side.
 SLACK = 1.0 / 4000.0
 
 Corners = Sequence[Sequence[float]]
@@ -29,18 +29,18 @@ Corners = Sequence[Sequence[float]]
 
 class Closed(NamedTuple):
     """
-    What an area on the page closes.
+    The area that a ring on the page closes.
 
     Attributes
     ----------
     rings
         The rings of the scenario file: the corners of the area, or the outlines of what it encloses.
     shape
-        What is closed, map units.
+        The closed area, map units.
     outline
-        What is seen of it where that is not the polygon of its corners: rings, map units.
+        The rings that the page draws, map units; None where the polygon of its corners looks the same.
     note
-        What the user should know; may be empty.
+        A remark for the user; may be empty.
     """
 
     rings: list[list[list[float]]]
@@ -117,7 +117,7 @@ class WrittenPlaces:
 
     def closed(self, area: Corners, name: str) -> Closed:
         """
-        Return what an area closes: all that it encloses.
+        Return the area that a ring closes: all that it encloses.
 
         Raises
         ------

@@ -61,7 +61,7 @@ def write_draft(live: LiveMap, draft: Draft, name: str, *, overwrite: bool, read
     name
         Of the file, without a folder; empty for `default_file`.
     overwrite
-        Whether a file of that name may be replaced, whatever it holds.
+        Whether any file of that name may be replaced.
     read
         The version of the file that may be replaced, as `version_of` gives it; empty if there was none. None: the
         version of the opened file that was read here, or written since.

@@ -270,7 +270,7 @@
     north.title = sentence;
   }
   let under = null;
-  /** Where the pointer is, or else what is chosen. */
+  /** Coordinates of the pointer, or else of the chosen thing. */
   function readout() {
     const place = under || state.chosen && exists(state.chosen) && placeOf(state.chosen), node = $('#at');
     let text = '\u00a0';
@@ -381,7 +381,7 @@
     layers[handle.kind === 'start' || handle.kind === 'goal' ? 'ends' : 'handles'].append(node);
     return { ...handle, node };
   }
-  /** What is closed, where the newest answer knows better than its corners: sides bend, or cross each other. */
+  /** The closed area of the newest answer where it differs from the polygon of the corners: sides bend, or cross each other. */
   function outline(i) {
     const { areas, drawn } = state.answer ?? {}, own = state.draft.areas[i];
     return areas?.[i] && JSON.stringify(drawn[i]) === JSON.stringify(own) ? areas[i].map(pairs) : [own];
@@ -616,7 +616,7 @@
   map.addEventListener('touchstart', event => { if (handleOf(event.target)) event.preventDefault(); }, { passive: false });
   const follow_pointer = event => {
     const [x, y] = pointed(event), seen = x >= xMin - reach && x <= xMax + reach && y >= yMin - reach && y <= yMax + reach;
-    // a finger covers what is below it: what it holds is told
+    // a finger covers the map below it: show the place of the handle that it holds
     under = seen && event.pointerType !== 'touch' && !state.drag ? [x, y] : null;
     readout();
   };
@@ -658,7 +658,7 @@
     else if (event.key === 'Escape') { choose(null); return; } else return;
     event.preventDefault();
   });
-  // fields undo what is typed in them; what has no text of its own (sliders, buttons, lists) leaves it to the map
+  // text fields undo their own text; sliders, buttons and lists have none, and the map is undone
   const TYPED = 'input:not([type=range], [type=checkbox], [type=radio], [type=button], [type=submit]), textarea, [contenteditable]:not([contenteditable=false])';
   document.addEventListener('keydown', event => {
     if (!(event.ctrlKey || event.metaKey) || event.altKey || event.defaultPrevented || event.target.closest?.(TYPED)) return;
