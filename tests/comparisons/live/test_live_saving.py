@@ -2,6 +2,8 @@
 
 import json
 import os
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -311,3 +313,29 @@ def test_an_open_page_keeps_its_map_in_degrees(tmp_path: Path, served: Served) -
     status, answer = old.save(3.0)
     assert status == 400
     assert answer["error"].endswith("reload the page")
+
+
+COUNTS = """
+import sys
+from cgla_graph.comparisons.live.draft import LiveMap
+from cgla_graph.comparisons.live.saving import TakenError, save
+
+done = 0
+while done < 10:
+    live = LiveMap.open(sys.argv[1])
+    try:
+        save(live, live.first.model_copy(update={"k": live.first.k + 1.0}), "", overwrite=False)
+        done += 1
+    except TakenError:
+        pass
+"""
+
+
+@pytest.mark.slow
+def test_servers_of_other_processes_lose_no_save(file: Path) -> None:
+    """Each process adds 1 to the risk weight, again and again: none of the sums is lost."""
+    words = [sys.executable, "-c", COUNTS, str(file)]
+    processes = [subprocess.Popen(words) for _ in range(3)]
+    assert [process.wait(120) for process in processes] == [0, 0, 0]
+    assert load_scenario(file).problem.k == 31.0
+    assert list(file.parent.iterdir()) == [file]
