@@ -19,6 +19,7 @@ from cgla_graph.comparisons.live.versions import version_of
 from cgla_graph.comparisons.report.maps import MOST_SAMPLES, RISK_SAMPLES, map_document
 from cgla_graph.comparisons.study.options import MapOptions, open_one
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
+from cgla_graph.model.rasters.crs import CrsPlane
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.plots.degrees import compass
 from cgla_graph.plots.risk_samples import risk_samples
@@ -254,7 +255,8 @@ class LiveMap:
             )
         rows, columns = samples.density.shape
         raster = [float(f"{value:.4g}") for value in samples.density.ravel()] if before.field.rasters else None
-        origin = before.projection
+        # (the page knows the projection around an origin; on the plane of other coordinates, it shows these)
+        origin = None if isinstance(before.projection, CrsPlane) else before.projection
         return {
             "degrees": origin is not None and (self.table is None or self.table.coordinates == "lonlat"),
             "origin": None if origin is None else [origin.longitude, origin.latitude],

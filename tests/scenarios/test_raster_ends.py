@@ -10,6 +10,7 @@ import pytest
 from raster_files import geotiff, laid_at
 
 import cgla_graph as cg
+from cgla_graph.comparisons.live.draft import LiveMap
 from cgla_graph.comparisons.study.documents import scenario_document, scenario_from
 from cgla_graph.errors import ScenarioError
 from cgla_graph.model.rasters.crs import CrsPlane, RasterWarning
@@ -132,6 +133,20 @@ def test_files_name_rasters_in_any_coordinates(tmp_path: Path) -> None:
         f'crs = "EPSG:32635"\nbounds = [37e4, 664e4, 40e4, 667e4]\nstart = {list(start)}\ngoal = {list(goal)}\nk = 1\n'
     )
     assert load_scenario(tmp_path / "f.toml").projection.inverse(start) == pytest.approx(np.array(START))  # type: ignore[union-attr]
+
+
+def test_the_page_shows_the_coordinates_of_a_plane(tmp_path: Path) -> None:
+    """It knows no other projection than that around an origin."""
+    laid_at(tmp_path / "utm.tif", "EPSG:32635", 25.0, 60.0)
+    (tmp_path / "a.toml").write_text(
+        f'start = {list(START)}\ngoal = {list(GOAL)}\nk = 1\n[[rasters]]\nfile = "utm.tif"\n'
+    )
+    with pytest.warns(RasterWarning):
+        live = LiveMap.open(str(tmp_path / "a.toml"))
+    assert live.document["origin"] is None
+    assert not live.document["degrees"]
+    assert live.document["unit"] == "m"
+    assert live.first.start == pytest.approx(own("EPSG:32635", START)[0])
 
 
 def test_missions_fly_over_planes(tmp_path: Path) -> None:
