@@ -262,10 +262,19 @@ class PlanCheck(Plottable):
             rule = "zones count where the plan's altitudes, linear between waypoints, are within their limits"
             if on.flight is not None:
                 rule = f"zones count at {on.flight}"
-            return [f"{rule}, and from the ground up where it takes off and lands", *on.heights.notes()]
+            rule = f"{rule}, and from the ground up where it takes off and lands"
+            return [rule + self._ends_taken, *on.heights.notes()]
         if on.at_all_heights and all(one.altitude is None for one in self.plan.waypoints):
             return ["zones count at all heights, as the plan has no altitudes; --altitude M gives one"]
         return []
+
+    @property
+    def _ends_taken(self) -> str:
+        """Where it takes off and lands, if the plan does not say it."""
+        first, last = self.plan.waypoints[0], self.plan.waypoints[-1]
+        taken = [] if self.plan.home is not None or first.role == "take-off" else ["takes off at its first waypoint"]
+        taken += [] if last.role == "landing" else ["lands at its last one"]
+        return f" (taken as: {' and '.join(taken)})" if taken else ""
 
     @property
     def verdict(self) -> list[str]:
