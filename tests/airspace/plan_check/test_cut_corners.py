@@ -150,7 +150,7 @@ def flown(route: FloatArray, cuts: list[float], turns: np.random.Generator) -> l
 def test_what_is_flown_is_in_the_legs_or_their_cut_corners(step: float) -> None:
     """A pin at any place of such a flight is met, also where legs are shorter than the distances."""
     rng = np.random.default_rng(int(step))
-    for _ in range(25):
+    for _ in range(12):
         route = np.cumsum(rng.uniform(-step, step, (6, 2)), axis=0)
         cuts = [0.0, *rng.choice([0.0, 5.0, 20.0], 4).tolist(), 0.0]
         places = flown(route, cuts, rng)
@@ -161,6 +161,18 @@ def test_what_is_flown_is_in_the_legs_or_their_cut_corners(step: float) -> None:
             assert {*found.legs.tolist(), *found.beside.tolist()}, (leg, spot)
         everything = ClosedArea("all", shapely.box(-1e4, -1e4, 1e4, 1e4))
         assert all(cuts[leg] > 0.0 for leg in crossings_of(route, [everything], cuts=cuts).beside.tolist())
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_corner_that_is_cut_leads_to_another_side_of_the_next_one(side: float) -> None:
+    """From 20 m before the first corner, it comes within 20 m of the second one beside the leg between them."""
+    route = np.array([(-100.0, 0.0), (0.0, 0.0), (0.0, 60.0), (-100.0, 60.0)]) * (1.0, side)
+    first, goal, last = np.array((-20.0, 0.0)), np.array((0.0, 60.0)), np.array((-100.0, 60.0))
+    turned = goal - 20.0 * (goal - first) / np.hypot(*(goal - first))
+    for share in (0.1, 0.25, 0.5):
+        spot = (turned + share * (last - turned)) * (1.0, side)
+        pin = ClosedArea("pin", shapely.box(*(spot - 0.005), *(spot + 0.005)))
+        assert crossings_of(route, [pin], rounding=1e-6, cuts=[0.0, 20.0, 20.0, 0.0]).beside.tolist() == [2]
 
 
 def test_the_outer_side_of_a_corner_is_not_flown_through() -> None:
