@@ -228,7 +228,10 @@ def pieces_of(
         number = np.arange(len(legs)) - np.repeat(sums[: last - first] - counts[first:last], counts[first:last])
         shares = np.stack([number, number + 1], axis=1) / counts[legs][:, None]
         places = starts[legs][:, None] + shares[..., None] * (ends - starts)[legs][:, None]
-        yield Pieces(legs, shares, projection.inverse(places))
+        lonlat = projection.inverse(places)
+        # (across the antimeridian, longitudes go on)
+        lonlat[:, 1, 0] = lonlat[:, 0, 0] + wrapped(lonlat[:, 1, 0] - lonlat[:, 0, 0])
+        yield Pieces(legs, shares, lonlat)
         first = last
 
 

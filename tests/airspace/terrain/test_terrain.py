@@ -253,6 +253,11 @@ def test_terrain_counts_across_the_antimeridian(west: float) -> None:
     plan = FlightPlan((Waypoint(179.975, 60.01, 80.0, "sea"), Waypoint(-179.975, 60.01, 80.0, "sea")))
 
     assert terrain_of(plan, ground).least.tolist() == [-220.0]
+    # (the antimeridian is not where pieces of these legs end)
+    for reference in ("sea", "ground"):
+        ends = (Waypoint(179.97531, 60.003, 80.0, reference), Waypoint(-179.99317, 60.0021, 80.0, reference))
+        found = terrain_of(FlightPlan(ends), ground)
+        assert (found.least.tolist(), found.reasons) == ([80.0], ("",))
     area = terrain_area(ground, "80 AMSL", (179.971, 60.001, 180.029, 60.019))
     assert area.shape is not None
     assert area.shape.bounds == pytest.approx((180.008, 60.001, 180.014, 60.019))
