@@ -51,6 +51,7 @@ def is_joined(problem: cg.Problem, level: float) -> bool:
 @pytest.mark.slow
 @given(drawn.seeds, st.integers(1, 8), st.sampled_from([0.1, 0.5]))
 @examples(15)
+@pytest.mark.filterwarnings("ignore::cgla_graph.people.below.DensityLimitWarning")
 def test_a_corridor_stays_below_or_there_is_none(seed: int, level: int, width: float) -> None:
     problem = town(seed)
     (point,) = density_front(problem, corridor=width, levels=[float(level)], tolerance=None)
