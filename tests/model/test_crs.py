@@ -199,6 +199,12 @@ def test_datums(tmp_path: Path) -> None:
         read_place(laid_at(tmp_path / "a.tif", "EPSG:4267", 25.0, 60.0)[0])
     with pytest.raises(ProblemError, match="names no coordinate reference system"):
         CoordinateSystem.of_code("EPSG:1")
+    for code, wrong in (("EPSG:4978", "no system of places"), ("EPSG:5703", "no system of places")):
+        with pytest.raises(ProblemError, match=wrong):
+            CoordinateSystem.of_code(code)
+    broken = pyproj.CRS("EPSG:32635").to_wkt("WKT1_GDAL").replace('"scale_factor",0.9996', '"scale_factor",0')
+    with pytest.raises(ProblemError, match="no transformation to WGS84 is known"):
+        CoordinateSystem.of_code(broken)
 
 
 def test_places_beyond_the_earth_are_refused(tmp_path: Path) -> None:

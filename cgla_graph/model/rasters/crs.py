@@ -98,7 +98,7 @@ class CoordinateSystem:
             try:
                 code = re.fullmatch(r"\s*(EPSG|ESRI|OGC):(\w{1,8})\s*", text, re.IGNORECASE | re.ASCII)
                 system = pyproj.CRS.from_authority(*code.groups()) if code else pyproj.CRS.from_wkt(text.strip())
-            except (pyproj.exceptions.CRSError, ValueError):
+            except (pyproj.exceptions.ProjError, ValueError):
                 system = None
         if system is None:
             msg = f"{shown(text)} names no coordinate reference system; give a code of EPSG or ESRI, or WKT"
@@ -444,8 +444,11 @@ def _shift(wkt: str, area: Bounds | None) -> "pyproj.Transformer":
     with warnings.catch_warnings():
         # the accuracy says it
         warnings.simplefilter("ignore")
-        group = TransformerGroup(pyproj.CRS.from_wkt(wkt), "EPSG:4326", always_xy=True, area_of_interest=around)
-    if not group.transformers:
+        try:
+            group = TransformerGroup(pyproj.CRS.from_wkt(wkt), "EPSG:4326", always_xy=True, area_of_interest=around)
+        except pyproj.exceptions.ProjError:
+            group = None
+    if group is None or not group.transformers:
         msg = f"no transformation to WGS84 is known of {cut(wkt, 60)}; warp it to EPSG:4326"
         raise ProblemError(msg)
     return group.transformers[0]
