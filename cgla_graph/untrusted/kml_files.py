@@ -61,7 +61,7 @@ def unzipped(data: bytes, file: str, ending: str) -> bytes:
     Raises
     ------
     FileFormatError
-        If there is none or more than one, or it cannot be unpacked.
+        If there is none or more than one, another archive (``.kmz``) is in it, or it cannot be unpacked.
     """
     if data.count(MEMBER) > MOST_MEMBERS:
         fault(file, f"it is an archive of more than {MOST_MEMBERS:,} files", f"give the {ending} file alone")
@@ -72,6 +72,10 @@ def unzipped(data: bytes, file: str, ending: str) -> bytes:
                 few = ", ".join(info.filename[:40] for info in found[:3])
                 wrong = f"it is an archive with {len(found)} {ending} files" + (f" ({few}, …)" if found else "")
                 fault(file, wrong, f"unpack it, and give one {ending} file")
+            inner = [info for info in archive.infolist() if info.filename.lower().endswith(".kmz")]
+            if inner:
+                wrong = f"it is an archive with another one in it ({inner[0].filename[:40]}), which may have more areas"
+                fault(file, wrong, "unpack it, and give each by itself")
             # (other methods have no bound of their memory)
             if found[0].compress_type not in {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}:
                 fault(file, f"its {ending} file has an unsupported compression", "pack it as an ordinary zip archive")

@@ -1,6 +1,8 @@
 """Files of zones in all formats: valid ones are read, others are refused with the zone and the key."""
 
+import io
 import json
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -399,3 +401,13 @@ def test_a_map_without_placemarks_is_an_error(text: str) -> None:
     ):
         with pytest.raises(FileFormatError, match=r"no placemark|at least one"):
             zones_of(data, "mine")
+
+
+def test_an_archive_in_an_archive_is_an_error() -> None:
+    """Its areas were left out without a word."""
+    outer = io.BytesIO(kmz(kml()))
+    with zipfile.ZipFile(outer, "a") as archive:
+        archive.writestr("files/more.KMZ", kmz(kml()))
+    with pytest.raises(FileFormatError, match=r"another one in it \(files/more\.KMZ\)"):
+        zones_of(outer.getvalue(), "mine")
+    assert len(zones_of(kmz(kml()), "mine").zones) == 2
