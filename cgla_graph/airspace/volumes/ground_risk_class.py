@@ -99,11 +99,15 @@ def density_under(area: BaseGeometry, people: RasterRisk | None, *, without_data
     fill = None if without_data is None else non_negative_number("without_data", without_data)
     if people is None:
         return Density(math.nan, "there is no layer of people")
-    touched = _touched(area, people)
+    boxes, touched = _touched(area, people)
     missing = (people.missing[::-1] if people.origin == "upper" else people.missing) & touched
     known = people.cells[touched & ~missing]
     greatest = float(known.max()) if known.size else math.nan
     outside = not shapely.box(*people.bounds).covers(area)
+    if people.covers is not None and not outside:
+        # (cells on the edge of the data are averaged with what is not there; `covers` is wider by half a cell)
+        known_area = people.covers.buffer(-0.5 * min(people.cell_size))
+        outside = not (known_area.covers(area) and shapely.covers(known_area, boxes).all())
     why = []
     if outside:
         why.append("a part of the area is outside of the raster of people")
@@ -114,27 +118,33 @@ def density_under(area: BaseGeometry, people: RasterRisk | None, *, without_data
     return Density(greatest, ", and ".join(why))
 
 
-def _touched(area: BaseGeometry, raster: RasterRisk) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Return the cells that an area touches, shape ``(rows, columns)``, row 0 at ``y_min``."""
+def _touched(
+    area: BaseGeometry, raster: RasterRisk
+) -> tuple[np.ndarray[Any, np.dtype[np.object_]], np.ndarray[Any, np.dtype[np.bool_]]]:
+    """Return the cells that an area touches, and their mask, shape ``(rows, columns)``, row 0 at ``y_min``."""
     rows, columns = raster.values.shape
     touched = np.zeros((rows, columns), dtype=bool)
+    none = np.empty(0, dtype=object)
     if area.is_empty:
-        return touched
+        return none, touched
     (wide, high), (x_min, y_min, _, _) = raster.cell_size, raster.bounds
     low_x, low_y, high_x, high_y = area.bounds
     # (an area that ends on the line between two cells touches both)
     first, last = max(0, math.ceil((low_x - x_min) / wide) - 1), min(columns - 1, math.floor((high_x - x_min) / wide))
     low, top = max(0, math.ceil((low_y - y_min) / high) - 1), min(rows - 1, math.floor((high_y - y_min) / high))
     if last < first or top < low:
-        return touched
+        return none, touched
     shapely.prepare(area)
+    found = [none]
     left = x_min + wide * np.arange(first, last + 1)
     band = max(1, _CHUNK // len(left))
     for row in range(low, top + 1, band):
         below = y_min + high * np.arange(row, min(row + band, top + 1))
         boxes = shapely.box(left[None, :], below[:, None], left[None, :] + wide, below[:, None] + high)
-        touched[row : row + len(below), first : last + 1] = shapely.intersects(area, boxes)
-    return touched
+        meets = shapely.intersects(area, boxes)
+        touched[row : row + len(below), first : last + 1] = meets
+        found.append(boxes[meets])
+    return np.concatenate(found), touched
 
 
 @dataclass(frozen=True)

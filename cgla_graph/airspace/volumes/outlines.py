@@ -78,7 +78,8 @@ def around(lines: BaseGeometry, distance: float, projection: LocalProjection | N
         far = float(np.hypot(*shapely.get_coordinates(lines).T).max())
         stretch = projection.stretch(far + 2.0 * distance)
         if not math.isfinite(stretch):
-            msg = f"the flight goes {far / 1e3:.0f} km from the middle of its map; cut it into shorter flights"
+            away = f"{(far + distance) / 1e3:.4g} km from the middle of its map"
+            msg = f"the volumes reach {away}, too far for a flat map; check the numbers, or cut the flight into parts"
             raise ProblemError(msg)
         reach = reach * stretch + EDGE
     return lines.buffer(reach, quad_segs=ROUND)

@@ -172,8 +172,6 @@ class _Source:
         if total > 0.0 and found <= 0.0:
             fail(file, "its cells are too narrow to be seen on a grid of metres", "cut out the part that matters")
         laid *= total / found if found > 0.0 else 1.0
-        if self.cells.system is None:
-            return Laid(laid, box)
         around = np.concatenate([metres[:, 0], metres[-1, 1:], metres[-2::-1, -1], metres[0, -2:0:-1]])
         # (chords of a bent edge cut a little off)
         return Laid(laid, box, shapely.Polygon(around).buffer(0.5 * min(wide, high)))

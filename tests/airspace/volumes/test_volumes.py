@@ -382,6 +382,21 @@ def test_unknown_density_is_never_a_class() -> None:
     assert below.ground_risk_class.value == 5
 
 
+def test_beyond_the_data_of_a_raster_in_degrees_is_unknown(tmp_path: Path) -> None:
+    """In metres, the raster is narrower in the north: beyond its edge, there are no data."""
+    np.savetxt(tmp_path / "people.csv", np.full((40, 40), 1000.0), delimiter=",")
+    people = cg.RasterRisk.from_file(
+        tmp_path / "people.csv", bounds=(20, 60, 24, 64), coordinates="lonlat", unit="people/km2"
+    )
+    x_min, _, _, y_max = people.bounds
+    assert not density_under(shapely.Point(x_min + 3000, y_max - 3000).buffer(100), people).is_known
+    inside = density_under(shapely.Point(0, 0).buffer(100), people)
+    assert inside.is_known
+    assert inside.greatest == pytest.approx(1000.0, rel=0.01)
+    edge = density_under(shapely.Point(x_min + 14_500, y_max - 60_000).buffer(5), people)
+    assert not edge.is_known or edge.greatest > 990.0
+
+
 def test_settings_are_given_once() -> None:
     facts = VolumeSettings(**COPTER)
     again = cg.volumes([(24, 60)], facts, height=60)
