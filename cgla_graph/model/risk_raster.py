@@ -79,7 +79,7 @@ class RasterRisk:
         The coordinate reference system of the bounds, if they are on its plane: that of a file. A problem on it without
         a `projection` is on that plane.
     covers
-        What the raster is known of, if that is less than its bounds; None for all of them.
+        What the raster is known of, and half a cell more, if that is not the same as its bounds; None for all of them.
 
     Raises
     ------
