@@ -143,9 +143,9 @@ class Exposure(ShortRepr):
         """Return the lines that commands print, by their keys; if it is `windy`, with a note on the wind."""
         if not self.unit:
             return {}
-        width = f"the corridor, {self.corridor:g} m wide," if self.corridor > 0.0 else "the path"
+        width = f"the corridor, {self.corridor:g} m wide" if self.corridor > 0.0 else "the path"
         limit = "" if self.limit is None else f", limit {self.limit.level:g}"
-        below = f"up to {self.greatest:.4g} {self.density_unit} under {width}{limit}".replace(",,", ",")
+        below = f"up to {self.greatest:.4g} {self.density_unit} under {width}{limit}"
         below += "" if self.filled is None else f"; cells without data count as {self.filled:g}"
         known = math.isfinite(self.people)
         lines = {
