@@ -34,14 +34,14 @@ def check(
             metavar="PLAN", help=".plan, .waypoints, .kml, .kmz, .gpx, .geojson, or .csv, recognised by its content"
         ),
     ],
-    output: OutputOptions,
     zone_options: ZoneOptions,
-    raster: RasterOptions,
     plan_options: PlanOptions,
     times: FlightTimeOptions,
-    volume: VolumeOptions,
+    raster: RasterOptions,
     ground: GroundRiskOptions,
     failing: AircraftOptions,
+    volume: VolumeOptions,
+    output: OutputOptions,
     against: Annotated[
         list[str] | None,
         typer.Argument(metavar="[MAP]", help="a scenario or a raster of risk, as for plan, and files of zones"),

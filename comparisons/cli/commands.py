@@ -1,14 +1,15 @@
 """The commands and their modules; each command is imported when it is looked up."""
 
+import copy
 import functools
 import importlib
 import inspect
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import Field, fields, is_dataclass
-from typing import Any, TypeAlias, cast, get_type_hints
+from dataclasses import fields, is_dataclass
+from typing import Annotated, Any, TypeAlias, cast, get_type_hints
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from cgla_graph.comparisons import console
 
@@ -76,13 +77,30 @@ class CommandGroup(TyperGroup):
         return list(self.commands)
 
 
+class TopicCommand(TyperCommand):
+    """A command whose help lists its options by topic: a heading for each group of options."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:  # noqa: ANN401 - click's, which typer holds in itself
+        """Write the arguments, the options of no group, and each group."""
+        topics: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
+        for one in self.get_params(ctx):
+            if (record := one.get_help_record(ctx)) is not None:
+                usual = "Arguments" if one.param_type_name == "argument" else "Options"
+                topics.setdefault(getattr(one, "rich_help_panel", None) or usual, []).append(record)
+        for topic, records in topics.items():
+            if records:
+                with formatter.section(topic):
+                    formatter.write_dl(records)
+
+
 @functools.cache
 def _imported(name: str, place: str) -> Any:  # noqa: ANN401 - click's, which typer holds in itself
     """Import the function of a command, and read its options."""
     module, _, function = place.partition(":")
     home = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     # words after the planner's name are options of the planner
-    register = home.command(name, context_settings={"allow_interspersed_args": name != "conform"})
+    settings = {"allow_interspersed_args": name != "conform"}
+    register = home.command(name, cls=TopicCommand, context_settings=settings)
     register(flattened(getattr(importlib.import_module(f"cgla_graph.comparisons.cli.{module}"), function)))
     return typer.main.get_command(home)
 
@@ -91,7 +109,8 @@ def flattened(function: Callable[..., None]) -> Callable[..., None]:
     """
     Replace each parameter that is a group of options by its options, for typer.
 
-    If groups share an option, each gets its value.
+    If groups share an option, each gets its value, and the help lists it with the first. The heading of a group in the
+    help is the first line of its docstring, up to a colon.
 
     Examples
     --------
@@ -108,11 +127,12 @@ def flattened(function: Callable[..., None]) -> Callable[..., None]:
     flat = {}
     for name, parameter in inspect.signature(function).parameters.items():
         kind = groups.get(name)
-        for one in [parameter] if kind is None else fields(kind):
-            annotation = one.type if isinstance(one, Field) else hints[name]
-            flat[one.name] = inspect.Parameter(
-                one.name, inspect.Parameter.KEYWORD_ONLY, default=one.default, annotation=annotation
-            )
+        if kind is None:
+            flat[name] = parameter.replace(kind=_BY_NAME, annotation=hints[name])
+            continue
+        for one in fields(kind):
+            annotation = _under(kind, one.type)
+            flat.setdefault(one.name, inspect.Parameter(one.name, _BY_NAME, default=one.default, annotation=annotation))
 
     @functools.wraps(function)
     def command(**given: Any) -> None:  # noqa: ANN401 - values of any options
@@ -123,6 +143,14 @@ def flattened(function: Callable[..., None]) -> Callable[..., None]:
     command.__signature__ = inspect.Signature(list(flat.values()))  # type: ignore[attr-defined]
     command.__annotations__ = {name: one.annotation for name, one in flat.items()}
     return command
+
+
+def _under(group: type, annotation: Any) -> Any:  # noqa: ANN401 - a type and its option
+    """Return the annotation of an option with the heading of its group."""
+    (found,) = annotation.__metadata__
+    found = copy.copy(found)
+    found.rich_help_panel = (group.__doc__ or "Options").splitlines()[0].partition(":")[0].rstrip(".")
+    return Annotated[annotation.__origin__, found]
 
 
 def renamed(words: list[str]) -> list[str]:

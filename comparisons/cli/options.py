@@ -1,4 +1,8 @@
-"""Options of the command line in groups, and arguments that several commands share."""
+"""
+Options of the command line in groups, and arguments that several commands share.
+
+The first line of a group's docstring, up to a colon, is its heading in the help.
+"""
 
 import dataclasses
 from collections.abc import Iterator, Sequence
@@ -104,7 +108,7 @@ BrowserOption = Annotated[bool, typer.Option(help="open the page in the browser"
 
 @dataclass(frozen=True, repr=False, eq=False)
 class MapOptions:
-    """Changes to a map."""
+    """The map: its ends, bounds, weight and no-fly areas."""
 
     start: Annotated[Text, option("--start X,Y", "instead of the scenario's (lon,lat on such maps)")] = None
     goal: Annotated[Text, option("--goal X,Y", "instead of the scenario's (lon,lat on such maps)")] = None
@@ -123,7 +127,7 @@ class MapOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ZoneOptions:
-    """Options of zones: which of them count, and the file of their list."""
+    """Altitude, zones and terrain."""
 
     altitude: AltitudeOption = None
     above: AboveOption = None
@@ -256,7 +260,7 @@ class AltitudesOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class PlanOptions:
-    """Facts about a flight that the file of its plan leaves open."""
+    """What the file of a plan leaves open."""
 
     return_altitude: Annotated[
         Number,
@@ -311,7 +315,7 @@ class PlanOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class RasterOptions:
-    """Options of reading a raster of risk."""
+    """Values of a raster."""
 
     kind: Annotated[Text, option("--kind KIND", "of a raster: density, or count (people of each cell)")] = None
     unit: Annotated[
@@ -328,7 +332,7 @@ class RasterOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class AircraftOptions:
-    """The aircraft that fails above people."""
+    """Failures of the aircraft above people."""
 
     failures_per_hour: Annotated[
         Number, option("--failures-per-hour F", "crashes per flight hour: risk is in expected fatalities (no default)")
@@ -359,7 +363,7 @@ class AircraftOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class GroundRiskOptions:
-    """Prices instead of a risk weight, limits of the density below, and a target of fatalities."""
+    """People below: prices, greatest density, target."""
 
     prevented_fatality: Annotated[
         Number, option("--prevented-fatality P", "value of preventing a fatality; with --metre-price")
@@ -379,7 +383,7 @@ class GroundRiskOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ProofOptions:
-    """Options of the lower bound."""
+    """The proven lower bound."""
 
     tolerance: Annotated[
         Number, option("--tolerance R", "wanted gap of the lower bound (default: 0.005; 0: no bound)")
@@ -400,7 +404,7 @@ class BudgetOptions:
 
 @dataclass(frozen=True, repr=False)
 class TourOptions:
-    """Places that the path visits."""
+    """Places to visit."""
 
     via: Annotated[
         list[str] | None, option("--via X,Y", "visit this place on the way (lon,lat on such maps); may be repeated")
@@ -412,7 +416,7 @@ class TourOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class FlyableOptions:
-    """Options of paths of lines and arcs."""
+    """Flyable paths of lines and arcs."""
 
     turn_radius: Annotated[
         Number, option("--turn-radius R", "make the path flyable: lines and arcs, none tighter than R")
@@ -428,7 +432,7 @@ class FlyableOptions:
 
 @dataclass(frozen=True, repr=False)
 class FlightTimeOptions:
-    """Options of the time and energy of a flight."""
+    """Time, energy and battery."""
 
     speed: SpeedOption = None
     wind: Annotated[
@@ -571,7 +575,7 @@ class VolumeOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class GraphOptions:
-    """Options of reading the file of a graph."""
+    """The file of the graph."""
 
     weight: Annotated[Text, option("--weight NAME", "column or attribute of weights (default: weight)")] = None
     directed: Annotated[bool, option("--directed", "of a .csv: its edges lead from source to target only")] = False
@@ -579,7 +583,7 @@ class GraphOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class StudyOptions:
-    """Folder of a study, and processes of its runs."""
+    """The study: its folder and its processes."""
 
     out: OutOption = None
     resume: Annotated[bool, option("--resume", "continue the study in --out; finished runs are kept")] = False
@@ -592,7 +596,7 @@ class StudyOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class OutputOptions:
-    """Options of output: folder, formats of pictures, JSON."""
+    """Output."""
 
     out: OutOption = None
     formats: FormatsOption = None
@@ -633,7 +637,7 @@ class OutputOptions:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class PageOptions:
-    """Options of serving a page."""
+    """The page."""
 
     port: PortOption = 0
     browser: BrowserOption = True

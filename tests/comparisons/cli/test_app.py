@@ -126,6 +126,26 @@ def test_every_command_has_help(cgla: Call) -> None:
         assert f" {name} [OPTIONS]" in answer.out
 
 
+def test_help_lists_options_by_topic(cgla: Call) -> None:
+    """Each option is there once; if groups share one, with the first of them."""
+    topics: dict[str, list[str]] = {}
+    lines = cgla("plan", "--help").out.splitlines()
+    for line in lines[lines.index("Arguments:") :]:
+        if line.endswith(":") and not line.startswith(" "):
+            topics[line] = []
+        elif line.startswith("  --"):
+            topics[[*topics][-1]].append(line.split()[0])
+
+    flat = [one for options in topics.values() for one in options]
+    assert sorted(flat) == sorted(set(flat))
+    assert [*topics][:3] == ["Arguments:", "Options:", "The map:"]
+    assert "--help" in topics["Options:"]
+    assert {"--volumes", "--pitch", "--fence"} <= set(topics["Volumes around a flight:"])
+    assert {"--altitude", "--ground"} <= set(topics["Altitude, zones and terrain:"])
+    assert {"--speed", "--battery"} <= set(topics["Time, energy and battery:"])
+    assert topics["Flight plans to write:"][0] == "--export"
+
+
 @pytest.mark.parametrize("words", [["--help"], ["plan", "--help"]], ids=" ".join)
 def test_help_imports_nothing_heavy(words: list[str]) -> None:
     code = (
