@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar, get_args
 
-from cgla_graph._text import shown
+from cgla_graph._text import listed, shown
 from cgla_graph._types import FloatArray
 from cgla_graph.airspace.flight_plans.fence import Fence
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference
@@ -32,6 +32,31 @@ Word = TypeVar("Word", bound=str)
 DEFAULT: Final = " (default tolerance: ours; --terrain-tolerance M gives another)"
 #: Autopilots need an altitude.
 _AUTOPILOTS = (".plan", ".waypoints")
+
+
+@dataclass(frozen=True)
+class Exported:
+    """
+    Files of a plan, and why the plan is not clean.
+
+    Attributes
+    ----------
+    files
+        The files.
+    faults
+        The verdicts of `cgla_graph.check` on the map of the path; none for a clean plan.
+    """
+
+    files: Sequence[Path] = ()
+    faults: tuple[str, ...] = ()
+
+    def lines(self) -> dict[str, str]:
+        """Return the line to print; none for a clean plan."""
+        return {"exported": "; ".join(self.faults)} if self.faults else {}
+
+    def document(self) -> dict[str, object]:
+        """Return the verdict as JSON."""
+        return {"is_clean": not self.faults, "verdict": [*self.faults]}
 
 
 @dataclass(frozen=True)
@@ -108,12 +133,13 @@ class Export:
         *,
         arc_tolerance: float | None = None,
         fence: Sequence[Fence] = (),
-    ) -> list[Path]:
+    ) -> "Exported":
         """
         Write a path to all target files; nothing if there is no path.
 
         Arcs become waypoints within a tolerance, metres, which is printed and becomes part of the plan's name. Only
-        ``.plan`` has the fence.
+        ``.plan`` has the fence. The plan is checked on the map of the path, because it flies more than that: the slopes
+        of a fixed wing, chords of arcs, and straight legs above ground.
 
         Raises
         ------
@@ -121,7 +147,7 @@ class Export:
             If a file cannot hold the plan (then none is written), or cannot be written.
         """
         if not self.targets or not solution.status.has_path:
-            return []
+            return Exported()
         from cgla_graph.airspace.flight_plans.formats import text_of_plan
         from cgla_graph.turning.flyable import Flyable
 
@@ -138,7 +164,20 @@ class Export:
         fenced = dataclasses.replace(plan, fence=tuple(fence))
         plans = [fenced if target.suffix.lower() == ".plan" else plan for target in self.targets]
         texts = [text_of_plan(one, str(target)) for one, target in zip(plans, self.targets, strict=True)]
-        return [files.write_text(target, text) for target, text in zip(self.targets, texts, strict=True)]
+        written = [files.write_text(target, text) for target, text in zip(self.targets, texts, strict=True)]
+        return Exported(written, self._faults(plan, scenario))
+
+    def _faults(self, plan: FlightPlan, scenario: Scenario) -> tuple[str, ...]:
+        """Return why a plan is not clean on its own map; none if it has no altitude that could be compared."""
+        if self.altitude is None:
+            return ()
+        from cgla_graph.airspace.plan_check.check import check
+
+        checked = check(plan, scenario, tolerance=None)
+        if checked.is_clean:
+            return ()
+        names = dict.fromkeys(checked.on.areas[one.area].name for one in checked.crossings.found)
+        return (*checked.verdict, *((f"it meets {listed(list(names))}",) if names else ()))
 
     def write_flights(self, flights: "Sequence[MissionRun]", terrain: "TerrainArea | None" = None) -> list[Path]:
         """

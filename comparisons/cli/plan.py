@@ -32,7 +32,7 @@ from cgla_graph.comparisons.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from cgla_graph.comparisons.cli.export import Export
+    from cgla_graph.comparisons.cli.export import Export, Exported
     from cgla_graph.comparisons.cli.flight_time import Endurance
     from cgla_graph.comparisons.cli.flyable import Flying
     from cgla_graph.comparisons.cli.tour import Touring
@@ -132,8 +132,9 @@ def plan(
     flight = None if endurance is None else endurance.of(run)
     people = on_ground.exposed(run, ground, bounded=budget == BudgetOptions() and touring is None)
     laid = None if laying is None else laying.around_run(run, without_limit, export, flying)
-    written = _written(run, folder, kinds, profile, flying, endurance, exported, laid)
+    written, plans = _written(run, folder, kinds, profile, flying, endurance, exported, laid)
     parts: dict[str, Any] = {"ground": people, "flyable": flying, "tour": touring, "flight": flight, "volumes": laid}
+    parts["exported"] = plans
     lines, more = _of_options(run, {**parts, "within": within}, windy=times.wind is not None)
     if output.as_json:
         files = [str(file) for group in written for file in group]
@@ -142,7 +143,7 @@ def plan(
         _print(run, lines, within)
         for group in written:
             console.out_files(group)
-    missed = any(one.faults for one in (flight, people) if one is not None)
+    missed = any(one.faults for one in (flight, people, plans) if one is not None)
     if not run.solution.status.has_path or missed or (laid is not None and laid.report.touched):
         raise typer.Exit(console.MISSING)
 
@@ -311,11 +312,11 @@ def _written(
     endurance: "Endurance | None",
     exported: "Export | None",
     laid: "Laid | None",
-) -> list[list[Path]]:
-    """Write all files, if there is a path; return them in groups, one per folder or file."""
+) -> "tuple[list[list[Path]], Exported | None]":
+    """Write all files, if there is a path; return them in groups, one per folder or file, and the exported plan."""
     if not run.solution.status.has_path:
-        return []
-    written = []
+        return [], None
+    written, plans = [], None
     if folder is not None:
         written.append(_write(folder, run, kinds))
     if profile is not None:
@@ -326,11 +327,11 @@ def _written(
     if exported is not None:
         tolerance = None if flying is None else flying.tolerance
         fence = () if laid is None else laid.fence()
-        files = exported.write(run.scenario, run.solution, arc_tolerance=tolerance, fence=fence)
-        written += [[file] for file in files]
+        plans = exported.write(run.scenario, run.solution, arc_tolerance=tolerance, fence=fence)
+        written += [[file] for file in plans.files]
     if laid is not None:
         written += laid.write(folder, kinds)
-    return written
+    return written, plans
 
 
 def _write(folder: Path, run: "Run", formats: Sequence[str]) -> list[Path]:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from command_line import Call
-from zone_files import data_of, ed269
+from zone_files import data_of, ed269, volume
 
 import cgla_graph as cg
 from cgla_graph.airspace.flight_plans.formats import read_plan
@@ -15,7 +15,12 @@ QUICK = ("--solver", "visibility-graph", "--no-certificate", "--start", "24.7,60
 KINDS = (".plan", ".waypoints", ".kml", ".gpx", ".geojson", ".csv")
 
 
-FILES = {"areas.geojson": json.dumps({"type": "Polygon", "coordinates": AREA})}
+#: Below a flight at 80 m, beside the column of its start at 24.7, and below the climb of a fixed wing there.
+LOW = {"type": "Circle", "center": [24.705, 60.12], "radius": 60}
+FILES = {
+    "areas.geojson": json.dumps({"type": "Polygon", "coordinates": AREA}),
+    "low.json": json.dumps(ed269(volume(upperLimit=35, horizontalProjection=LOW))),
+}
 
 
 def test_a_path_is_written_to_be_flown(cgla: Call, tmp_path: Path) -> None:
@@ -62,7 +67,7 @@ def test_wrong_options_are_refused_before_the_work(
 
     monkeypatch.setattr(cg.comparisons.study.runner, "compare", work)
     cgla("plan", "areas.geojson", *QUICK, *words).refused(*said)
-    assert [file.name for file in tmp_path.iterdir()] == ["areas.geojson"]
+    assert {file.name for file in tmp_path.iterdir()} == FILES.keys()
 
 
 def test_maps_in_the_plane_have_no_plans(cgla: Call, tmp_path: Path) -> None:
@@ -110,3 +115,16 @@ def test_without_a_path_nothing_is_written(cgla: Call, tmp_path: Path) -> None:
     answer = cgla("plan", "areas.geojson", *words, "--export", "mine.kml")
     assert answer.code == 1
     assert not (tmp_path / "mine.kml").exists()
+
+
+@pytest.mark.parametrize(("vehicle", "clean"), [("multirotor", True), ("vtol", True), ("fixed-wing", False)])
+def test_a_slope_through_a_low_zone_is_said_when_it_is_written(cgla: Call, vehicle: str, clean: bool) -> None:
+    ends = ("--start", "24.7,60.12", "--goal", "24.76,60.12", *QUICK[:3])
+    plan = ("plan", "low.json", *ends, "--altitude", 80, "--vehicle", vehicle, "--export", "a.plan", "--json")
+    made = cgla(*plan)
+    assert made.code == (0 if clean else 1)
+    assert made.document()["exported"]["is_clean"] is clean
+    checked = cgla("check", "a.plan", "--zones", "low.json", "--altitude", 80, "--no-certificate")
+    assert checked.code == made.code
+    if not clean:
+        assert "exported   not clean: 1 leg crosses 1 area; it meets" in cgla(*plan[:-1]).out
