@@ -87,10 +87,12 @@ def json_text(document: Any) -> str:  # noqa: ANN401 - any JSON
 
 
 def out_files(written: Sequence[Path], folder: Path | None = None) -> None:
-    """Name the files that were written to a folder, by default that of the first one (errors as `out`)."""
-    if written:
-        names = ", ".join(" ".join(path.name.splitlines()) for path in written)
-        out(f"written to {folder or written[0].parent}: {names}\n")
+    """Name the files that were written, in a line for each folder; all are in `folder` if given (errors as `out`)."""
+    names: dict[Path, list[str]] = {}
+    for path in written:
+        names.setdefault(folder or path.parent, []).append(" ".join(path.name.splitlines()))
+    for place, inside in names.items():
+        out(f"written to {place}: {', '.join(inside)}\n")
 
 
 def out_table(table: "RenderableType") -> None:

@@ -7,15 +7,17 @@ import shapely
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
 
 from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.model.problem import Problem
 from cgla_graph.plots.map import BaseMap
 from cgla_graph.plots.page import Key, add_inner_legend, heading, style
-from cgla_graph.plots.scene import TitledProblem, area_key, clip_to_bounds, draw_area, line_key, unit_scale
+from cgla_graph.plots.scene import TitledProblem, area_key, clip_to_bounds, draw_area, line_key, outline, unit_scale
 
 #: Blue, as the first path in other pictures; and red, which no path has.
 _PLAN, _INSIDE = "#0072B2", "#C00000"
+_FENCE = "black"
 
 
 def check_figure(checked: PlanCheck, *, figure: Figure | None = None) -> Figure:
@@ -60,7 +62,7 @@ def _map_of(checked: PlanCheck) -> TitledProblem:
     bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
     start, goal = ((float(x), float(y)) for x, y in (route[0], route[-1]))
     problem = Problem(start, goal, old.field, old.k, bounds, projection=old.projection)
-    named = [(one.name, one.shape) for one in on.areas]
+    named = [(one.name, one.shape) for one in on.areas if not one.is_outside]
     return TitledProblem(problem, on.name, on.source.title, named, getattr(on.source, "y_down", False))
 
 
@@ -79,7 +81,13 @@ def _draw(base: BaseMap, checked: PlanCheck) -> Iterator[Key]:
         axes.plot(*ends.T, "x", color=_INSIDE, markersize=5.0, markeredgewidth=1.2, zorder=4.3)
         yield line_key(color=_INSIDE, linewidth=3.0), "inside an area"
     yield from base.draw_marks()
-    if checked.on.areas:
-        united = shapely.union_all([one.shape for one in checked.on.areas])
-        clip_to_bounds(axes, problem.bounds, draw_area(axes, united, scale), scale)
+    filled = [one.shape for one in checked.on.areas if not one.is_outside]
+    if filled:
+        clip_to_bounds(axes, problem.bounds, draw_area(axes, shapely.union_all(filled), scale), scale)
         yield area_key(), "no-fly area"
+    around = [one.shape for one in checked.on.areas if one.is_outside]
+    if around:
+        rings = outline(shapely.union_all(around), scale)
+        fence = PathPatch(rings, edgecolor=_FENCE, linewidth=0.8, fill=False, zorder=3.5)
+        clip_to_bounds(axes, problem.bounds, [axes.add_patch(fence)], scale)
+        yield line_key(color=_FENCE, linewidth=0.8), "the plan's fence"

@@ -18,6 +18,7 @@ from cgla_graph.plots.scene import (
     TitledProblem,
     area_key,
     clip_to_bounds,
+    data_keys,
     draw_area,
     line_key,
     outline,
@@ -112,3 +113,4 @@ def _draw(base: BaseMap, volumes: Volumes) -> Iterator[Key]:
     if not problem.area.is_empty:
         clip_to_bounds(axes, problem.bounds, draw_area(axes, problem.area_as_given.geometry, scale), scale)
         yield area_key(), "no-fly area"
+    yield from data_keys(problem)

@@ -119,12 +119,10 @@ def check(
         more = {} if laid is None else {"volumes": laid.document()}
         console.out_json({**checked.document(), **more, "files": [*map(str, (*written, *files))]})
     else:
-        check_report.print_checked(checked)
+        check_report.print_checked(checked, around_is_clean=laid is None or laid.report.is_clean)
         console.out_lines({} if laid is None else laid.lines())
-        for group in groups:
-            console.out_files(group)
-        console.out_files(written)
-        console.out_files([] if zone_options.zones_list is None else [zone_options.zones_list])
+        lists = [] if zone_options.zones_list is None else [zone_options.zones_list]
+        console.out_files([*files, *written, *lists])
     if not checked.is_clean or not (laid is None or laid.report.is_clean):
         raise typer.Exit(console.MISSING)
 

@@ -21,21 +21,22 @@ _DIGITS, _RISK_DIGITS = 6, 4
 _MILLIMETRE = 1e-3
 
 
-def print_checked(checked: PlanCheck) -> None:
-    """Print the plan, a table of its legs, the crossings and the proofs."""
+def print_checked(checked: PlanCheck, *, around_is_clean: bool = True) -> None:
+    """Print the plan, a table of its legs, the crossings, the proofs, and whether volumes around it are clean too."""
     on, plan = checked.on, checked.plan
     unit = _unit(checked)
     name = f" ({plan.name})" if plan.name and plan.name != Path(checked.file).stem else ""
     clearance = checked.clearance
     legs = counted(len(checked.lengths), "leg")
     where = f"{on.full_title}: " if on.has_bounds else ""
+    fenced = " (with the plan's own fence)" if plan.fence else ""
     for account in [] if on.account is None else [on.account]:
         console.out_lines({"zones": account.summary()})
         for note in account.notes():
             console.out_lines({"note": note})
     console.out_lines({
         "plan": f"{checked.file}{name}: {counted(len(plan.waypoints), 'waypoint')}, {legs}",
-        "map": f"{where}{counted(len(on.areas), 'area')}, k = {checked.k:g}",
+        "map": f"{where}{counted(len(on.areas), 'area')}{fenced}, k = {checked.k:g}",
     })  # fmt: skip
     for remark in plan.remarks:
         console.out_lines({"remark": remark})
@@ -59,7 +60,8 @@ def print_checked(checked: PlanCheck) -> None:
         **({} if checked.exposure is None else checked.exposure.lines()),
         "best": _best_line(checked),
         "through": _through_line(checked),
-        "verdict": "; ".join(checked.verdict),
+        "verdict": "; ".join(checked.verdict)
+        + (" without its contingency volume; for that, see airspace" if checked.is_clean > around_is_clean else ""),
     })  # fmt: skip
 
 

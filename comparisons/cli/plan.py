@@ -141,8 +141,7 @@ def plan(
         console.out_json({**plan_document(run), "files": files, **more, **zoned})
     else:
         _print(run, lines, within)
-        for group in written:
-            console.out_files(group)
+        console.out_files([file for group in written for file in group])
     missed = any(one.faults for one in (flight, people, plans) if one is not None)
     if not run.solution.status.has_path or missed or (laid is not None and laid.report.touched):
         raise typer.Exit(console.MISSING)

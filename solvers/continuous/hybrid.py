@@ -10,6 +10,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 import shapely
 
+from cgla_graph._text import counted
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.certificate.certificate import improved
 from cgla_graph.certificate.subsolution import in_line
@@ -159,7 +160,7 @@ class _Search:
             if cost <= least * (1.0 + CLOSE) and all(line.hausdorff_distance(other) > apart for other in chosen):
                 chosen.append(line)
                 self._refined(path, tolerance=1e-5, max_points=RASTER_POINTS if self.problem.field.rasters else 1000)
-        return self._answer(f"{len(guesses)} candidates, {len(chosen)} refined to the end")
+        return self._answer(f"{counted(len(guesses), 'candidate')}, {len(chosen)} refined to the end")
 
     def _answer(self, message: str) -> Solution:
         return Solution(

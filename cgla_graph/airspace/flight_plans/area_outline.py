@@ -30,10 +30,13 @@ class ClosedArea:
         What messages call it.
     shape
         Polygons, map units.
+    is_outside
+        Whether it is all around an area in which a plan must stay: pictures show its border only.
     """
 
     name: str
     shape: BaseGeometry
+    is_outside: bool = False
 
 
 def point_of(place: FloatArray) -> Point:

@@ -45,7 +45,7 @@ def fence_area(fence: Fence, projection: LocalProjection, reach: Bounds) -> Clos
     if not fence.inclusion:
         return ClosedArea(fence.name, shapes)
     outside = shapely.difference(shapely.box(*reach), shapes)
-    return None if outside.is_empty else ClosedArea(f"the outside of {fence.name}", outside)
+    return None if outside.is_empty else ClosedArea(f"the outside of {fence.name}", outside, is_outside=True)
 
 
 def _shape(shape: FenceShape, fence: Fence, projection: LocalProjection) -> BaseGeometry:

@@ -158,7 +158,8 @@ class PlanMap:
         if not self.has_bounds:
             return self.areas
         return tuple(
-            ClosedArea(one.name, joined_with(one.shape, stretches(one.shape, self.limits))) for one in self.areas
+            dataclasses.replace(one, shape=joined_with(one.shape, stretches(one.shape, self.limits)))
+            for one in self.areas
         )
 
     @cached_property

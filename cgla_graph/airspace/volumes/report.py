@@ -140,7 +140,7 @@ def _unknown(volumes: Volumes, on: NamedMap | None, zones: Zones | None) -> list
     """Return why it is not known that the contingency volume touches no other areas."""
     has_areas = on is not None and on.problem.no_fly is not None
     if not has_areas and zones is None:
-        return ["no zones or no-fly areas are given to hold the contingency volume against"]
+        return ["no zones or no-fly areas to hold the contingency volume against; give zones (--no-fly FILE)"]
     if on is None or zones is not None or not has_areas:
         return []
     x_min, y_min, x_max, y_max = volumes.shapes[1].bounds

@@ -12,6 +12,7 @@ from shapely.geometry import shape
 
 import cgla_graph as cg
 from cgla_graph.model.ground_risk import people_of
+from cgla_graph.plots.check import check_figure
 
 AIRCRAFT = ("--speed", 15, "--dimension", 0.8, "--pitch", 30, "--altitude", 60)
 ENDS = ("--start", "24.02,60.02", "--goal", "24.08,60.03")
@@ -47,7 +48,11 @@ def test_a_path_gets_volumes_and_a_fence(cgla: Call, people: Path, tmp_path: Pat
         assert area.symmetric_difference(same).area < 0.01 * same.area
     (fence,) = flown.fence
     assert areas[0].contains(shapely.Polygon(fence.shapes[0].corners))
-    assert cg.check(flown).is_clean
+    checked = cg.check(flown)
+    assert checked.is_clean
+    # all around the fence is closed, and the risk there is to be seen all the same
+    legend = [text.get_text() for text in check_figure(checked).legends[0].get_texts()]
+    assert legend == ["plan, clean", "start", "goal", "the plan's fence"]
     assert next(iter(cg.read_zones(tmp_path / "mine.kml"))).label == "ground risk buffer"
     below = found["people"]["operational_volume"]["people_per_km2"]
     assert below == pytest.approx(2.5 * 60 * 50 / 5.5797 / 5.5707, rel=0.05)
@@ -100,7 +105,7 @@ def test_zones_beside_and_above_the_path_are_touched(cgla: Call, people: Path, t
         "check", plan, "--zones", zones, "--max-speed", 15, "--dimension", 0.8, "--pitch", 30, "--no-certificate"
     )
     assert call.code == 1
-    assert "verdict    clean" in call.out
+    assert "verdict    clean without its contingency volume; for that, see airspace" in call.out
     assert "touches 1 closed area: LOW" in call.out
 
 
@@ -112,6 +117,12 @@ def test_anybodys_plan_gets_volumes(cgla: Call, people: Path, tmp_path: Path) ->
     found = call.document()["volumes"]
     assert found["people"]["intrinsic_ground_risk_class"]["value"] == 4
     assert str(target) in call.document()["files"]
+    # exit code 1 has a reason, and a remedy
+    call = cgla(*words, "--max-speed", 15, "--dimension", 0.8, "--pitch", 30, "--out", tmp_path)
+    assert call.code == 1
+    assert "clean without its contingency volume" in call.out
+    assert "give zones (--no-fly FILE)" in call.out
+    assert call.out.count("written to") == 1
     assert len(cg.read_zones(target).zones) == 3
 
 
