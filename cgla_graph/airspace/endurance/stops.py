@@ -14,10 +14,7 @@ from cgla_graph.model.earth import geodesic_steps
 _ON_GROUND: Final = {"touch-down", "landing"}
 #: Why climbs are not known, in messages.
 NO_ALTITUDE: Final = "climb and descent: the altitude above the ground is not known; give --altitude M, above home"
-TERRAIN: Final = (
-    "climbs on the way: its altitude is above the ground, which rises and falls; one above home or the sea "
-    "makes them known (--above)"
-)
+TERRAIN: Final = "climbs on the way: above the ground, which rises and falls; an altitude above home makes them known"
 
 
 @dataclass(frozen=True)
