@@ -97,7 +97,7 @@ class MapTerrain:
 
     def require_above(self, name: str, typed: Point, place: Point) -> None:
         """
-        Check that a start or goal is not in the closed area.
+        Check that a start, goal or place to visit is not in the closed area.
 
         Raises
         ------

@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+import shapely
 
 from cgla_graph._text import counted, figure, percent, shown
 from cgla_graph._types import FloatArray
+from cgla_graph.airspace.terrain.area import NAME as TERRAIN
 from cgla_graph.comparisons.cli.options import BudgetOptions, FlyableOptions, TourOptions
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
@@ -18,6 +20,7 @@ from cgla_graph.model.earth import degrees_of
 from cgla_graph.scenarios.loading import AREAS, holds_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around
 from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.scenarios.terrain_tables import MapTerrain
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.trade_off.tour import ORDERS, Order, Tour, tour
 
@@ -105,7 +108,8 @@ def read_touring(
     Raises
     ------
     CglaError
-        If a place or the order is malformed, there is an order without places, or an option that tours do not have.
+        If a place or the order is malformed, a place is in closed terrain, there is an order without places, or an
+        option that tours do not have.
 
     Examples
     --------
@@ -128,7 +132,14 @@ def read_touring(
         given = next(name for name, value in vars(budget).items() if value is not None)
         msg = f"--via with --{given.replace('_', '-')}: budgets are those of paths between two ends; leave one out"
         raise CglaError(msg)
-    return Touring(np.array([_on_map(text, scenario, open_from) for text in options.via]), order)
+    places = np.array([_on_map(text, scenario, open_from) for text in options.via])
+    if scenario.terrain is not None:
+        # (says that the flight is too low there; the tour knows of a no-fly area only)
+        closed = shapely.union_all([shape for name, shape in scenario.areas if name == TERRAIN])
+        terrain = MapTerrain(scenario.terrain, closed, "the map")
+        for number, (text, (x, y)) in enumerate(zip(options.via, places.tolist(), strict=True), start=1):
+            terrain.require_above(f"place {number}", _place(text), (x, y))
+    return Touring(places, order)
 
 
 def bounds_around(options: TourOptions, scenario: Scenario, specs: Sequence[str]) -> str | None:

@@ -87,6 +87,10 @@ def test_a_plan_above_ground_gets_waypoints_within_a_tolerance(cgla: Call, tmp_p
         ((*flights("sea"), "--terrain-tolerance", "5", "--export", "a.plan"), "is of plans above ground"),
         ((*flights("ground"), "--terrain-tolerance", "0", "--export", "a.plan"), "tolerance is 0"),
         (("plan", "map.toml", *QUICK, "--altitude", "9", "--above", "ground", "--ground", "hill.asc"), "fly higher"),
+        (
+            (*flights("sea"), "--via", "24.03,60.01"),
+            "place 1 (24.03, 60.01) is in the terrain of the map: a flight at 80",
+        ),
         ((*flights("sea"), "--altitudes", "60,80"), "--altitudes and --altitude are both given"),
         (("plan", "map.toml", "--altitudes", "60,80"), "no zones and no elevations"),
         (("plan", "map.toml", "--altitudes", "60,high"), "give numbers of metres"),
