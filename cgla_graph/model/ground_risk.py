@@ -59,9 +59,7 @@ def ground_risk(
     model = FailureModel(failures_per_hour, speed, lethal_area, fatality)
     if unit is not None and people.unit is None:
         # (the scale of a raster without a unit is part of the people)
-        nodata = None if people.nodata is None else people.nodata * people.scale
-        settings = {**people.settings, "unit": unit, "scale": 1.0, "nodata": nodata}
-        people = RasterRisk(people.values * people.scale, people.bounds, **settings)
+        people = people.times(people.scale, unit=unit, scale=1.0)
     if unit is not None and unit != people.unit:
         msg = f"unit is {shown(unit)}, but the raster has {people.unit}; leave out unit"
         raise ProblemError(msg)

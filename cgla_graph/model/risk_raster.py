@@ -80,6 +80,10 @@ class RasterRisk:
         a `projection` is on that plane.
     covers
         What the raster is known of, and half a cell more, if that is not the same as its bounds; None for all of them.
+        Beyond it, nothing is known; on cells without data inside of it, `nodata` is what is known.
+    peaks
+        Shape of `values`: of a raster laid on another grid, the greatest value that each cell meets, where its own is
+        an average. Limits of the density hold for these. None: the values.
 
     Raises
     ------
@@ -109,6 +113,7 @@ class RasterRisk:
     failures: FailureModel | None
     system: CoordinateSystem | None
     covers: BaseGeometry | None
+    peaks: FloatArray | None
 
     def __init__(
         self,
@@ -123,6 +128,7 @@ class RasterRisk:
         failures: FailureModel | None = None,
         system: CoordinateSystem | None = None,
         covers: BaseGeometry | None = None,
+        peaks: ArrayLike | None = None,
     ) -> None:
         """Check everything, and keep a copy of the values."""
         for name, chosen, allowed in (
@@ -150,6 +156,7 @@ class RasterRisk:
             "failures": failures,
             "system": system,
             "covers": covers,
+            "peaks": None if peaks is None else _checked_peaks(peaks, given),
         }.items():
             object.__setattr__(self, name, one)
         if not self.greatest <= GREATEST:
@@ -236,11 +243,11 @@ class RasterRisk:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the arguments: the read-only cells are made again."""
-        return partial(RasterRisk, **self.settings), (self.values, self.bounds)
+        return partial(RasterRisk, **self.settings, peaks=self.peaks), (self.values, self.bounds)
 
     @property
     def settings(self) -> dict[str, Any]:
-        """The arguments other than values and bounds."""
+        """The arguments other than values, peaks and bounds."""
         names = ("interpolation", "origin", "scale", "nodata", "unit", "failures", "system", "covers")
         return {name: getattr(self, name) for name in names}
 
@@ -258,12 +265,21 @@ class RasterRisk:
         known = self.unit if self.unit not in PER_KM2 else self.factor / PER_KM2[self.unit]
         told = (self.bounds, self.interpolation, self.cells.shape, known, self.failures)
         settings = repr(told).encode()
-        return hashlib.sha256(settings + np.ascontiguousarray(self.cells).tobytes()).digest()
+        most = b"" if self.peaks is None else self.highest.tobytes()
+        return hashlib.sha256(settings + np.ascontiguousarray(self.cells).tobytes() + most).digest()
 
     @cached_property
     def cells(self) -> FloatArray:
         """Risk per unit length of each cell, shape ``(rows, columns)``, row 0 at ``y_min``; read-only."""
-        filled = np.where(self.missing, 0.0 if self.nodata is None else self.nodata, self.values) * self.factor
+        return self._laid(self.values)
+
+    @cached_property
+    def highest(self) -> FloatArray:
+        """The greatest risk per unit length that each cell meets (`peaks`), in the shape of `cells`; read-only."""
+        return self.cells if self.peaks is None else self._laid(self.peaks)
+
+    def _laid(self, values: FloatArray) -> FloatArray:
+        filled = np.where(self.missing, 0.0 if self.nodata is None else self.nodata, values) * self.factor
         cells: FloatArray = np.ascontiguousarray(filled[::-1] if self.origin == "upper" else filled)
         cells.flags.writeable = False
         return cells
@@ -283,9 +299,21 @@ class RasterRisk:
         per_km2 = PER_KM2[self.unit]
         if per_km2 == self.factor == 1.0:
             return self
-        nodata = None if self.nodata is None else self.nodata * per_km2
-        settings = {**self.settings, "scale": 1.0, "nodata": nodata, "unit": "people/km2", "failures": None}
-        return RasterRisk(self.values * per_km2, self.bounds, **settings)
+        return self.times(per_km2, scale=1.0, unit="people/km2", failures=None)
+
+    def times(self, factor: float, **changes: Any) -> "RasterRisk":  # noqa: ANN401 - of settings
+        """
+        Return a raster whose values are multiplied by a factor, with other `settings`.
+
+        Examples
+        --------
+        >>> RasterRisk([[2.0]], bounds=(0, 0, 1, 1)).times(3.0, unit="people/km2").values.tolist()
+        [[6.0]]
+        """
+        nodata = None if self.nodata is None else self.nodata * factor
+        peaks = None if self.peaks is None else self.peaks * factor
+        settings = {**self.settings, "nodata": nodata, "peaks": peaks, **changes}
+        return RasterRisk(self.values * factor, self.bounds, **settings)
 
     @property
     def missing(self) -> BoolArray:
@@ -352,7 +380,7 @@ class RasterRisk:
         x_min, y_min, _, _ = self.bounds
         (width, height), (rows, columns) = self.cell_size, self.values.shape
         x, y = x_min + np.arange(columns + 1) * width, y_min + np.arange(rows + 1) * height
-        area = shapely.union_all(cell_strips(self.cells > level, x, y))
+        area = shapely.union_all(cell_strips(self.highest > level, x, y))
         # a polygon around the circle, not inside it
         reach /= math.cos(math.pi / (4.0 * ROUND))
         # (a buffer far below the rounding of the coordinates comes back empty)
@@ -372,8 +400,7 @@ class RasterRisk:
         >>> RasterRisk([[2.0]], bounds=(0, 0, 1, 1)).scaled(3.0).greatest
         6.0
         """
-        settings = {**self.settings, "scale": self.scale * positive_number("factor", factor)}
-        return RasterRisk(self.values, self.bounds, **settings)
+        return self.times(1.0, scale=self.scale * positive_number("factor", factor))
 
     def flown_over_by(self, model: FailureModel) -> "RasterRisk":
         """
@@ -406,7 +433,7 @@ class RasterRisk:
         if wrong:
             msg = f"a raster cannot become the risk of failures: {wrong}"
             raise ProblemError(msg)
-        return RasterRisk(self.values, self.bounds, **{**self.settings, "failures": model})
+        return self.times(1.0, failures=model)
 
     def header(self, offset: int) -> list[float]:
         """Return the header for kernels (`risk_raster_kernels`); the values begin at `offset`."""
@@ -471,7 +498,8 @@ def laid_out(
     if nodata is None and np.isnan(laid.values).any():
         # (all of these are outside of the file)
         nodata = 0.0
-    return RasterRisk(laid.values, laid.bounds, nodata=nodata, unit=unit, covers=laid.outline, **settings)
+    settings |= {"nodata": nodata, "unit": unit, "covers": laid.outline, "peaks": laid.peaks}
+    return RasterRisk(laid.values, laid.bounds, **settings)
 
 
 def raster_array(rasters: Sequence[RasterRisk]) -> FloatArray:
@@ -527,6 +555,16 @@ def _checked(values: ArrayLike, remedy: str | None) -> FloatArray:
             f"{int(wrong.sum())} values of the raster are no risk, the first is {given[row, column]:g} in row {row}, "
             f"column {column}; give finite values of at least 0, and NaN where there are no data"
         )
+        raise ProblemError(msg)
+    given.flags.writeable = False
+    return given
+
+
+def _checked_peaks(peaks: ArrayLike, values: FloatArray) -> FloatArray:
+    """Check the peaks of a raster, which are at least its values, and return a read-only copy."""
+    given = number_array("the raster's peaks", peaks, masked=np.nan).copy()
+    if given.shape != values.shape or not np.array_equal(np.isnan(given), np.isnan(values)) or (given < values).any():
+        msg = "the raster's peaks are not at least its values, cell by cell; correct them, or leave them out"
         raise ProblemError(msg)
     given.flags.writeable = False
     return given

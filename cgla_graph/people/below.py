@@ -14,6 +14,7 @@ from cgla_graph.errors import ProblemError
 from cgla_graph.model.failure_model import SQUARE_KILOMETRE
 from cgla_graph.model.ground_risk import people_layers, people_of
 from cgla_graph.model.problem import Problem, problem_wanted
+from cgla_graph.model.rasters.projection import areas_on_ground
 from cgla_graph.model.risk_raster import RasterRisk
 
 #: Cells whose distance from a path is measured at a time, the densest first.
@@ -94,7 +95,7 @@ def density_limit(problem: Problem, level: float) -> DensityLimit:
     2000: is it in another unit?'
     """
     layers, unit = limited_layers(problem)
-    values = np.concatenate([layer.cells[_shares(layer, problem.bounds) > 0.0] for layer in layers])
+    values = np.concatenate([layer.highest[_shares(layer, problem.bounds) > 0.0] for layer in layers])
     above = values[values > 0.0]
     return DensityLimit(level, unit, float(above.min(initial=math.inf)), float(above.max(initial=0.0)))
 
@@ -170,13 +171,16 @@ def people_on(layer: RasterRisk, bounds: Bounds) -> float:
     """
     Return the people within bounds, map units, which are metres, of a layer in people per km2.
 
+    On the plane of a coordinate reference system, areas are those on the ground.
+
     Examples
     --------
     >>> people_on(RasterRisk([[100.0, 0.0]], (0, 0, 2000, 1000), unit="people/km2"), (500, 0, 2000, 1000))
     50.0
     """
-    width, height = layer.cell_size
-    return float((layer.cells * _shares(layer, bounds)).sum()) * width * height / SQUARE_KILOMETRE
+    areas = areas_on_ground(layer.bounds, layer.cells.shape, layer.system)
+    upright = areas if isinstance(areas, float) else areas[::-1]
+    return float((layer.cells * _shares(layer, bounds) * upright).sum()) / SQUARE_KILOMETRE
 
 
 def _shares(layer: RasterRisk, bounds: Bounds) -> FloatArray:
@@ -214,8 +218,8 @@ def greatest_below(layer: RasterRisk, path: FloatArray, *, corridor: float = 0.0
     (1.0, 5.0)
     """
     reach = 0.5 * corridor
-    rows, columns = np.nonzero(_near(layer, path, reach) & (layer.cells > 0.0))
-    values = layer.cells[rows, columns]
+    rows, columns = np.nonzero(_near(layer, path, reach) & (layer.highest > 0.0))
+    values = layer.highest[rows, columns]
     order = np.argsort(-values, kind="stable")
     x_min, y_min, _, _ = layer.bounds
     width, height = layer.cell_size

@@ -116,7 +116,7 @@ def _past_the_rim(raster: RasterRisk, problem: Problem) -> RasterRisk:
     (width, height), (left, right), (below, above) = raster.cell_size, *more
     x_min, y_min, x_max, y_max = raster.bounds
     bounds = x_min - left * width, y_min - below * height, x_max + right * width, y_max + above * height
-    return RasterRisk(np.pad(raster.cells, (more[1], more[0]), mode="edge"), bounds, origin="lower")
+    return RasterRisk(np.pad(raster.highest, (more[1], more[0]), mode="edge"), bounds, origin="lower")
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,7 +216,7 @@ def _point(
 def _spread(problem: Problem, count: int, point: Callable[[float], DensityPoint]) -> Iterator[DensityPoint]:
     """Find the least limit with a path by halving, then points up to where there is no limit."""
     layers, _ = limited_layers(problem)
-    every = np.unique(np.concatenate([layer.cells.ravel() for layer in layers]))
+    every = np.unique(np.concatenate([layer.highest.ravel() for layer in layers]))
     known = {len(every) - 1: point(float(every[-1]))}
     low, high = -1, len(every) - 1
     while high - low > 1 and known[high].solution.status.has_path:

@@ -21,7 +21,7 @@ from cgla_graph.model.rasters.crs import CoordinateSystem, CrsPlane, RasterWarni
 from cgla_graph.model.rasters.reading import read_place
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk
-from cgla_graph.people.below import length_outside
+from cgla_graph.people.below import greatest_below, length_outside, people_on
 
 #: Systems for the whole Earth, whose metres are metres nowhere or only in places.
 WORLD = (
@@ -232,3 +232,41 @@ def test_the_note_says_how_far_lengths_are_off() -> None:
     )
     assert plane.stretch(0.0) == 1.0
     assert Scale.over(plane.system, box).greatest == pytest.approx(0.999605, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("crs", "half"),
+    [("EPSG:4326", 50e3), ("EPSG:3857", 100e3), ("EPSG:3395", 100e3), ("ESRI:54009", 50e3), ("EPSG:32635", 50e3)],
+)
+def test_no_crowd_is_averaged_away(crs: str, half: float, tmp_path: Path) -> None:
+    """A limit of density holds for every cell of the file below a path, whatever grid it is laid on."""
+    rng = np.random.default_rng(5)
+    file, _ = laid_at(tmp_path / "a.tif", crs, 27.0, 60.0, half=half, n=100)
+    crowds = np.where(rng.random((100, 100)) < 0.03, rng.uniform(1e3, 9e3, (100, 100)), 1.0)
+    with pytest.importorskip("rasterio").open(file, "r+") as opened:
+        opened.write(crowds, 1)
+        west, south, east, north = opened.bounds
+    around = LocalProjection(27.0, 60.0)
+    layer = quietly(file, projection=around, unit="people/km2").people
+    assert layer is not None
+    there = pyproj.Transformer.from_crs("EPSG:4326", crs, always_xy=True)
+    for _ in range(20):
+        path = rng.uniform(-22e3, 22e3, (2, 2))
+        degrees = around.inverse(path[0] + np.linspace(0.0, 1.0, 4001)[:, None] * (path[1] - path[0]))
+        x, y = there.transform(degrees[:, 0], degrees[:, 1])
+        columns, rows = 100.0 * (x - west) / (east - west), 100.0 * (north - y) / (north - south)
+        # (a cell that is crossed by less than about a 20th of its side is not told from one that is touched)
+        deep = np.minimum(np.abs(columns - np.round(columns)), np.abs(rows - np.round(rows))) > 0.1
+        met = crowds[np.floor(rows).astype(int), np.floor(columns).astype(int)][deep].max()
+        assert greatest_below(layer, path) >= met * (1.0 - 1e-9)
+    assert layer.highest.max() == pytest.approx(crowds.max(), rel=2e-3)
+
+
+@pytest.mark.parametrize("crs", ["EPSG:2154", "EPSG:5041", "EPSG:32718", "EPSG:5880", "EPSG:5070"])
+def test_people_on_a_plane_are_those_of_the_file(crs: str, tmp_path: Path) -> None:
+    """A plane may stretch areas by almost 1 %, and counts are divided by those on the ground."""
+    place = {"EPSG:2154": (3.0, 42.0), "EPSG:5041": (30.0, 85.0), "EPSG:5070": (-96.0, 40.0)}.get(crs, (-72.0, -33.0))
+    file, _ = laid_at(tmp_path / "a.tif", crs, *(place if crs != "EPSG:5880" else (-47.0, -15.0)))
+    layer = quietly(file, kind="count").people
+    assert layer is not None
+    assert people_on(layer, layer.bounds) == pytest.approx(smooth(24).sum(), rel=1e-6)

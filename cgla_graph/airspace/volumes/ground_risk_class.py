@@ -101,7 +101,7 @@ def density_under(area: BaseGeometry, people: RasterRisk | None, *, without_data
         return Density(math.nan, "there is no layer of people")
     boxes, touched = _touched(area, people)
     missing = (people.missing[::-1] if people.origin == "upper" else people.missing) & touched
-    known = people.cells[touched & ~missing]
+    known = people.highest[touched & ~missing]
     greatest = float(known.max()) if known.size else math.nan
     outside = not shapely.box(*people.bounds).covers(area)
     if people.covers is not None and not outside:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._text import at_most_percent, cut, shown
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph._validate import point_array
+from cgla_graph._validate import number_array, point_array
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.earth import GEODESIC_ERROR, LocalProjection, geodesic_length, wrapped
 
@@ -127,11 +127,11 @@ class CoordinateSystem:
 
     def lonlat(self, points: ArrayLike) -> FloatArray:
         """Return longitudes, -180 to 180, and latitudes of points, shape ``(n, 2)``; NaN where there is no place."""
-        return _moved(_shift(self.wkt, self.area), np.asarray(points, dtype=np.float64), inverse=False)
+        return _moved(_shift(self.wkt, self.area), number_array("points", points), inverse=False)
 
     def points(self, lonlat: ArrayLike) -> FloatArray:
         """Return the coordinates of longitudes and latitudes, shape ``(n, 2)``; NaN where there are none."""
-        return _moved(_shift(self.wkt, self.area), np.asarray(lonlat, dtype=np.float64), inverse=True)
+        return _moved(_shift(self.wkt, self.area), number_array("lonlat", lonlat), inverse=True)
 
     def degrees_around(self, bounds: Bounds) -> Bounds | None:
         """

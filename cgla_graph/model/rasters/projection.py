@@ -10,11 +10,11 @@ import numpy as np
 import shapely
 
 from cgla_graph._text import shown
-from cgla_graph._types import Bounds, FloatArray
+from cgla_graph._types import BoolArray, Bounds, FloatArray
 from cgla_graph._validate import non_negative_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.earth import LocalProjection, wrapped
-from cgla_graph.model.rasters.crs import scales
+from cgla_graph.model.rasters.crs import CoordinateSystem, scales
 from cgla_graph.model.rasters.place import Kind, fail, warp
 from cgla_graph.model.rasters.reading import RasterCells
 
@@ -28,6 +28,9 @@ CHUNK, MOST_SINGLE = 2_000_000, 20_000_000
 ASKEW, FINER = 0.02, 4.0
 #: Part of a cell by which an interpolated place may be off.
 PART = 0.02
+#: Where the corners of a cell are looked at, in parts of its sides: a cell that it meets by less is not told from one
+#: that it touches.
+CORNERS = np.array([0.05, 0.95])
 
 Places: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
@@ -44,11 +47,14 @@ class Laid(NamedTuple):
         The outer edges of the outer cells, map units.
     outline
         What the file covers, if that is less than the bounds; else None.
+    peaks
+        On a new grid, the greatest density of the file's cells that each cell meets, NaN as in `values`; else None.
     """
 
     values: FloatArray
     bounds: Bounds
     outline: shapely.Polygon | None = None
+    peaks: FloatArray | None = None
 
 
 def cells_in_metres(
@@ -97,7 +103,9 @@ def cells_in_metres(
     if cells.coordinates == "plane":
         if projection is not None:
             fail(file, "a projection is for longitudes and latitudes, and this raster is on a plane", "leave it out")
-        return Laid(cells.values if kind == "density" else filled / _areas_on_ground(cells), cells.bounds)
+        if kind == "density":
+            return Laid(cells.values, cells.bounds)
+        return Laid(filled / areas_on_ground(cells.bounds, filled.shape, cells.system), cells.bounds)
     if projection is None:
         west, south, east, north = cells.degrees
         middle = wrapped(np.array([0.5 * (west + east)]))
@@ -106,19 +114,26 @@ def cells_in_metres(
     return laid.projected(most)
 
 
-def _areas_on_ground(cells: RasterCells) -> FloatArray | float:
-    """Return the area of each cell of a raster on a plane, on the ground where its system says that."""
+def areas_on_ground(bounds: Bounds, shape: tuple[int, ...], system: CoordinateSystem | None) -> FloatArray | float:
+    """
+    Return the area of each cell of a raster on a plane, on the ground where its system says that, row 0 in the north.
+
+    Examples
+    --------
+    >>> areas_on_ground((0.0, 0.0, 20.0, 30.0), (3, 2), None)
+    100.0
+    """
     from scipy.interpolate import RectBivariateSpline  # noqa: PLC0415 - slow to import
 
-    x_min, y_min, x_max, y_max = cells.bounds
-    rows, columns = cells.values.shape
+    x_min, y_min, x_max, y_max = bounds
+    rows, columns = shape
     width, height = (x_max - x_min) / columns, (y_max - y_min) / rows
     area: float = width * height
-    if cells.system is None:
+    if system is None:
         return area
     x, y = np.linspace(x_min, x_max, NODES), np.linspace(y_min, y_max, NODES)
     nodes = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    ratios = RectBivariateSpline(x, y, scales(cells.system, nodes).prod(axis=1).reshape(NODES, NODES))
+    ratios = RectBivariateSpline(x, y, scales(system, nodes).prod(axis=1).reshape(NODES, NODES))
     across, up = x_min + width * (np.arange(columns) + 0.5), y_min + height * (np.arange(rows) + 0.5)
     areas: FloatArray = area / np.asarray(ratios(across, up), dtype=np.float64).T[::-1]
     return areas
@@ -167,14 +182,14 @@ class _Source:
             shrink = math.sqrt(across * up / most)
             across, up = max(1, int(across / shrink)), max(1, int(up / shrink))
         box = (x_min, y_min, x_max, y_max)
-        laid = self._sampled(densities, box, (up, across))
+        laid, peaks = self._sampled(densities, box, (up, across))
         found = float(np.nansum(laid)) * (x_max - x_min) / across * ((y_max - y_min) / up)
         if total > 0.0 and found <= 0.0:
             fail(file, "its cells are too narrow to be seen on a grid of metres", "cut out the part that matters")
         laid *= total / found if found > 0.0 else 1.0
         around = np.concatenate([metres[:, 0], metres[-1, 1:], metres[-2::-1, -1], metres[0, -2:0:-1]])
         # (chords of a bent edge cut a little off)
-        return Laid(laid, box, shapely.Polygon(around).buffer(0.5 * min(wide, high)))
+        return Laid(laid, box, shapely.Polygon(around).buffer(0.5 * min(wide, high)), np.fmax(laid, peaks))
 
     def _cell(self) -> tuple[float, float]:
         """Return width and height of the cells on the plane: the file's, or smaller ones where these lie askew."""
@@ -214,14 +229,14 @@ class _Source:
             total += float(np.nansum(part if self.kind == "count" else part * areas))
         return densities, total
 
-    def _sampled(self, densities: FloatArray, box: Bounds, shape: tuple[int, int]) -> FloatArray:
+    def _sampled(self, densities: FloatArray, box: Bounds, shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
         """
-        Return the mean over sub-points of each cell, row 0 in the north; outside the source it is 0.
+        Return mean and greatest value over sub-points of each cell, row 0 in the north; outside the source they are 0.
 
-        NaN counts as 0; a cell over NaN alone is NaN, and so is one of a raster that lies askew outside of it.
+        NaN counts as 0; a cell over NaN alone is NaN, and so is one of a raster that lies askew outside of it. A cell
+        of the source that is as wide as one on the plane meets this one at one of its corners, so that no cell is
+        missed among the greatest.
         """
-        x_min, y_min, x_max, y_max = self.cells.bounds
-        rows, columns = densities.shape
         left, low, right, high = box
         up, across = shape
         places, is_fast = self._places(box)
@@ -229,29 +244,46 @@ class _Source:
         if not is_fast:
             fine = min(fine, int(math.sqrt(MOST_SINGLE / (across * up))))
             if fine < 1:
-                wrong = f"on its {rows} x {columns} cells, {getattr(self.cells.system, 'name', '')} bends too much"
+                size = " x ".join(map(str, densities.shape))
+                wrong = f"on its {size} cells, {getattr(self.cells.system, 'name', '')} bends too much"
                 fail(self.cells.file, wrong, warp(self.cells.file, self.kind))
-        sub_x = left + (np.arange(across * fine, dtype=np.float64) + 0.5) * ((right - left) / (across * fine))
-        sub_y = high - (np.arange(up * fine, dtype=np.float64) + 0.5) * ((high - low) / (up * fine))
-        turn = 360.0 if self.cells.system is None else math.inf
-        laid = np.empty(shape)
+        wide, tall = (right - left) / across, (high - low) / up
+        laid, peaks = np.empty(shape), np.empty(shape)
         band = max(1, CHUNK // (across * fine * fine))
+
+        def blocks_of(first: int, last: int, parts: FloatArray) -> tuple[FloatArray, BoolArray]:
+            """Return the values at points of each cell, and which are inside, shape ``(rows, n, columns, n)``."""
+            x = left + wide * (np.arange(across)[:, None] + parts).ravel()
+            y = high - tall * (np.arange(first, last)[:, None] + parts).ravel()
+            blocks, inside = self._at(densities, *places(x, y))
+            size = (last - first, len(parts), across, len(parts))
+            return blocks.reshape(size), inside.reshape(size)
+
         for first in range(0, up, band):
             last = min(first + band, up)
-            x, y = places(sub_x, sub_y[first * fine : last * fine])
-            beyond = (x - x_min) % turn if math.isfinite(turn) else x - x_min
-            with np.errstate(invalid="ignore"):
-                column = np.floor(beyond * (columns / (x_max - x_min)))
-                row = np.floor((y_max - y) * (rows / (y_max - y_min)))
-                inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
-            at = np.where(inside, row, 0).astype(np.int64), np.where(inside, column, 0).astype(np.int64)
-            blocks = np.where(inside, densities[at], 0.0).reshape(last - first, fine, across, fine)
+            blocks, inside = blocks_of(first, last, (np.arange(fine) + 0.5) / fine)
             gone = np.isnan(blocks)
-            laid[first:last] = np.where(gone, 0.0, blocks).mean(axis=(1, 3))
+            filled = np.where(gone, 0.0, blocks)
+            laid[first:last] = filled.mean(axis=(1, 3))
+            corners = np.nan_to_num(blocks_of(first, last, CORNERS)[0])
+            peaks[first:last] = np.maximum(filled.max(axis=(1, 3)), corners.max(axis=(1, 3)))
             if self.cells.system is not None:
-                gone |= ~inside.reshape(blocks.shape)
-            laid[first:last][gone.all(axis=(1, 3))] = np.nan
-        return laid
+                gone |= ~inside
+            for found in (laid, peaks):
+                found[first:last][gone.all(axis=(1, 3))] = np.nan
+        return laid, peaks
+
+    def _at(self, densities: FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return the values at places in the coordinates of the file, 0 outside, and which are inside."""
+        x_min, y_min, x_max, y_max = self.cells.bounds
+        rows, columns = densities.shape
+        beyond = x - x_min if self.cells.system is not None else (x - x_min) % 360.0
+        with np.errstate(invalid="ignore"):
+            column = np.floor(beyond * (columns / (x_max - x_min)))
+            row = np.floor((y_max - y) * (rows / (y_max - y_min)))
+            inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+        at = np.where(inside, row, 0).astype(np.int64), np.where(inside, column, 0).astype(np.int64)
+        return np.where(inside, densities[at], 0.0), np.asarray(inside)
 
     def _places(self, box: Bounds) -> tuple[Places, bool]:
         """Return the function from rows and columns of metres to coordinates of the file, and whether it is fast."""
