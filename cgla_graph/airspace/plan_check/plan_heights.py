@@ -12,6 +12,7 @@ from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference
 from cgla_graph.airspace.flight_plans.profile import Heights, Profile, profile_of
 from cgla_graph.airspace.flight_plans.simultaneous_areas import WHOLE, Shares
+from cgla_graph.airspace.terrain.straight import StraightLeg, straight_leg
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.heights import REFERENCES, ROUNDING, Range, height_offset
 from cgla_graph.airspace.zones.zone import Limits
@@ -23,6 +24,7 @@ _WORDS: Final = {"HOME": "above home", "AGL": "above ground", "AMSL": "above the
 #: Parts into which a leg over an elevation raster is divided, at most; each spans two cells or more.
 _MOST_PARTS: Final = 64
 _HALF_TURN: Final = 180.0
+_NO_GROUND: Final = "flown straight, it is above ground that is not known (a raster that has data there would do)"
 #: Entries of the table of areas that legs of a kind may meet, at most.
 _MOST_TABLE: Final = 20_000_000
 #: Reasons for which notes are given, at most.
@@ -35,8 +37,9 @@ class PlanHeights:
     Comparison of the heights of a plan with those of areas.
 
     Heights with the same reference are compared directly. Others are converted to heights above the sea, with the
-    height of home and the least and greatest elevation of the raster around a part of a leg. An area whose limits
-    cannot be compared counts at all heights, with a note.
+    height of home and the least and greatest elevation of the raster around a part of a leg. Legs above ground with
+    known elevations are compared twice: following the ground, and straight from waypoint to waypoint. An area whose
+    limits cannot be compared counts at all heights, with a note.
 
     Parameters
     ----------
@@ -75,6 +78,7 @@ class PlanHeights:
         self.home = self._home()
         self._seen: dict[tuple[Heights, Limits], Shares | None] = {}
         self._met: dict[Heights | None, BoolArray] = {}
+        self._straight: dict[int, StraightLeg] = {}
 
     def _home(self) -> Range | None:
         """Return the least and the greatest height of home above the sea, by the plan and by the raster."""
@@ -163,7 +167,42 @@ class PlanHeights:
 
     def on_leg(self, leg: int, area: int) -> Shares:
         """Return the parts of a leg on which the aircraft may be at the height of an area."""
-        return self._shares(self.profile.legs[leg], area, self._ends(leg), leg)
+        heights, limits = self.profile.legs[leg], self.limits[area]
+        found = self._shares(heights, area, self._ends(leg), leg)
+        if limits is None or not limits.bounded or found == WHOLE or not self._may_be_straight(heights):
+            return found
+        return _union([*found, *self._straight_parts(heights, limits, area, leg)])
+
+    def _may_be_straight(self, heights: Heights) -> bool:
+        """Return whether a leg is above ground whose elevations are known, so that its straight line counts as well."""
+        return heights.reference == "ground" and self.ground is not None
+
+    def _straight_parts(self, heights: Heights, limits: Limits, area: int, leg: int) -> list[Range]:
+        """Return where it is within limits if it flies straight, as an autopilot without elevations does."""
+        assert self.ground is not None  # noqa: S101 - for the type checker
+        if leg not in self._straight:
+            places = [one for one in self.stops[leg : leg + 2] if one]
+            reach = max((self.plan.waypoints[one - 1].reach for one in places), default=0.0)
+            self._straight[leg] = straight_leg(self._ends(leg), self.projection, self.ground, reach)
+        line = self._straight[leg]
+        counts = np.ones(len(line.shares), dtype=bool)
+        beyond = self.vertical_clearance + ROUNDING
+        for limit, sign in limits.bounded:
+            ends = heights.high if sign > 0.0 else heights.low
+            more: Range | None = (0.0, 0.0)
+            if limit.reference == "AGL":
+                low, high = line.above_ground(ends)
+            else:
+                low, high = line.above_sea(ends)
+                more = height_offset("AMSL", limit.reference, None, self.home)
+            if more is None:
+                self._note(self._why_not_compared(heights, limits), leg, area)
+                continue
+            flown = high + more[1] if sign > 0.0 else low + more[0]
+            if not (np.isfinite(flown) | math.isinf(ends[0])).all():
+                self._note(_NO_GROUND, leg, area)
+            counts &= sign * (flown - limit.metres) + beyond >= 0.0
+        return line.parts(counts)
 
     def at_place(self, place: int, area: int) -> bool:
         """Return whether it may be at the height of an area where it climbs, descends or circles at a place."""
@@ -200,7 +239,7 @@ class PlanHeights:
 
     def _may_meet(self, heights: Heights, limits: Limits | None) -> bool:
         """Return whether the heights of a leg and of an area may overlap, without using elevations."""
-        if limits is None or heights.reference is None:
+        if limits is None or heights.reference is None or self._may_be_straight(heights):
             return True
         return self._within(heights, limits, None, (0.0, 1.0))[0] is not None
 
@@ -255,7 +294,16 @@ class PlanHeights:
         limits = self.limits[area]
         heights = self.profile.places[number] if is_place else self.profile.legs[number]
         heights = heights or self.profile.legs[min(number, len(self.profile.legs) - 1)]
-        return "" if limits is None or not limits.bounded else f"at {_range_text(heights)}, of {limits}"
+        if limits is None or not limits.bounded:
+            return ""
+        straight = ""
+        if (
+            not is_place
+            and self._may_be_straight(heights)
+            and not self._shares(heights, area, self._ends(number), number)
+        ):
+            straight = " at its ends and straight between them"
+        return f"at {_range_text(heights)}{straight}, of {limits}"
 
     def notes(self) -> list[str]:
         """Return why areas count at all heights, and on which legs."""
@@ -267,6 +315,17 @@ class PlanHeights:
             areas = "all areas" if -1 in numbers else counted(len(numbers), "area")
             found.append(f"leg {next(iter(legs)) + 1}{more}: {areas} on it taken as closed at all heights: {why}")
         return found
+
+
+def _union(parts: Sequence[Range]) -> Shares:
+    """Return the union of parts of a leg."""
+    found: list[Range] = []
+    for first, last in sorted(parts):
+        if found and first <= found[-1][1]:
+            found[-1] = (found[-1][0], max(last, found[-1][1]))
+        else:
+            found.append((first, last))
+    return tuple(found)
 
 
 def _nonnegative_part(first: float, last: float) -> Range | None:
