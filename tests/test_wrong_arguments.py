@@ -15,6 +15,7 @@ import scipy.sparse
 import shapely
 
 import cgla_graph as cg
+from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.errors import CglaError, ProblemError, SolverFaultError
 from cgla_graph.model.solver import Traits
 from cgla_graph.solvers.checks import check_solver
@@ -39,6 +40,8 @@ STRAIGHT = PROBLEM.judge(cg.Solution(cg.Status.FOUND, path=np.array([(0.1, 0.1),
 MATRIX = cg.cost_matrix(GRAPH, "c")
 LATTICE = cg.Lattice(3, bounds=(0, 0, 1, 1))
 PLAN = cg.FlightPlan.along([(24.0, 60.0), (24.1, 60.0)], altitude=80)
+ABOVE_GROUND = cg.FlightPlan.along([(24.1, 60.1), (24.2, 60.1)], altitude=80, reference="ground")
+GROUND = Ground(np.zeros((9, 9)), (24.0, 60.0, 25.0, 61.0))
 UAV = cg.Uav("u", (0.1, 0.1), (0.9, 0.9), 0.2, step=0.05)
 
 #: What beginners give, and what fuzzers give.
@@ -188,6 +191,19 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         cg.VolumeSettings,
         {"speed": 9.0, "dimension": 1.0, "pitch": 30.0, "roll": None, "width": None, "gnss_error": 3.0,
          "reaction_time": 1.0, "buffer": "1:1", "contingency_width": None},
+    ),
+    "best_altitude": (
+        cg.best_altitude,
+        {"open_at": lambda _: PROBLEM, "altitudes": [60.0], "solver": "straight-line", "tolerance": None},
+    ),
+    "read_ground": (cg.read_ground, {"path": "no.tif"}),
+    "terrain_area": (
+        cg.terrain_area,
+        {"ground": GROUND, "altitude": 80.0, "box": (24.0, 60.0, 25.0, 61.0), "clearance": 30.0, "homes": None,
+         "map_box": None},
+    ),
+    "follow_terrain": (
+        cg.follow_terrain, {"plan": ABOVE_GROUND, "ground": GROUND, "tolerance": 10.0, "clearance": 30.0},
     ),
     "FlightPlan": (
         cg.FlightPlan, {"waypoints": PLAN.waypoints, "home": None, "name": "", "coordinates": "lonlat"},

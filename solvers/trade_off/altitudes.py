@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from cgla_graph._progress import waiting
 from cgla_graph._text import ShortRepr, json_number, listed
-from cgla_graph._validate import number_array
+from cgla_graph._validate import kind_of, number_array
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import TOLERANCE, Solution, Status
@@ -175,6 +175,10 @@ def best_altitude(
     >>> found.best.altitude, round(found.lower_bound, 2), [round(one.solution.cost, 2) for one in found.paths]
     (100.0, 9.0, [9.94, 9.0])
     """
+    for name, one in (("open_at", open_at), ("find", find)):
+        if not callable(one) and (name == "open_at" or one is not None):
+            msg = f"{name} is {kind_of(one)}; give a function"
+            raise ProblemError(msg)
     chosen = list(dict.fromkeys(number_array("altitudes", altitudes).ravel().tolist()))
     if not 0 < len(chosen) <= MOST_ALTITUDES or not all(map(math.isfinite, chosen)):
         msg = f"altitudes has {len(chosen)} values; give 1 to {MOST_ALTITUDES} finite numbers of metres"
@@ -201,6 +205,9 @@ def _opened(open_at: Callable[[float], Scenario | Problem], altitude: float) -> 
         return as_scenario(open_at(altitude), "map")
     except (ProblemError, ScenarioError) as error:
         return error
+    except TypeError as error:
+        msg = f"open_at({altitude:g}) fails: {error}; give a function that takes metres and returns a map"
+        raise ProblemError(msg) from error
 
 
 def _at(altitude: float, opened: Scenario | CglaError, found_on: Callable[[Scenario], Solution]) -> AtAltitude:

@@ -9,9 +9,9 @@ import shapely
 
 from cgla_graph._text import counted
 from cgla_graph._types import Bounds, Point
-from cgla_graph._validate import non_negative_number
+from cgla_graph._validate import four_numbers, instance, items, non_negative_number, point
 from cgla_graph.airspace.terrain.surface import Surface
-from cgla_graph.airspace.zones.ground import Ground
+from cgla_graph.airspace.zones.ground import GROUND_WANTED, Ground
 from cgla_graph.airspace.zones.heights import Altitude, Range, height_offset
 from cgla_graph.airspace.zones.shapes import AreaShape
 from cgla_graph.errors import ProblemError
@@ -191,6 +191,9 @@ def terrain_area(
     >>> area.shape.bounds, area.closed
     ((8.0, 49.0, 11.0, 50.0), 3)
     """
+    instance("ground", ground, Ground, GROUND_WANTED)
+    box, map_box = four_numbers("box", box), None if map_box is None else four_numbers("map_box", map_box)
+    homes = None if homes is None else [point("a home", home) for home in items("homes", homes, "points in degrees")]
     least, is_default = clearance_of(clearance), clearance is None
     if altitude is None:
         return TerrainArea(None, least, is_default, ground=ground)

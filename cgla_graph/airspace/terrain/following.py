@@ -14,7 +14,7 @@ from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Wa
 from cgla_graph.airspace.terrain.along import elevations_along
 from cgla_graph.airspace.terrain.area import clearance_of
 from cgla_graph.airspace.terrain.surface import Pieces, Surface, box_of_places, pieces_of
-from cgla_graph.airspace.zones.ground import Ground
+from cgla_graph.airspace.zones.ground import GROUND_WANTED, Ground
 from cgla_graph.errors import PlanError, ProblemError
 from cgla_graph.model.earth import DIGITS, LocalProjection
 
@@ -97,6 +97,8 @@ def follow_terrain(
     (3, [24.005, 24.025, 24.035, 24.045, 24.065, 24.065])
     """
     instance("plan", plan, FlightPlan, "a FlightPlan, as FlightPlan.along(lonlat, altitude=80, reference='ground')")
+    instance("plan", plan, FlightPlan, "a plan, as cg.read_plan or FlightPlan.along makes it")
+    instance("ground", ground, Ground, GROUND_WANTED)
     most = TERRAIN_TOLERANCE if tolerance is None else positive_number("tolerance", tolerance)
     least, height = clearance_of(clearance), _height(plan)
     if height < least:

@@ -110,6 +110,10 @@ class Ground:
         return (east - west) / columns, (north - south) / rows
 
 
+#: What functions of elevations take.
+GROUND_WANTED = "elevations, as cg.read_ground(file) reads them"
+
+
 def read_ground(path: str | os.PathLike[str]) -> Ground:
     """
     Read elevations from a raster in longitude and latitude: a GeoTIFF in EPSG:4326, or ``.asc``.

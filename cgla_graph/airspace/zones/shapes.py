@@ -335,7 +335,7 @@ def short(value: object) -> str:
     if isinstance(value, float) and not math.isfinite(value):
         return "a number that is not finite"
     try:
-        text = repr(value)
+        text = " ".join(repr(value).split())
     except ValueError:
         # (raised for integers of more than 4300 digits)
         return "a number of thousands of digits"
