@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, FloatArray
+from cgla_graph._validate import number_array
 from cgla_graph.airspace.zones.rings import directed_rings, enclosed_parts
 from cgla_graph.errors import CglaError, FileFormatError, ProblemError
 from cgla_graph.model.earth import FARTHEST, LocalProjection, project_area, project_on_map, require_degrees, wrapped
@@ -222,5 +223,5 @@ def as_flat(points: ArrayLike) -> list[float]:
     >>> as_flat([[0, 1], [2, 3]])
     [0.0, 1.0, 2.0, 3.0]
     """
-    found: list[float] = np.asarray(points, dtype=np.float64).ravel().tolist()
+    found: list[float] = number_array("points", points).ravel().tolist()
     return found

@@ -7,16 +7,18 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, TypeVar, get_args
 
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import choice
 from cgla_graph.errors import StudyError
-from cgla_graph.isolation.process import WorkerProcess
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.solvers import own
+
+if TYPE_CHECKING:
+    from cgla_graph.isolation.process import WorkerProcess
 
 Better: TypeAlias = Literal["less", "more"]
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
@@ -194,7 +196,9 @@ def forgotten(path: FloatArray, problem: Problem) -> float:
 
 
 @cache
-def _worker() -> WorkerProcess:
+def _worker() -> "WorkerProcess":
+    from cgla_graph.isolation.process import WorkerProcess  # noqa: PLC0415 - slow to import, and rarely needed
+
     return WorkerProcess([__name__])
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from cgla_graph._progress import showing
 from cgla_graph._text import counted, json_number, listed
 from cgla_graph._types import FloatArray, IntArray, Point
-from cgla_graph._validate import choice, instance, point_array
+from cgla_graph._validate import choice, instance, number_array, point_array
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.lattice import Lattice
@@ -149,7 +149,8 @@ def tour(
     if not problem.field.is_proper:
         msg = "the risk has peaks above 1, so that a leg may cost less than nothing; give peaks of at most 1"
         raise ProblemError(msg)
-    points = point_array("places", places) if np.size(np.asarray(places, dtype=object)) else np.empty((0, 2))
+    points = number_array("places", places)
+    points = point_array("places", points) if points.size else np.empty((0, 2))
     if points.ndim != 2:  # noqa: PLR2004 - a list of points
         msg = f"places has the shape {points.shape}; give a row a place, shape (n, 2)"
         raise ProblemError(msg)

@@ -24,6 +24,7 @@ from cgla_graph.errors import GraphError
 from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.networkx_backend import functions
 from cgla_graph.networkx_backend.description import FUNCTIONS
+from cgla_graph.testing import strategies as drawn
 
 Network = nx.Graph  # of any kind
 
@@ -37,7 +38,7 @@ def _quiet_about_the_cache() -> Iterator[None]:
 @st.composite
 def networks(draw: st.DrawFn) -> Network:
     """Draw graphs of every kind whose weights add up without rounding; on some edges they are missing."""
-    graph = draw(sts.networks())
+    graph = draw(drawn.networks())
     for _, _, data in graph.edges(data=True):
         if math.isinf(data["weight"]):
             del data["weight"]
@@ -51,10 +52,10 @@ def geometric_graphs(draw: st.DrawFn) -> cg.GeometricGraph:
     """Draw graphs held as a dense matrix, as a sparse one, or not at all."""
     kind = draw(st.sampled_from(["dense", "sparse", "implicit", "weighed", "eight"]))
     if kind in {"dense", "sparse"}:
-        dense = cg.GeometricGraph.from_matrix(draw(sts.whole_weights(low=0)))
+        dense = cg.GeometricGraph.from_matrix(draw(drawn.whole_weights(low=0)))
         return dense if kind == "dense" else cg.GeometricGraph.from_sparse(dense.to_csgraph(), directed=dense.directed)
-    lattice = draw(sts.lattices(max_side=5, unit=True))
-    field, k, area = draw(sts.fields()), draw(sts.risk_weights), draw(sts.polygons(1))
+    lattice = draw(drawn.lattices(max_side=5, unit=True))
+    field, k, area = draw(drawn.fields()), draw(drawn.risk_weights), draw(drawn.polygons(1))
     if kind == "eight":
         return cg.GeometricGraph.eight_connected(lattice, field, k, no_fly=area)
     graph = cg.GeometricGraph.complete(lattice, field, k, no_fly=area, extra=draw(sts.off_lattice_points()))

@@ -8,7 +8,6 @@ import pickle
 import numpy as np
 import pytest
 import shapely
-import strategies
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import examples, few
@@ -17,6 +16,7 @@ import cgla_graph as cg
 from cgla_graph.errors import ProblemError
 from cgla_graph.people.below import DensityLimitWarning, density_limit, greatest_below, people_on
 from cgla_graph.people.units import fatality_factor, risk_unit
+from cgla_graph.testing import strategies as drawn
 
 BOUNDS = (0.0, 0.0, 6000.0, 4000.0)
 AIRCRAFT = {"failures_per_hour": 1e-3, "speed": 20.0, "lethal_area": 6.5, "fatality": 0.5}
@@ -33,7 +33,7 @@ def problem_on(*rasters: cg.RasterRisk, k: float = 0.0) -> cg.Problem:
 
 
 @few
-@given(seed=strategies.seeds, factor=st.floats(1e-6, 1e6), how=st.sampled_from(["bilinear", "nearest"]))
+@given(seed=drawn.seeds, factor=st.floats(1e-6, 1e6), how=st.sampled_from(["bilinear", "nearest"]))
 def test_fatalities_do_not_depend_on_the_scale_of_the_risk(seed: int, factor: float, how: str) -> None:
     people = town(seed, interpolation=how)
     problem = problem_on(cg.ground_risk(people, **AIRCRAFT))
@@ -55,7 +55,7 @@ def test_fatalities_do_not_depend_on_the_scale_of_the_risk(seed: int, factor: fl
 
 
 @few
-@given(seed=strategies.seeds, corridor=st.sampled_from([0.0, 150.0, 900.0]), points=st.integers(1, 4))
+@given(seed=drawn.seeds, corridor=st.sampled_from([0.0, 150.0, 900.0]), points=st.integers(1, 4))
 def test_the_greatest_density_is_that_of_shapely(seed: int, corridor: float, points: int) -> None:
     people, rng = town(seed), np.random.default_rng(seed + 1)
     path = rng.uniform((-500, -500), (6500, 4500), (points, 2))
@@ -87,7 +87,7 @@ def test_a_path_along_an_edge_is_below_no_cell() -> None:
     assert greatest_below(wall, np.array([(0.5, 0.1), (0.5, 0.9)]), corridor=1.0) == 1.0
 
 
-@given(seed=strategies.seeds, low=st.floats(-2000, 5000), width=st.floats(100, 9000))
+@given(seed=drawn.seeds, low=st.floats(-2000, 5000), width=st.floats(100, 9000))
 @few
 def test_people_on_a_part_of_the_map(seed: int, low: float, width: float) -> None:
     people = town(seed)
@@ -100,7 +100,7 @@ def test_people_on_a_part_of_the_map(seed: int, low: float, width: float) -> Non
 
 
 @pytest.mark.slow
-@given(seed=strategies.seeds, k=st.sampled_from([1e7, 1e9, 1e11]), target=st.sampled_from([1e-7, 1e-6, 1e-5]))
+@given(seed=drawn.seeds, k=st.sampled_from([1e7, 1e9, 1e11]), target=st.sampled_from([1e-7, 1e-6, 1e-5]))
 @examples(6)
 def test_what_is_proven_of_other_paths_holds(seed: int, k: float, target: float) -> None:
     problem = problem_on(cg.ground_risk(town(seed), **AIRCRAFT), k=k)

@@ -7,12 +7,12 @@ from typing import TypeAlias
 
 import numpy as np
 import shapely
-from hypothesis import HealthCheck, assume, settings
+from hypothesis import HealthCheck, reject, settings
 from hypothesis import strategies as st
 
 from cgla_graph._types import FloatArray, Point
+from cgla_graph.errors import ProblemError
 from cgla_graph.model.cost_model import CostModel
-from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
@@ -158,8 +158,12 @@ def lattice_problems(draw: st.DrawFn) -> Problem:
     halves = st.integers(0, 8).map(lambda i: i / 2)
     end = st.tuples(halves, halves) | st.tuples(*[st.floats(0.0, 4.0)] * 2)
     start, goal = draw(end), draw(end)
-    assume(not NoFlyArea(no_fly).contains([start, goal]).any())
-    return Problem(start, goal, field, draw(risk_weights), (0.0, 0.0, 4.0, 4.0), no_fly)
+    k = draw(risk_weights)
+    try:
+        return Problem(start, goal, field, k, (0.0, 0.0, 4.0, 4.0), no_fly)
+    except ProblemError:
+        # (an end is inside an area, or between one and the border of the map)
+        reject()
 
 
 # Models of cost, and other ones that they change into

@@ -22,6 +22,7 @@ from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers.grid.eight_direction import EightDirection
 from cgla_graph.solvers.grid.lazy_theta_star import LazyThetaStar
 from cgla_graph.solvers.grid.theta_kernels import neighbours, squeezes
+from cgla_graph.testing import strategies as drawn
 
 SIDE = 4.0
 BOUNDS = (0.0, 0.0, SIDE, SIDE)
@@ -48,7 +49,7 @@ def test_between_the_complete_lattice_and_eight_directions(
 
 
 @own.usual
-@given(own.polygons(), st.data())
+@given(drawn.polygons(), st.data())
 def test_without_risk_no_path_is_shorter_than_the_shortest_among_polygons(
     no_fly: shapely.MultiPolygon, data: st.DataObject
 ) -> None:
@@ -75,7 +76,7 @@ def test_without_risk_no_path_is_shorter_than_the_shortest_among_polygons(
 def grids(draw: st.DrawFn) -> BoolArray:
     """Draw which cells of a small map are free, shape ``(ny, nx)``."""
     shape = draw(st.integers(2, 8)), draw(st.integers(2, 8))
-    rng = np.random.default_rng(draw(own.seeds))
+    rng = np.random.default_rng(draw(drawn.seeds))
     return np.asarray(rng.random(shape) >= draw(st.sampled_from([0.1, 0.3, 0.5])))
 
 

@@ -37,6 +37,7 @@ from cgla_graph.solvers.grid.value_iteration import (
     least_target_reward,
     value_iteration,
 )
+from cgla_graph.testing import strategies as drawn
 
 ONE = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.5, 0.5, spread=0.1)]), k=10.0)
 #: Behind this threat, a circle in the open is worth more than the goal.
@@ -284,7 +285,7 @@ def learnt(process: DecisionProcess, **settings: Any) -> tuple[FloatArray, tuple
     st.sampled_from([1.0, 0.9, 0.0]),
     st.tuples(*[st.sampled_from([0.0, 0.3, 1.0])] * 2),
     st.integers(1, 40),
-    own.seeds,
+    drawn.seeds,
 )
 def test_the_loop_is_that_of_plain_python(
     process: DecisionProcess, alpha: float, gamma: float, epsilon: tuple[float, float], episodes: int, seed: int
@@ -328,7 +329,7 @@ def test_the_loop_is_that_of_plain_python(
 
 
 @own.few
-@given(processes(), st.sampled_from([1.0, 0.3, 0.0]), discounts | st.just(1.0), st.integers(1, 300), own.seeds)
+@given(processes(), st.sampled_from([1.0, 0.3, 0.0]), discounts | st.just(1.0), st.integers(1, 300), drawn.seeds)
 def test_values_stay_on_the_side_of_the_exact_ones_where_they_began(
     process: DecisionProcess, alpha: float, gamma: float, episodes: int, seed: int
 ) -> None:
@@ -348,7 +349,7 @@ def test_values_stay_on_the_side_of_the_exact_ones_where_they_began(
 
 
 @own.few
-@given(problems, resolutions, st.integers(1, 300), own.seeds)
+@given(problems, resolutions, st.integers(1, 300), drawn.seeds)
 def test_best_moves_never_circle_among_values_above_the_first(
     problem: cg.Problem, resolution: int | tuple[int, int], episodes: int, seed: int
 ) -> None:
@@ -368,7 +369,7 @@ def test_best_moves_never_circle_among_values_above_the_first(
 
 
 @own.few
-@given(processes(), discounts, own.seeds)
+@given(processes(), discounts, drawn.seeds)
 def test_the_learner_learns_what_value_iteration_knows(process: DecisionProcess, gamma: float, seed: int) -> None:
     """With random moves only, all values are learnt; at rate 1 up to the rounding, at others ever closer."""
     assume(within_reach(process))

@@ -20,6 +20,7 @@ from cgla_graph.solvers.reactive import cpvs_style
 from cgla_graph.solvers.reactive.cpvs_style import BLOCKED, HYSTERESIS, CpvsStyle, SubgoalMemory
 from cgla_graph.solvers.reactive.fbcri_style import FbcriStyle
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
+from cgla_graph.testing import strategies as drawn
 
 WALL = shapely.box(0.49, 0.2, 0.51, 1.0)
 
@@ -59,7 +60,7 @@ def reference(problem: cg.Problem, here: Point, aim: Point, *, onward: bool = Fa
 
 
 @own.fast
-@given(own.seeds, st.integers(0, 8), own.points, own.points, own.risk_weights, st.booleans())
+@given(drawn.seeds, st.integers(0, 8), drawn.points, drawn.points, drawn.risk_weights, st.booleans())
 def test_the_sub_goal_is_the_best_of_all(
     seed: int, threats: int, here: Point, aim: Point, k: float, onward: bool
 ) -> None:
@@ -144,7 +145,7 @@ def test_the_queue_is_left_where_what_comes_after_is_clear() -> None:
 
 
 @own.few
-@given(own.seeds)
+@given(drawn.seeds)
 def test_without_anything_in_the_way_it_is_fbcri(seed: int) -> None:
     # no threat of these, nor four of them together, makes a way blocked
     field = random_scenario(seed, threats=4, peak=(0.05, 0.08)).problem.field

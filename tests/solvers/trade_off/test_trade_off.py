@@ -24,6 +24,7 @@ from cgla_graph.solvers.trade_off.label_search import constrained_path
 from cgla_graph.solvers.trade_off.pareto import Front, lower_hull
 from cgla_graph.solvers.trade_off.plan_within import PlanWithin
 from cgla_graph.solvers.trade_off.reweighing import Reweighed
+from cgla_graph.testing import strategies as drawn
 
 #: Up to rounding of line integrals on maps of unit size.
 NEAR = 1e-9
@@ -33,12 +34,12 @@ NEAR = 1e-9
 def maps(draw: st.DrawFn, *, walls: bool = True) -> cg.Problem:
     """Draw a map of the unit square, with a thin wall on some, its ends in opposite corners of any lattice."""
     # threats fainter than the error of line integrals would decide between paths by chance
-    field = cg.RiskField([threat for threat in draw(own.fields(1, 3)).threats if threat.peak > 1e-6])
+    field = cg.RiskField([threat for threat in draw(drawn.fields(1, 3)).threats if threat.peak > 1e-6])
     no_fly = None
     if walls and draw(st.booleans()):
         low = draw(st.sampled_from([0.0, 0.3]))
         no_fly = shapely.box(0.4, low, 0.42, low + 0.65)
-    return cg.Problem((0.0, 0.0), (1.0, 1.0), field, draw(own.risk_weights), no_fly=no_fly)
+    return cg.Problem((0.0, 0.0), (1.0, 1.0), field, draw(drawn.risk_weights), no_fly=no_fly)
 
 
 @functools.cache
@@ -602,12 +603,12 @@ def test_what_a_solver_claims_under_one_weight_is_not_held_against_it_under_anot
 
 @pytest.mark.slow
 @own.fast
-@given(own.weight_matrices(max_nodes=7), st.data())
+@given(drawn.weight_matrices(max_nodes=7), st.data())
 def test_constrained_paths_against_all_paths(matrix: FloatArray, data: st.DataObject) -> None:
     weights = np.minimum(matrix, matrix.T)
     n = len(weights)
     assume(n > 1)
-    rng = np.random.default_rng(data.draw(own.seeds))
+    rng = np.random.default_rng(data.draw(drawn.seeds))
     uses = rng.integers(0, 4, (n, n)).astype(float)
     uses += uses.T
     sums = [
