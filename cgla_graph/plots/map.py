@@ -20,6 +20,7 @@ from cgla_graph._text import at_most, rounded_down
 from cgla_graph._text import figure as digits
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.model.problem import Problem
+from cgla_graph.people.units import risk_unit
 from cgla_graph.plots.looks import LabelledPath, others_label
 from cgla_graph.plots.page import (
     Key,
@@ -119,6 +120,8 @@ def numbers_table(problem: Problem, paths: Sequence[LabelledPath], bound: float)
         table.append([])
         what = "no tour" if any(len(one.places) for one in rows) else "no path"
         table.append([f"{what} costs less than {rounded_down(bound * scale, 5)}{unit}"])
+    if of_risk := risk_unit(problem.field):
+        table += [[], [f"risk in {of_risk}"]]
     return table
 
 

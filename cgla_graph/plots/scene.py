@@ -161,8 +161,9 @@ def draw_risk(
     )
     if heavy:
         bar.minorticks_off()
-    label = f"{density_text(problem.field)}{', colours by its cube root' if heavy else ''}"
-    bar.set_label(label, labelpad=2.0 if wide else 8.0)
+    # (beside a map that is not high, one line would be longer than the bar)
+    label = [density_text(problem.field), *(["colours by its cube root"] if heavy else [])]
+    bar.set_label((", " if wide else ",\n").join(label), labelpad=2.0 if wide else 8.0)
     return bar
 
 

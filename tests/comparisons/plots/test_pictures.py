@@ -38,11 +38,12 @@ from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.plots import map as maps
-from cgla_graph.plots.looks import GREY
+from cgla_graph.plots.looks import GREY, LabelledPath
 from cgla_graph.plots.map import one_line
 from cgla_graph.plots.pictures import save
 from cgla_graph.plots.scene import TitledProblem, risk_colours
 from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.solvers.solving import solve
 
 START, GOAL = (0.1, 0.1), (0.9, 0.9)
 WHITE = pytest.approx([255] * 3, abs=1)
@@ -756,6 +757,13 @@ def test_a_raster_is_drawn_with_its_scale_and_what_it_lacks(interpolation: str) 
     assert any(patch.get_hatch() == "...." for patch in figure.axes[0].patches)
 
 
+def test_the_table_says_the_unit_of_a_raster_s_risk() -> None:
+    problem = scenario(field=people(unit="people/m2")).problem
+    straight = LabelledPath("straight", solve(problem, "straight-line"))
+    assert maps.numbers_table(problem, [straight], 0.5)[-1] == ["risk in people/m2 x m"]
+    assert len(maps.numbers_table(scenario().problem, [straight], 0.5)) == 4
+
+
 def test_cells_without_data_are_hatched_where_they_are() -> None:
     figure = map_figure(scenario(field=people(origin="lower")), [])
     (gone,) = [patch for patch in figure.axes[0].patches if patch.get_hatch() == "...."]
@@ -771,4 +779,4 @@ def test_one_hot_cell_does_not_drown_the_others() -> None:
     (image,) = figure.axes[0].images
     assert image.get_array().max() == 1000.0
     assert image.norm(1.0) == pytest.approx(0.1)
-    assert figure.axes[1].get_ylabel() == "risk per unit length, colours by its cube root"
+    assert figure.axes[1].get_ylabel() == "risk per unit length,\ncolours by its cube root"
