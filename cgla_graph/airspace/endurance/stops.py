@@ -9,6 +9,7 @@ import numpy as np
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import positive_number
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Waypoint
+from cgla_graph.airspace.flight_plans.vehicles import FIXED_WING
 from cgla_graph.model.earth import geodesic_steps
 
 _ON_GROUND: Final = {"touch-down", "landing"}
@@ -148,8 +149,13 @@ class _Reader:
         self.unknown: list[str] = []
 
     def climbs(self, steps: FloatArray) -> FloatArray:
-        """Return the climb on each step; the climb to the first place and those of touch-downs are added up apart."""
-        plan = self.plan
+        """
+        Return the climb on each step; the climb to the first place and those of touch-downs are added up apart.
+
+        An aircraft that hovers climbs above home before it leaves, and descends above its landing, which takes longer
+        than to climb on the way, as a fixed wing does.
+        """
+        plan, hovers = self.plan, self.plan.vehicle != FIXED_WING
         from_ground = plan.home is not None or plan.waypoints[0].role == "take-off"
         before: Waypoint | None = None
         found = []
@@ -164,6 +170,10 @@ class _Reader:
                     self.unknown.append("the climb to its first waypoint: the plan has no take-off")
             else:
                 climb = self._change(before, one, step, name)
+            if step > 0.0 and hovers and (before is None or one.role == "landing"):
+                self.up += max(climb, 0.0)
+                self.down += max(-climb, 0.0)
+                climb = 0.0
             if index < lone:
                 self.up += max(climb, 0.0)
             else:

@@ -70,14 +70,16 @@ def test_a_plan_is_summed_up_as_by_hand() -> None:
         for one, other in (((24.0, 60.0), (24.0, 60.05)), ((24.0, 60.05), (24.1, 60.05)), ((24.1, 60.05), (24.1, 60.0)))
     )
     found = cg.flight_time(KNOWN, **DRONE)
-    # 80 m up; 30 m up on the way at 9 m/s; 110 m down on the last leg
-    by_hand = 80 / 3 + first / 12 + 30 + second / 9 + 2 * 2 * math.pi * 100 / 9 + third / 12
+    # 80 m up; 30 m up on the way at 9 m/s; 110 m down above the landing
+    by_hand = 80 / 3 + first / 12 + 30 + second / 9 + 2 * 2 * math.pi * 100 / 9 + third / 12 + 110 / 2
     assert found.seconds == pytest.approx(by_hand, rel=1e-9)
     assert found.energy == pytest.approx(300 * by_hand / 3600)
     assert (found.unknown, len(found.legs)) == ((), 3)
-    # a climb that takes longer than the way
-    steep = cg.flight_time(KNOWN, **{**DRONE, "descent_rate": 0.1})
-    assert steep.seconds == pytest.approx(by_hand - third / 12 + 110 / 0.1)
+    # a descent of a fixed wing, on the last leg, that takes longer than the way
+    plane = dataclasses.replace(KNOWN, vehicle=1)
+    assert cg.flight_time(plane, **DRONE).seconds == pytest.approx(by_hand - 110 / 2)
+    steep = cg.flight_time(plane, **{**DRONE, "descent_rate": 0.1})
+    assert steep.seconds == pytest.approx(by_hand - 110 / 2 - third / 12 + 110 / 0.1)
 
 
 @usual
@@ -298,3 +300,16 @@ def test_any_plan_has_a_time_or_a_reason(
     more = cg.flight_time(plan, **{**drone, "battery": 2.0 * battery})
     assert found.within_battery is not True or more.within_battery is True
     assert cg.flight_time(plan, **{**drone, "wind": (0.0, 0.0)}).is_possible
+
+
+@pytest.mark.parametrize(("vehicle", "apart"), [(None, True), (2, True), (22, True), (1, False)])
+def test_aircraft_that_hover_climb_at_home_and_descend_above_it(vehicle: int | None, apart: bool) -> None:
+    """As a return to home does: up, straight, and then down."""
+    home = Home(24.0, 60.0)
+    out = Waypoint(24.0, 60.01, 60.0, role="take-off")
+    back = Waypoint(24.0, 60.0, 0.0, role="landing")
+    plan = FlightPlan((out, back), home, vehicle=vehicle)
+    level = cg.flight_time(plan, speed=15, climb_rate=1e4, descent_rate=1e4)
+    found = cg.flight_time(plan, speed=15, climb_rate=3, descent_rate=2)
+    assert found.seconds == pytest.approx(level.seconds + (20.0 + 30.0) * apart, abs=0.05)
+    assert found.climbing == pytest.approx(50.0 * apart, abs=0.05)
