@@ -2,6 +2,9 @@
 
 from typing import get_args
 
+import numpy as np
+import shapely
+
 from cgla_graph._text import shown
 from cgla_graph._validate import instance, is_one_of, positive_number
 from cgla_graph.errors import ProblemError
@@ -108,11 +111,39 @@ def people_layers(problem: Problem) -> list[RasterRisk]:
     layers: dict[object, RasterRisk] = {}
     for layer in (raster.people for raster in problem.field.rasters if raster.people is not None):
         grid = layer.bounds, layer.cells.shape, layer.interpolation
-        if grid in layers:
-            cells = layers[grid].cells + layer.cells
-            layer = RasterRisk(cells, layer.bounds, **{**layer.settings, "origin": "lower", "nodata": None})  # noqa: PLW2901
-        layers[grid] = layer
+        layers[grid] = _sum(layers[grid], layer) if grid in layers else layer
     return list(layers.values())
+
+
+def _sum(one: RasterRisk, other: RasterRisk) -> RasterRisk:
+    """Return the people of two layers on the same cells; what one of them does not know is not known of the sum."""
+    gone = np.logical_and(
+        *(layer.missing[::-1] if layer.origin == "upper" else layer.missing for layer in (one, other))
+    )
+    cells, highest = (
+        np.where(gone, np.nan, a + b) for a, b in ((one.cells, other.cells), (one.highest, other.highest))
+    )
+    areas = [layer.covers for layer in (one, other) if layer.covers is not None]
+    settings = {
+        **other.settings,
+        "origin": "lower",
+        "nodata": (one.nodata or 0.0) + (other.nodata or 0.0) if gone.any() else None,
+        "covers": shapely.intersection_all(areas) if areas else None,
+        "peaks": None if one.peaks is other.peaks is None else np.fmax(cells, highest),
+    }
+    return RasterRisk(cells, one.bounds, **settings)
+
+
+def filled_text(value: float | None) -> str:
+    """
+    Say what cells without data count as, people per km2; empty for None.
+
+    Examples
+    --------
+    >>> filled_text(0.0)
+    '; cells without data count as 0'
+    """
+    return "" if value is None else f"; cells without data count as {value:g}"
 
 
 def risk_weight(*, prevented_fatality: float, metre: float) -> float:

@@ -41,6 +41,8 @@ Origin: TypeAlias = Literal["upper", "lower"]
 MOST_CELLS = 20_000_000
 #: Greatest density; beyond it, sums with lengths lose all digits of the lengths.
 GREATEST = 1e100
+#: Half a cell, less what rounding may take.
+NEARLY_HALF = 0.5 - 1e-6
 #: Corners of a quarter of a circle.
 ROUND = 64
 
@@ -319,6 +321,25 @@ class RasterRisk:
     def missing(self) -> BoolArray:
         """Which of the values are NaN, shape ``(rows, columns)``, as they were given."""
         return np.isnan(self.values)
+
+    @cached_property
+    def known(self) -> BaseGeometry:
+        """The area of which the raster says something: `covers` without the half cell more, or its bounds."""
+        if self.covers is None:
+            return shapely.box(*self.bounds)
+        return self.covers.buffer(-NEARLY_HALF * min(self.cell_size), join_style="mitre")
+
+    @cached_property
+    def filled(self) -> BoolArray:
+        """Which cells have no data and count as `nodata`, in the shape of `cells`: none beyond what is `known`."""
+        gone = np.ascontiguousarray(self.missing[::-1] if self.origin == "upper" else self.missing)
+        if self.covers is None or not gone.any():
+            return gone
+        (width, height), (rows, columns) = self.cell_size, np.nonzero(gone)
+        gone[rows, columns] = shapely.contains_xy(
+            self.known, self.bounds[0] + (columns + 0.5) * width, self.bounds[1] + (rows + 0.5) * height
+        )
+        return gone
 
     @property
     def cell_size(self) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from cgla_graph._validate import instance, non_negative_number, point_array, pos
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.earth import EDGE_METRES
 from cgla_graph.model.failure_model import SECONDS_AN_HOUR, FailureModel
-from cgla_graph.model.ground_risk import people_layers
+from cgla_graph.model.ground_risk import filled_text, people_layers
 from cgla_graph.model.problem import Problem, problem_wanted
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.solution import Solution
@@ -146,7 +146,7 @@ class Exposure(ShortRepr):
         width = f"the corridor, {self.corridor:g} m wide" if self.corridor > 0.0 else "the path"
         limit = "" if self.limit is None else f", limit {self.limit.level:g}"
         below = f"up to {self.greatest:.4g} {self.density_unit} under {width}{limit}"
-        below += "" if self.filled is None else f"; cells without data count as {self.filled:g}"
+        below += filled_text(self.filled)
         known = math.isfinite(self.people)
         lines = {
             "people": f"{self.people:,.0f} on the map; {below}" if known else "",
@@ -293,13 +293,14 @@ def exposure(
         return found
     people = people_layers(problem)
     layers, density_unit = held_against(problem)
+    filled = [one.nodata or 0.0 for raster in held.rasters if (one := raster.people) and one.filled.any()]
     densities = [greatest_below(layer, places, corridor=width) for layer in layers]
     return dataclasses.replace(
         _proven(found, problem, bound),
         people=sum((people_on(layer, problem.bounds) for layer in people), 0.0) if people else math.nan,
         greatest=float(sum(densities) if overlap(layers) else max(densities)),
         density_unit=density_unit,
-        filled=max((layer.nodata or 0.0 for layer in people if layer.missing.any()), default=None),
+        filled=max(filled, default=None),
         # (the bounds of a map in degrees are that much wider than its raster)
         outside=length_outside(layers, places, rim=0.0 if problem.projection is None else 1.5 * EDGE_METRES),
         stretch=problem.stretch(places),

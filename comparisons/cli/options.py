@@ -551,7 +551,7 @@ class VolumeOptions:
     ] = None
     people_without_data: Annotated[
         Number,
-        option("--people-without-data D", "people/km2 where their raster has no data, or ends (default: unknown)"),
+        option("--people-without-data D", "people/km2 beyond their raster, and instead of --nodata (default: unknown)"),
     ] = None
     controlled_ground: Annotated[
         bool, option("--controlled-ground", "all ground under the volumes is controlled: no uninvolved people")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import few
@@ -123,3 +124,23 @@ WRONG: list[tuple[Callable[[], object], str]] = [
 def test_what_makes_no_risk_is_refused(make: Callable[[], object], message: str) -> None:
     with pytest.raises(ProblemError, match=message):
         make()
+
+
+def test_a_sum_of_layers_knows_what_both_know() -> None:
+    """Of people by day and by night, on the same cells: neither data nor the area that is known get more."""
+    gap, half = np.array([[np.nan, np.nan, 4.0, 2.0]]), shapely.box(-500, -500, 2600, 1500)
+    other = np.array([[np.nan, 3.0, np.nan, 2.0]])
+    for turn in (1, -1):
+        given = [(gap, 1.0, half, gap), (other, 5.0, None, other + 10.0)][::turn]
+        layers = [
+            cg.RasterRisk(values, (0, 0, 4000, 1000), unit="people/km2", nodata=nodata, covers=covers, peaks=peaks)
+            for values, nodata, covers, peaks in given
+        ]
+        problem = cg.Problem((100, 500), (3900, 500), cg.RiskField(rasters=layers), bounds=(0, 0, 4000, 1000))
+        both = cg.people_of(problem)
+        assert both is not None
+        assert both.cells.tolist() == [[6.0, 4.0, 9.0, 4.0]]
+        assert both.highest.tolist() == [[6.0, 14.0, 9.0, 14.0]]
+        assert both.filled.tolist() == [[True, False, False, False]]
+        found = cg.exposure(problem, [(100, 500), (3900, 500)], max_density=20)
+        assert (found.filled, found.outside > 0.0, found.meets_limit) == (5.0, True, None)

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from cgla_graph._text import figure
@@ -28,7 +29,7 @@ def footprint_density(
     Parameters
     ----------
     people
-        The raster; each value counts for its whole cell, and those without data as they are filled.
+        The raster; each value counts for its whole cell, and those without data as their `nodata`.
     radius
         Radius of the disc, map units, above 0.
     ahead
@@ -62,6 +63,8 @@ def footprint_density(
     base = 0.0 if fill is None else fill
     upright = people.values[::-1] if people.origin == "upper" else people.values
     values = np.where(np.isnan(upright), 0.0 if people.nodata is None else people.nodata, upright)
+    # (cells beyond what is known)
+    values = np.where(np.isnan(upright) & ~people.filled, base, values)
     most = float(values.max())
     # (rounding must not go beyond the values)
     found = np.clip(_convolved(values - base, weights) + base, min(float(values.min()), base), max(most, base))
@@ -70,7 +73,7 @@ def footprint_density(
         ring = _ring(ahead, people.cell_size)
         found = _greatest_over(np.pad(found, [(one // 2, one // 2) for one in ring.shape], constant_values=base), ring)
         reach = (reach[0] + ring.shape[0] - 1, reach[1] + ring.shape[1] - 1)
-    settings = {**people.settings, "origin": "lower", "nodata": None if fill is not None else most}
+    settings = {**people.settings, "origin": "lower", "nodata": None if fill is not None else most, "covers": None}
     if fill is not None:
         return RasterRisk(found, people.bounds, **settings)
     up, across = reach[0] // 2, reach[1] // 2
@@ -83,7 +86,11 @@ def footprint_density(
         raise ProblemError(msg)
     known = np.full(found.shape, np.nan)
     known[up : rows - up, across : columns - across] = found[up : rows - up, across : columns - across]
-    return RasterRisk(known, people.bounds, **settings)
+    (width, height), (x_min, y_min, x_max, y_max) = people.cell_size, people.bounds
+    box = shapely.box(x_min + across * width, y_min + up * height, x_max - across * width, y_max - up * height)
+    inner = box if people.covers is None else shapely.intersection(box, people.known.buffer(-(radius + ahead)))
+    covers = inner.buffer(0.5 * min(width, height), join_style="mitre")
+    return RasterRisk(known, people.bounds, **{**settings, "covers": covers})
 
 
 def disc_weights(radius: float, cell: tuple[float, float]) -> FloatArray:

@@ -8,8 +8,9 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._text import counted, figure
+from cgla_graph._text import figure
 from cgla_graph._validate import non_negative_number, positive_number
+from cgla_graph.model.ground_risk import filled_text
 from cgla_graph.model.risk_raster import RasterRisk
 
 SORA: Final = "JARUS SORA 2.5, main body, step 2, table 2"
@@ -41,6 +42,8 @@ class Density:
         People per km2, in the cells that the area touches and whose density is known; NaN if there are none.
     unknown
         Why it is not known that nowhere are more; empty if it is known.
+    filled
+        What cells without data below count as, people per km2; None if there are none.
 
     Examples
     --------
@@ -50,6 +53,7 @@ class Density:
 
     greatest: float
     unknown: str = ""
+    filled: float | None = None
 
     @property
     def is_known(self) -> bool:
@@ -59,15 +63,21 @@ class Density:
     def __str__(self) -> str:
         """Return the density with its unit, or why it is not known."""
         known = f"{figure(self.greatest, 4)} people/km2"
+        filled = filled_text(self.filled)
         if self.is_known:
-            return known
-        least = "" if math.isnan(self.greatest) else f" (at least {known})"
+            return f"{known}{f' ({filled[2:]})' if filled else ''}"
+        least = "" if math.isnan(self.greatest) else f" (at least {known}{filled})"
         return f"not known: {self.unknown}{least}"
 
     def document(self) -> dict[str, Any]:
         """Return it as JSON: None where it is not known."""
         least = None if math.isnan(self.greatest) else self.greatest
-        return {"people_per_km2": least if self.is_known else None, "at_least": least, "unknown": self.unknown}
+        return {
+            "people_per_km2": least if self.is_known else None,
+            "at_least": least,
+            "unknown": self.unknown,
+            "without_data": self.filled,
+        }
 
 
 def density_under(area: BaseGeometry, people: RasterRisk | None, *, without_data: float | None = None) -> Density:
@@ -81,7 +91,8 @@ def density_under(area: BaseGeometry, people: RasterRisk | None, *, without_data
     people
         People per km2; None if unknown.
     without_data
-        People per km2 in cells without data and outside of the raster, as 0 over the sea; None if unknown.
+        People per km2 outside of the raster, as 0 over the sea, and in cells without data; None if it is unknown
+        outside, and cells without data count as the `nodata` of the raster, which says what they stand for.
 
     Raises
     ------
@@ -101,21 +112,20 @@ def density_under(area: BaseGeometry, people: RasterRisk | None, *, without_data
         return Density(math.nan, "there is no layer of people")
     boxes, touched = _touched(area, people)
     missing = (people.missing[::-1] if people.origin == "upper" else people.missing) & touched
-    known = people.highest[touched & ~missing]
-    greatest = float(known.max()) if known.size else math.nan
+    filled = people.filled & touched
+    counting = touched & ~missing
+    stands = None
+    if filled.any():
+        stands = fill if fill is not None else people.nodata
+    values = [*people.highest[counting].tolist(), *([] if stands is None else [stands])]
     outside = not shapely.box(*people.bounds).covers(area)
     if people.covers is not None and not outside:
-        # (cells on the edge of the data are averaged with what is not there; `covers` is wider by half a cell)
-        known_area = people.covers.buffer(-0.5 * min(people.cell_size))
-        outside = not (known_area.covers(area) and shapely.covers(known_area, boxes).all())
-    why = []
-    if outside:
-        why.append("a part of the area is outside of the raster of people")
-    if missing.any():
-        why.append(f"{counted(int(missing.sum()), 'cell')} below it {'has' if missing.sum() == 1 else 'have'} no data")
-    if why and fill is not None:
-        return Density(fill if math.isnan(greatest) else max(greatest, fill))
-    return Density(greatest, ", and ".join(why))
+        # (cells on the edge of the data are averaged with what is not there)
+        outside = not (people.known.covers(area) and shapely.covers(people.known, boxes).all())
+    if outside and fill is not None:
+        return Density(max([*values, fill]), filled=stands)
+    why = "a part of the area is outside of the raster of people" if outside else ""
+    return Density(max(values, default=math.nan), why, stands)
 
 
 def _touched(

@@ -138,7 +138,8 @@ class Volumes(Plottable):
         people
             People per km2, on the map of these volumes; None if unknown.
         without_data
-            People per km2 in cells without data and outside of the raster, as 0 over the sea; None if unknown.
+            People per km2 outside of the raster, as 0 over the sea, and in cells without data instead of what they
+            stand for (`nodata`); None if unknown outside.
         controlled
             Whether all of it is a controlled ground area, without people who are not involved.
 

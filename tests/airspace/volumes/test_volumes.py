@@ -330,14 +330,17 @@ def test_density_is_that_of_the_cells_touched(
     upright = cells[::-1] if origin == "upper" else cells
     boxes = [(shapely.box(25 * j, 25 * i, 25 * j + 25, 25 * i + 25), upright[i, j]) for i in range(3) for j in range(4)]
     touched = [value for box, value in boxes if box.intersects(area)]
-    known = [value for value in touched if not math.isnan(value)]
+    stands = [7.0 if math.isnan(value) else value for value in touched]
     found = density_under(area, raster)
     outside = not shapely.box(0, 0, 100, 75).covers(area)
-    assert found.is_known is not (outside or len(known) < len(touched))
-    assert found.greatest == pytest.approx(max(known, default=math.nan), nan_ok=True)
+    has_gaps = any(map(math.isnan, touched))
+    assert (found.is_known, found.filled) == (not outside, 7.0 if has_gaps else None)
+    assert found.greatest == pytest.approx(max(stands, default=math.nan), nan_ok=True)
+    assert ("cells without data count as 7" in str(found)) is has_gaps
     filled = density_under(area, raster, without_data=50.0)
     assert filled.is_known
-    assert filled.greatest == max([*known, *([50.0] if not found.is_known else [])])
+    given = [50.0 if math.isnan(value) else value for value in touched]
+    assert filled.greatest == max([*given, *([50.0] if outside else [])])
 
 
 def test_classes_are_those_of_the_table() -> None:
@@ -366,7 +369,7 @@ def test_unknown_density_is_never_a_class() -> None:
     missing[5, 3] = np.nan
     for people in (
         None,
-        cg.RasterRisk(missing, (-500, -500, 1500, 500), nodata=0.0),
+        cg.RasterRisk(missing, (-500, -500, 1500, 500), nodata=0.0, covers=shapely.box(-500, -500, 900, 500)),
         cg.RasterRisk(np.full((10, 20), 3.0), (-500, -500, 1050, 500)),
     ):
         below = found.people_below(people)

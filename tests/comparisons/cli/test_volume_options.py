@@ -78,9 +78,14 @@ def test_unknown_density_is_no_class_until_it_is_given(cgla: Call, people: Path)
     ends = ("--start", "24.02,60.03", "--goal", "24.08,60.0395")
     words = ("plan", people, "--kind", "count", "--nodata", 0, "--k", 0, *ends, *AIRCRAFT)
     printed = cgla(*words).out
+    assert "iGRC       4:" in printed
+    assert printed.count("cells without data count as 0") == 3
+    assert "iGRC       7:" in cgla(*words, "--people-without-data", 60_000).out
+    beyond = ("plan", people, "--kind", "count", "--nodata", 0, "--k", 0, *AIRCRAFT, "--start", "24.0002,60.01")
+    printed = cgla(*beyond, "--goal", "24.08,60.03").out
     assert "iGRC       none: the density is not known" in printed
     assert "at least 4" in printed
-    assert "iGRC       4:" in cgla(*words, "--people-without-data", 0).out
+    assert "iGRC       4:" in cgla(*beyond, "--goal", "24.08,60.03", "--people-without-data", 0).out
     assert "iGRC       1: controlled ground area, as given" in cgla(*words, "--controlled-ground").out
 
 
