@@ -82,10 +82,12 @@ class FailureModel:
 
         Parameters
         ----------
-        failures_per_hour, speed, lethal_area, fatality
+        failures_per_hour, speed, lethal_area
             As in `FailureModel`.
         dimension
             Characteristic dimension (wingspan, or the greatest distance of blade tips), metres, if no area is given.
+        fatality
+            As in `FailureModel`.
 
         Raises
         ------

@@ -151,12 +151,14 @@ def best_altitude(
         Its error is that of the call if it is raised at all altitudes.
     altitudes
         Metres, at most 100, above what `open_at` says; equal ones count once.
-    solver, **settings
-        As `cgla_graph.solve` takes them.
+    solver
+        As `cgla_graph.solve` takes it.
     tolerance
         Wanted gap of each bound, as a ratio; None for none.
     find
         Finds the path and the bound on a map, instead of `solver`.
+    **settings
+        As `cgla_graph.solve` takes them.
 
     Raises
     ------

@@ -116,10 +116,12 @@ def tour(
         ``"given"`` or ``"best"``.
     solver
         A name or a solver; None: `hybrid`.
-    resolution, refine, **settings
+    resolution
         As of `cgla_graph.solve`.
     tolerance
         Wanted gap of each leg's bound; None for the bound of straight lines alone.
+    refine, **settings
+        As of `cgla_graph.solve`.
 
     Returns
     -------

@@ -145,8 +145,8 @@ def crossings_of(
     reaches
         Distances within which the waypoints are passed, map units, at least the radii; empty if all are flown over.
     cuts
-        Distances from the waypoints at which corners may be cut, map units; empty if none is. (Clearances are those of
-        corners that are not cut.)
+        Distances from the waypoints at which corners may be cut, map units; empty if none is. Clearances are those of
+        corners that are not cut.
     heights
         The parts of the legs at the height of each area, where alone the area counts; None if areas count everywhere.
     required

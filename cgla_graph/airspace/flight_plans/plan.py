@@ -82,7 +82,7 @@ class Waypoint:
         How long the aircraft stays at the waypoint, or on its circle, seconds.
     acceptance
         By the default of its autopilot, the aircraft turns to the next waypoint at this distance from the waypoint or
-        less, metres: it may cut the corner. (It is no part of the plan: plans that differ in it are equal.)
+        less, metres: it may cut the corner. It is no part of the plan: plans that differ in it are equal.
 
     Raises
     ------

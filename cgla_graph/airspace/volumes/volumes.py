@@ -264,8 +264,8 @@ def volumes(
     flight
         A solution with a path, a flight plan or its file, or longitudes and latitudes, degrees, shape ``(m, 2)``. The
         corners that a plan lets the autopilot cut are inside.
-    settings, **facts
-        Facts about the aircraft, as `VolumeSettings`, or its arguments: `speed` and `dimension`, and `pitch` or `roll`.
+    settings
+        Facts about the aircraft; None: from `facts`.
     height
         Greatest height of the flight above ground, metres; None: from the altitudes.
     altitude, above
@@ -279,6 +279,8 @@ def volumes(
         Name of the flight; empty for that of the plan.
     arc_tolerance
         Of a flyable solution: as `Flyable.waypoints`, whose straight legs the volumes contain as well.
+    **facts
+        Arguments of `VolumeSettings`: `speed` and `dimension`, and `pitch` or `roll`.
 
     Returns
     -------
