@@ -17,6 +17,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph._validate import point_array
 from cgla_graph.errors import OutputError, ProblemError
 from cgla_graph.model.problem import Problem
+from cgla_graph.people.units import density_text
 from cgla_graph.plots import pictures
 from cgla_graph.plots.page import heading, style
 from cgla_graph.plots.scene import cost_unit, unit_scale
@@ -152,7 +153,7 @@ def profile_figure(scenario: Scenario, profile: Profile) -> Figure:
         figure.suptitle(f"{name}:  {title}" if title else name, x=0.01, ha="left", fontsize=10.0, wrap=True)
         above.fill_between(along, 0.0, profile.density, color="#6445AF", alpha=0.25, linewidth=0.0)
         above.plot(along, profile.density, color="#6445AF", linewidth=0.9)
-        above.set_ylabel("risk per unit length")
+        above.set_ylabel(density_text(scenario.problem.field))
         below.fill_between(along, 0.0, along, color="0.85", linewidth=0.0, label="length")
         below.fill_between(
             along, along, profile.cost * scale, color="#6445AF", alpha=0.45, linewidth=0.0, label="k * risk"

@@ -50,10 +50,12 @@ def pareto(
     their waypoints and a picture (NAME-SOLVER-pareto….*). With --solver cgla these are all such paths of the lattice.
     With --corridor W, shows the cost of each limit of the density under a corridor instead (NAME-SOLVER-density.csv).
     """
-    from cgla_graph.comparisons.study.options import read_entrant
+    from cgla_graph.comparisons.study.options import is_raster, read_entrant
 
     entrant = read_entrant(solver)
-    opened = open_map("pareto", scenario, maps, zones, raster, aircraft)
+    # a raster has no weight, and the front is over all weights
+    k = 1.0 if maps.k is None and corridor is None and all(map(is_raster, scenario)) else None
+    opened = open_map("pareto", scenario, maps, zones, raster, aircraft, k=k)
     kinds, folder = output.pictures("png"), output.folder()
     zoned = zones.report([opened], as_json=output.as_json)
     with console.running_solvers():

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 from cgla_graph._text import figure as digits
+from cgla_graph.people.units import risk_unit
 from cgla_graph.plots.map import BaseMap, map_figure
 from cgla_graph.plots.page import Part, arrange, plain, style
 from cgla_graph.plots.scene import TitledProblem, cost_unit, draw_mark, unit_scale
@@ -66,7 +67,8 @@ def pareto_figure(scenario: Scenario, front: Front) -> Figure:
             )
         axes = base.figure.add_axes((0.0, 0.0, 0.5, 0.5))
         handles = _draw_front(axes, front, colours, norm, scale)
-        axes.set_xlabel("risk")
+        unit = risk_unit(scenario.problem.field)
+        axes.set_xlabel(f"risk ({unit})" if unit else "risk")
         axes.set_ylabel(f"length{cost_unit(scenario.problem)}")
         # the upper right of a falling convex line is empty
         axes.legend(list(handles.values()), list(handles), loc="upper right", frameon=False, handlelength=1.6)

@@ -88,6 +88,17 @@ def test_a_range_without_end_is_empty_in_csv_and_null_in_json(cgla: Call) -> Non
     assert "any" in cgla("pareto", "free.toml", "--solver", "cgla").out
 
 
+def test_the_front_of_a_raster_is_over_all_weights(cgla: Call, tmp_path: Path) -> None:
+    """So none has to be given; with a corridor, costs are those of one weight."""
+    (tmp_path / "p.asc").write_text("ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 9 1\n1 2 1\n")
+    words = ("pareto", tmp_path / "p.asc", "--unit", "people/km2", "--start", "0.2,1.5", "--goal", "2.8,1.5")
+    quick = ("--solver", "hybrid:points=60:candidates=1", "--json")
+    found = cgla(*words, *quick).document()
+    assert found == cgla(*words, *quick, "--k", 7).document()
+    assert found["unit_of_risk"] == "people/km2 x m"
+    assert "give --k K" in cgla(*words, "--corridor", 0.1).err
+
+
 def test_pareto_with_other_ends_another_lattice_and_settings(cgla: Call) -> None:
     words = ("--start", "0.2,0.5", "--goal", "0.8,0.5", "--resolution", "9", "--json")
     found = cgla("pareto", "small.toml", "--solver", "cgla:schedule=synchronous", *words).document()
