@@ -11,6 +11,7 @@ from cgla_graph._text import shown
 from cgla_graph._validate import error_context, file_path, non_negative_number
 from cgla_graph.airspace.terrain.area import TerrainArea
 from cgla_graph.airspace.zones.account import ZoneAccount
+from cgla_graph.airspace.zones.columns import Columns
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.world import World
@@ -48,8 +49,12 @@ class MissionFile(Plottable):
         Where the values come from.
     where
         What error messages call the file.
+    terrain
+        The cells that are too high, if it has elevations.
     zones
         The verdict on every zone of the files that it names; None if it names none.
+    columns
+        The zones below the flight, which count where it takes off and lands.
 
     Examples
     --------
@@ -67,6 +72,7 @@ class MissionFile(Plottable):
     where: str = ""
     terrain: TerrainArea | None = None
     zones: ZoneAccount | None = None
+    columns: Columns | None = None
 
     @property
     def full_title(self) -> str:
@@ -182,6 +188,7 @@ def mission_from_toml(
             where=place,
             terrain=None if builder.ground.terrain is None else builder.ground.terrain.area,
             zones=None if builder.ground.zones is None else builder.ground.zones.account(),
+            columns=None if builder.ground.zones is None else builder.ground.zones.columns,
         )
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar, get_args
 
+from shapely.geometry.base import BaseGeometry
+
 from cgla_graph._text import listed, shown
 from cgla_graph._types import FloatArray
 from cgla_graph.airspace.flight_plans.fence import Fence
@@ -17,12 +19,16 @@ from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.cli.options import ExportOptions
 from cgla_graph.errors import CglaError, OutputError
 from cgla_graph.model.earth import degrees_of
+from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.scenario import Scenario
 
 if TYPE_CHECKING:
+    from cgla_graph.airspace.plan_check.plan_map import NamedMap
     from cgla_graph.airspace.terrain.area import TerrainArea
+    from cgla_graph.airspace.zones.columns import Columns
     from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
+    from cgla_graph.scenarios.mission_file import MissionFile
 
 #: Values of ``--above``; altitudes above the ellipsoid are not exported.
 ABOVE: tuple[Reference, ...] = tuple(one for one in get_args(Reference) if one != "ellipsoid")
@@ -167,19 +173,19 @@ class Export:
         written = [files.write_text(target, text) for target, text in zip(self.targets, texts, strict=True)]
         return Exported(written, self._faults(plan, scenario))
 
-    def _faults(self, plan: FlightPlan, scenario: Scenario) -> tuple[str, ...]:
+    def _faults(self, plan: FlightPlan, on: "NamedMap") -> tuple[str, ...]:
         """Return why a plan is not clean on its own map; none if it has no altitude that could be compared."""
         if self.altitude is None:
             return ()
         from cgla_graph.airspace.plan_check.check import check
 
-        checked = check(plan, scenario, tolerance=None)
+        checked = check(plan, on, tolerance=None)
         if checked.is_clean:
             return ()
         names = dict.fromkeys(checked.on.areas[one.area].name for one in checked.crossings.found)
         return (*checked.verdict, *((f"it meets {listed(list(names))}",) if names else ()))
 
-    def write_flights(self, flights: "Sequence[MissionRun]", terrain: "TerrainArea | None" = None) -> list[Path]:
+    def write_flights(self, flights: "Sequence[MissionRun]", opened: "MissionFile") -> Exported:
         """
         Write the path of each UAV to ``NAME-UAV.plan``, or with several variants to ``NAME-VARIANT-UAV.plan``.
 
@@ -187,8 +193,8 @@ class Export:
         ----------
         flights
             Flights on maps in degrees. UAVs that did not arrive are left out, because their plans cannot be flown.
-        terrain
-            Terrain of the map, which plans above ground follow.
+        opened
+            The mission, whose terrain plans above ground follow; each plan is checked on its map, as by `write`.
 
         Raises
         ------
@@ -199,20 +205,23 @@ class Export:
         from cgla_graph.mission.records import MissionStatus
 
         plans: list[tuple[str, FlightPlan]] = []
+        faults: list[str] = []
         taken: set[str] = set()
         for flown in flights if self.targets else ():
             for uav in flown.flight.uavs.values():
                 if uav.status is not MissionStatus.ARRIVED or flown.projection is None:
                     continue
                 label = f"{flown.variant} {uav.name}" if len(flights) > 1 else uav.name
-                plan = self._plan(degrees_of(uav.path, flown.projection), f"{flown.name} {label}", terrain=terrain)
+                lonlat = degrees_of(uav.path, flown.projection)
+                plan = self._plan(lonlat, f"{flown.name} {label}", terrain=opened.terrain)
+                faults += [f"{label}: {one}" for one in self._faults(plan, _MissionMap(opened, uav.path))]
                 plans.append((files.file_stem(label, taken), plan))
         texts = []
         for target in self.targets:
             for stem, plan in plans:
                 file = target.with_name(f"{target.stem}-{stem}{target.suffix}")
                 texts.append((file, text_of_plan(plan, str(file))))
-        return [files.write_text(file, text) for file, text in texts]
+        return Exported([files.write_text(file, text) for file, text in texts], tuple(faults))
 
     def _plan(
         self,
@@ -235,6 +244,41 @@ class Export:
             console.say(f"exported plan: {found.summary()}{'' if self.terrain_tolerance else DEFAULT}")
             plan = found.plan
         return for_vehicle(plan, self.vehicle or usual, self.autopilot)
+
+
+@dataclass(frozen=True)
+class _MissionMap:
+    """The map of a mission, on which the plan of a UAV is checked."""
+
+    opened: "MissionFile"
+    path: FloatArray
+    areas: tuple[tuple[str, BaseGeometry], ...] = ()
+
+    @property
+    def name(self) -> str:
+        return self.opened.name
+
+    @property
+    def title(self) -> str:
+        return self.opened.title
+
+    @property
+    def zones(self) -> ZoneAccount | None:
+        return self.opened.zones
+
+    @property
+    def columns(self) -> "Columns | None":
+        return self.opened.columns
+
+    @property
+    def terrain(self) -> "TerrainArea | None":
+        return self.opened.terrain
+
+    @property
+    def problem(self) -> Problem:
+        world, ((x, y), (east, north)) = self.opened.world, self.path[[0, -1]].tolist()
+        on_earth = self.opened.projection
+        return Problem((x, y), (east, north), bounds=world.bounds, no_fly=world.no_fly, projection=on_earth)
 
 
 def read_export(export: ExportOptions, *, zones: bool = False) -> Export:

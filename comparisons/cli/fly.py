@@ -82,20 +82,23 @@ def fly(
     zoned = print_zones([opened], None, altitude=None, as_json=as_json)
     with console.running_solvers(), console.progress(None) as tick:
         done = flights.fly_all(specs, folder, value=value, animation=animation, step=tick)
-    plans = [] if exported is None else exported.write_flights(done.flown, opened.terrain)
+    plans = None if exported is None else exported.write_flights(done.flown, opened)
+    written = [] if plans is None else plans.files
     if as_json:
         document = flights.flights_document(opened, done)
-        console.out_json({**document, "files": [*document["files"], *map(str, plans)], **zoned})
+        zoned = {**zoned, **({} if plans is None else {"exported": plans.document()})}
+        console.out_json({**document, "files": [*document["files"], *map(str, written)], **zoned})
     else:
         if opened.terrain is not None:
             print_terrain({opened.name: opened.terrain})
         flights.print_flights(done.flown)
         console.out_files(done.written)
-        for file in plans:
+        console.out_lines({} if plans is None else plans.lines())
+        for file in written:
             console.out_files([file])
     if done.failure is not None:
         raise done.failure
     if done.interrupted:
         raise console.InterruptedRunError(flights.kept_note(done, len(specs), folder))
-    if strict and not all(flown.flight.all_arrived for flown in done.flown):
+    if (plans is not None and plans.faults) or (strict and not all(flown.flight.all_arrived for flown in done.flown)):
         raise typer.Exit(console.MISSING)

@@ -128,3 +128,22 @@ def test_a_slope_through_a_low_zone_is_said_when_it_is_written(cgla: Call, vehic
     assert checked.code == made.code
     if not clean:
         assert "exported   not clean: 1 leg crosses 1 area; it meets" in cgla(*plan[:-1]).out
+
+
+@pytest.mark.parametrize(("vehicle", "code"), [("multirotor", 0), ("fixed-wing", 1)])
+def test_plans_of_a_mission_are_checked_as_well(cgla: Call, tmp_path: Path, vehicle: str, code: int) -> None:
+    text = """coordinates = "lonlat"
+k = 0
+bounds = [24.69, 60.11, 24.77, 60.13]
+detection_radius = 5000.0
+step = 2000.0
+no_fly = { zones = ["low.json"], altitude = 80 }
+uavs = [{ name = "a", start = [24.7, 60.12], goal = [24.76, 60.12] }]
+"""
+    (tmp_path / "slope.toml").write_text(text, encoding="utf-8")
+    words = ("fly", "slope.toml", "--no-value", "--altitude", 80, "--vehicle", vehicle, "--export", "a.plan")
+    flown = cgla(*words)
+    assert flown.code == code, flown.err
+    assert ("exported   a: not clean: 1 leg crosses 1 area" in flown.out) is bool(code)
+    assert cgla(*words, "--json").document()["exported"]["is_clean"] is not bool(code)
+    assert (tmp_path / "a-a.plan").exists()
