@@ -357,7 +357,11 @@ def _print(run: "Run", more: Mapping[str, str], within: "PlanWithin | None") -> 
     scenario, solution = run.scenario, run.solution
     unit = " m" if scenario.projection else ""
     note = bound_note([run], unit)
-    clearance = "no no-fly area" if scenario.problem.no_fly is None else figure(solution.clearance, 6) + unit
+    no_fly = scenario.problem.no_fly
+    clearance = figure(solution.clearance, 6) + unit if math.isfinite(solution.clearance) else "-"
+    if no_fly is None or no_fly.is_empty:
+        # (a limit of density may close nothing)
+        clearance = "no no-fly area"
     if scenario.problem.clearance > 0.0:
         clearance += f", required: at least {scenario.problem.clearance:g}{unit}"
     clearance += "" if scenario.zones is None else f" ({scenario.zones.rule})"

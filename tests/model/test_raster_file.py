@@ -3,6 +3,7 @@
 import gzip
 import io
 import re
+import warnings
 import zipfile
 from pathlib import Path
 from typing import Literal
@@ -16,7 +17,9 @@ from hypothesis.extra.numpy import arrays
 from raster_files import ASC, BOX, VALUES, geotiff, refused, total
 
 from cgla_graph.model.earth import LocalProjection
+from cgla_graph.model.rasters.crs import RasterWarning
 from cgla_graph.model.risk_raster import RasterRisk
+from cgla_graph.scenarios.loading import open_scenarios
 
 ARUBA = Path(__file__).resolve().parents[3] / "shared/data/ground_risk/aruba_worldpop_2020.tif"
 
@@ -217,3 +220,27 @@ def test_cells_without_data_stay_so_in_degrees(kind: Literal["count", "density"]
     share = found[0].missing.mean()
     assert 0.0 < share <= np.isnan(holes).mean()
     assert not found[0].cells[::-1][found[0].missing].any()
+
+
+@pytest.mark.parametrize("ending", [".npy", ".csv"])
+def test_typed_bounds_that_look_like_degrees_are_said(ending: str, tmp_path: Path) -> None:
+    file = tmp_path / f"people{ending}"
+    if ending == ".npy":
+        np.save(file, np.ones((20, 30)))
+    else:
+        np.savetxt(file, np.ones((20, 30)), delimiter=",")
+    with pytest.warns(RasterWarning, match=r"taken for those of a plane; if they are degrees, give .*lonlat"):
+        RasterRisk.from_file(file, bounds=(24.9, 59.9, 25.2, 60.1))
+    if ending == ".npy":
+        with pytest.warns(RasterWarning, match="taken for those of a plane"):
+            next(open_scenarios(str(file), start=(25, 60), goal=(25.1, 60), bounds=(24.9, 59.9, 25.2, 60.1)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for bounds, coordinates in (
+            ((24.9, 59.9, 25.2, 60.1), "plane"),
+            ((24.9, 59.9, 25.2, 60.1), "lonlat"),
+            ((0, 0, 1, 1), None),
+            ((0, 0, 300, 200), None),
+            ((5e5, 6e6, 6e5, 7e6), None),
+        ):
+            RasterRisk.from_file(file, bounds=bounds, coordinates=coordinates)  # type: ignore[arg-type]

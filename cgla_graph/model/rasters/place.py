@@ -89,9 +89,15 @@ def placed(
     if said.wkt is not None:
         return _on_earth(file, said.wkt, box, coordinates)
     unsaid = coordinates is None or is_default
-    if unsaid and coordinates != "lonlat" and said.bounds is not None and _may_be_degrees(box, said.shape):
+    if unsaid and coordinates != "lonlat" and _may_be_degrees(box, said.shape):
         which = 'coordinates = "lonlat" (--coordinates lonlat), or "plane" for metres'
-        fail(file, f"nothing says in which coordinates it is, and its bounds {box} look like degrees", f"give {which}")
+        if said.bounds is not None:
+            wrong = f"nothing says in which coordinates it is, and its bounds {box} look like degrees"
+            fail(file, wrong, f"give {which}")
+        if box[:2] != (0.0, 0.0):
+            # (those of a drawing board begin at 0, 0, where there is only sea)
+            text = f"{file.name}: bounds {box} are taken for those of a plane; if they are degrees, give {which}"
+            warnings.warn(text, RasterWarning, stacklevel=4)
     kind: Coordinates = coordinates or "plane"
     if kind == "lonlat" and not (box[0] >= -180.0 and box[2] <= 360.0 and box[1] >= -90.0 and box[3] <= 90.0):  # noqa: PLR2004
         fail(file, f"its bounds {box} are no degrees", "give west, south, east, north; longitudes may go on beyond 180")

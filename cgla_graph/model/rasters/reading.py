@@ -99,8 +99,17 @@ def read_place(
     """
     file = file_path("the raster file", path)
     ending = _checked_ending(file)
-    raw = _read(file, ending, None) if ending in (*GEOTIFF, ".asc") else _Raw(None, Said((1, 1)))
+    raw = _read(file, ending, None) if ending in (*GEOTIFF, ".asc") else _Raw(None, Said(_shape_of(file, ending)))
     return placed(file, raw.said, bounds, coordinates, is_default=coordinates is None)
+
+
+def _shape_of(file: Path, ending: str) -> tuple[int, int]:
+    """Return rows and columns of a .npy; of others, which are read with their cells, one cell."""
+    if ending != ".npy":
+        return 1, 1
+    with file.open("rb") as stream:
+        shape = _read_safely(file, lambda: read_header(stream, str(file), "iuf")).shape
+    return (shape[0], shape[1]) if len(shape) == 2 and all(shape) else (1, 1)  # noqa: PLR2004 - else an error later
 
 
 def _checked_ending(file: Path) -> str:

@@ -87,6 +87,7 @@ def test_what_is_printed_has_units_and_sources(cgla: Call) -> None:
         "missed: at most 1e-09 expected fatalities per flight hour; proven: every allowed path that meets it is",
         "proven: every allowed path at most as long as this one has at least",
         "the limit of 5000 people/km2 limits nothing, as no cell of the map is above 3000",
+        "clearance  no no-fly area\n",
     ):
         assert words in shown, shown
     plain = cgla("plan", "density.asc", *ENDS, "--k", 0.01, *QUICK).out
