@@ -2,14 +2,30 @@
 
 import dataclasses
 import warnings
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from cgla_graph.comparisons.cli.options import GroundRiskOptions
+from cgla_graph.comparisons.cli.options import BudgetOptions, GroundRiskOptions
 
 if TYPE_CHECKING:
     from cgla_graph.comparisons.study.runner import Run
     from cgla_graph.people.exposure import Exposure
     from cgla_graph.scenarios.scenario import Scenario
+
+
+def weight_of(specs: Sequence[str], k: float | None, ground: GroundRiskOptions, budget: BudgetOptions) -> float | None:
+    """
+    Return the given risk weight, or that of two prices; 0 for a raster, which has none, where a budget replaces it.
+
+    Examples
+    --------
+    >>> weight_of(["people.tif"], None, GroundRiskOptions(), BudgetOptions(max_length=900.0))
+    0.0
+    """
+    from cgla_graph.comparisons.study.options import is_raster
+
+    found = price_of_risk(k, ground)
+    return 0.0 if found is None and budget != BudgetOptions() and all(map(is_raster, specs)) else found
 
 
 def price_of_risk(k: float | None, ground: GroundRiskOptions) -> float | None:

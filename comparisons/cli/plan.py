@@ -86,7 +86,7 @@ def plan(
 
     certify, entrant = not proof.no_certificate, read_entrant(solver, refine=refine)
     tolerance = read_tolerance(proof.tolerance, certify=certify)
-    k, planned = on_ground.price_of_risk(maps.k, ground), bool(export.export)
+    k, planned = on_ground.weight_of(scenario, maps.k, ground, budget), bool(export.export)
     ground = _with_corridor(ground, volume, zones, export)
 
     def open_with(at: ZoneOptions, **changes: Any) -> "Scenario":  # noqa: ANN401 - other options of the map

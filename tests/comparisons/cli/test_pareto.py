@@ -97,6 +97,8 @@ def test_the_front_of_a_raster_is_over_all_weights(cgla: Call, tmp_path: Path) -
     assert found == cgla(*words, *quick, "--k", 7).document()
     assert found["unit_of_risk"] == "people/km2 x m"
     assert "give --k K" in cgla(*words, "--corridor", 0.1).err
+    within = cgla("plan", *words[1:], *quick, "--max-length", 3).document()
+    assert within["cost"] == within["length"] == pytest.approx(3.0)
 
 
 def test_pareto_with_other_ends_another_lattice_and_settings(cgla: Call) -> None:
