@@ -100,7 +100,7 @@ class Laying:
             run.solution,
             self.settings,
             height=self.options.flight_height,
-            altitude=export.altitude,
+            altitude=self._altitude(export),
             above=_above(export),
             ground=self.zones.ground,
             name=scenario.name,
@@ -108,6 +108,15 @@ class Laying:
         )
         of_zones = () if scenario.zones is None else tuple(dict.fromkeys(one.file for one in scenario.zones.records))
         return self._laid(laid, scenario, of_zones)
+
+    def _altitude(self, export: ExportOptions) -> float | None:
+        """Return the greatest altitude: an exported plan follows the ground within a tolerance."""
+        if export.altitude is None or not export.export or self.zones.ground is None or _above(export) != "ground":
+            return export.altitude
+        from cgla_graph.airspace.terrain.following import TERRAIN_TOLERANCE
+
+        given = export.terrain_tolerance
+        return export.altitude + (TERRAIN_TOLERANCE if given is None else given)
 
     def around_plan(self, checked: "PlanCheck", zones: Sequence[Path]) -> "Laid":
         """

@@ -22,7 +22,7 @@ from cgla_graph.airspace.flight_plans.formats import read_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Waypoint
 from cgla_graph.airspace.volumes.dimensions import Dimensions, VolumeSettings
 from cgla_graph.airspace.volumes.files import VolumeArea, write_areas
-from cgla_graph.airspace.volumes.flight_heights import above_ground
+from cgla_graph.airspace.volumes.flight_heights import above_ground, straight_above_ground
 from cgla_graph.airspace.volumes.ground_risk_class import Density, GroundRiskClass, density_under, intrinsic_class
 from cgla_graph.airspace.volumes.outlines import around, flown_lines, in_degrees, inner_outlines
 from cgla_graph.airspace.zones.ground import Ground, read_ground
@@ -272,7 +272,7 @@ def volumes(
         Altitude of a solution, metres above ``home``, ``ground`` or ``sea``. A plan has its own.
     ground
         Elevations, or the file of a raster of them. Without them, heights above home count as heights above ground, and
-        a remark says so.
+        a remark says so. With them, legs of a plan above ground count as flown straight as well.
     projection
         Projection of the map of a plan or of degrees; None for one around it.
     name
@@ -316,6 +316,8 @@ def volumes(
         elevations = read_ground(ground) if isinstance(ground, str | os.PathLike) else ground
         under = None if flown.projection is None else in_degrees(operational, flown.projection)
         height, remarks = above_ground(flown.plan, under, elevations)
+        if elevations is not None and flown.projection is not None and not isinstance(flight, Solution):
+            height = max(height, straight_above_ground(flown.plan, elevations, flown.projection))
     size = settings.dimensions(non_negative_number("height", height))
     inner = flown.around(size.reaches[0])
     operational = operational.union(inner)

@@ -406,3 +406,13 @@ def test_settings_are_given_once() -> None:
     assert again.dimensions == cg.volumes([(24, 60)], height=60, **COPTER).dimensions
     with pytest.raises(CglaError, match="both given"):
         cg.volumes([(24, 60)], facts, height=60, speed=3)
+
+
+def test_a_plan_above_ground_is_as_high_as_its_straight_legs() -> None:
+    ground = Ground(np.array([[300.0, 300.0, 0.0, 0.0, 0.0, 0.0, 300.0, 300.0]]), (24.0, 60.0, 24.08, 60.02))
+    plan = cg.FlightPlan.along([(24.005, 60.01), (24.075, 60.01)], altitude=80, reference="ground")
+    size = {"speed": 15, "dimension": 0.8, "pitch": 30}
+    assert cg.volumes(plan, **size).dimensions.altitude == 80.0
+    assert cg.volumes(plan, ground=ground, **size).dimensions.altitude == pytest.approx(380.0, abs=0.1)
+    flat = Ground(np.full((1, 8), 9.0), ground.bounds)
+    assert cg.volumes(plan, ground=flat, **size).dimensions.altitude == pytest.approx(80.0, abs=1e-6)
