@@ -293,7 +293,8 @@ def exposure(
         return found
     people = people_layers(problem)
     layers, density_unit = held_against(problem)
-    filled = [one.nodata or 0.0 for raster in held.rasters if (one := raster.people) and one.filled.any()]
+    every = [raster.people or raster for raster in held.rasters if raster.people or not people]
+    filled = [(one.nodata or 0.0) * one.factor for one in every if one.filled.any()]
     densities = [greatest_below(layer, places, corridor=width) for layer in layers]
     return dataclasses.replace(
         _proven(found, problem, bound),

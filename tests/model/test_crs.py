@@ -270,3 +270,10 @@ def test_people_on_a_plane_are_those_of_the_file(crs: str, tmp_path: Path) -> No
     layer = quietly(file, kind="count").people
     assert layer is not None
     assert people_on(layer, layer.bounds) == pytest.approx(smooth(24).sum(), rel=1e-6)
+
+
+def test_the_command_that_warps_keeps_the_total_of_counts(tmp_path: Path) -> None:
+    """Whether a file holds counts is not known where its place is read, and an average loses their total."""
+    file, _ = laid_at(tmp_path / "a.tif", "EPSG:3395", 25.0, 60.0)
+    with pytest.raises(ProblemError, match=r"-r average .* \(of counts: -r sum, which keeps their total\)"):
+        RasterRisk.from_file(file, kind="count", coordinates="plane")

@@ -252,3 +252,11 @@ def test_units_of_risk_are_named() -> None:
     assert risk_unit(cg.RiskField(rasters=[risk])) == "expected fatalities"
     assert risk_unit(cg.RiskField(rasters=[risk.scaled(2.0)])) == "2 x expected fatalities"
     assert math.isnan(fatality_factor(cg.RiskField(rasters=[people, risk])))
+
+
+def test_cells_without_data_are_said_in_any_unit() -> None:
+    values = np.array([[1.0, np.nan]])
+    for unit, text in ((None, "count as 6"), ("people/km2", "count as 3"), ("people/m2", "count as 3e+06")):
+        noise = cg.RasterRisk(values, (0, 0, 6000, 4000), nodata=3.0, scale=2.0, unit=unit)
+        found = cg.exposure(problem_on(noise), [(100, 100), (5900, 100)])
+        assert any(text in line for line in found.lines().values()), found.lines()

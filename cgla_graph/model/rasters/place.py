@@ -150,11 +150,19 @@ def in_degrees(file: Path) -> str:
     return f'set coordinates = "lonlat" and give places in degrees, or {warp(file)}'
 
 
-def warp(file: Path, kind: Kind = "density") -> str:
-    """Return the command that lays a raster in degrees."""
+def warp(file: Path, kind: Kind | None = None) -> str:
+    """
+    Return the command that lays a raster in degrees.
+
+    Examples
+    --------
+    >>> warp(Path("a.tif"), "count")
+    'warp it: gdalwarp -t_srs EPSG:4326 -r sum a.tif a-lonlat.tif'
+    """
     how = "sum" if kind == "count" else "average"
     name = shlex.quote(file.name)
-    return f"warp it: gdalwarp -t_srs EPSG:4326 -r {how} {name} {shlex.quote(file.stem + '-lonlat.tif')}"
+    counts = " (of counts: -r sum, which keeps their total)" if kind is None else ""
+    return f"warp it: gdalwarp -t_srs EPSG:4326 -r {how} {name} {shlex.quote(file.stem + '-lonlat.tif')}{counts}"
 
 
 def fail(file: Path, wrong: str, remedy: str) -> NoReturn:
