@@ -19,6 +19,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import shown
+from cgla_graph._types import FloatArray
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.metric import Better, Measure, Metric, forgotten
@@ -525,11 +526,9 @@ def _projection(document: list[Any]) -> LocalProjection:
 
 def _raster_document(raster: RasterRisk) -> Document:
     """Write a raster with its exact values."""
-    # the same bytes for both byte orders of machines
-    data = np.ascontiguousarray(raster.values, dtype="<f8").tobytes()
     return {
         "shape": list(raster.values.shape),
-        "values": base64.b64encode(zlib.compress(data, 6)).decode("ascii"),
+        "values": _packed(raster.values),
         "bounds": list(raster.bounds),
         "interpolation": raster.interpolation,
         "origin": raster.origin,
@@ -538,22 +537,37 @@ def _raster_document(raster: RasterRisk) -> Document:
         # without people the document equals that of earlier versions
         **({} if raster.unit is None else {"unit": raster.unit}),
         **({} if raster.failures is None else {"failures": dataclasses.asdict(raster.failures)}),
+        # (what is known of files in degrees, and the greatest density of their cells)
+        **({} if raster.covers is None else {"covers": shapely.to_wkb(raster.covers, hex=True)}),
+        **({} if raster.peaks is None else {"peaks": _packed(raster.peaks)}),
     }
+
+
+def _packed(values: FloatArray) -> str:
+    # the same bytes for both byte orders of machines
+    data = np.ascontiguousarray(values, dtype="<f8").tobytes()
+    return base64.b64encode(zlib.compress(data, 6)).decode("ascii")
+
+
+def _unpacked(text: str, shape: list[int]) -> FloatArray:
+    try:
+        data = zlib.decompress(base64.b64decode(_text(text), validate=True))
+    except zlib.error as error:
+        msg = f"the values of a raster are damaged ({error})"
+        raise ValueError(msg) from error
+    rows, columns = shape
+    return np.frombuffer(data, dtype="<f8").reshape(rows, columns)
 
 
 @lru_cache(maxsize=4)
 def _raster(text: str) -> RasterRisk:
     """Read a raster; scenarios on one map share one object."""
     given = json.loads(text)
-    try:
-        data = zlib.decompress(base64.b64decode(_text(given["values"]), validate=True))
-    except zlib.error as error:
-        msg = f"the values of a raster are damaged ({error})"
-        raise ValueError(msg) from error
-    rows, columns = given["shape"]
-    values = np.frombuffer(data, dtype="<f8").reshape(rows, columns)
+    values = _unpacked(given["values"], given["shape"])
     settings = {key: given[key] for key in ("interpolation", "origin", "scale", "nodata")}
     failures = FailureModel(**given["failures"]) if "failures" in given else None
+    settings["covers"] = shapely.from_wkb(given["covers"]) if "covers" in given else None
+    settings["peaks"] = _unpacked(given["peaks"], given["shape"]) if "peaks" in given else None
     return RasterRisk(values, given["bounds"], **settings, unit=given.get("unit"), failures=failures)
 
 

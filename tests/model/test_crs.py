@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from raster_files import geotiff, laid_at, smooth, total
 
+from cgla_graph.comparisons.study.documents import scenario_document, scenario_from
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.problem import Problem
@@ -22,6 +23,7 @@ from cgla_graph.model.rasters.reading import read_place
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.people.below import greatest_below, length_outside, people_on
+from cgla_graph.scenarios.scenario import as_scenario
 
 #: Systems for the whole Earth, whose metres are metres nowhere or only in places.
 WORLD = (
@@ -277,3 +279,14 @@ def test_the_command_that_warps_keeps_the_total_of_counts(tmp_path: Path) -> Non
     file, _ = laid_at(tmp_path / "a.tif", "EPSG:3395", 25.0, 60.0)
     with pytest.raises(ProblemError, match=r"-r average .* \(of counts: -r sum, which keeps their total\)"):
         RasterRisk.from_file(file, kind="count", coordinates="plane")
+
+
+def test_a_study_keeps_what_is_known_of_a_raster(tmp_path: Path) -> None:
+    """Its documents had all within the bounds as known, and only averages."""
+    raster = quietly(laid_at(tmp_path / "a.tif", "ESRI:54009", 25.0, 60.0)[0], kind="count")
+    problem = Problem((0, 0), (1000, 1000), RiskField(rasters=[raster]), bounds=raster.bounds)
+    (again,) = scenario_from(scenario_document(as_scenario(problem, "mollweide"))).problem.field.rasters
+    assert again == raster
+    assert raster.covers is not None
+    assert raster.covers.equals(again.covers)
+    assert np.array_equal(again.highest, raster.highest)
