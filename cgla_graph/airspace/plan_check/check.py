@@ -23,7 +23,9 @@ from cgla_graph.airspace.plan_check.bracket import blocked_end, bracket, through
 from cgla_graph.airspace.plan_check.one_altitude import OF_THE_MAP, flies_higher
 from cgla_graph.airspace.plan_check.plan_map import NamedMap, PlainMap, PlanMap, put_on_map
 from cgla_graph.airspace.plan_check.result import PlanCheck
+from cgla_graph.airspace.terrain.following import TERRAIN_TOLERANCE
 from cgla_graph.airspace.terrain.legs import legs_above_ground
+from cgla_graph.airspace.terrain.straight import straight_above_ground
 from cgla_graph.airspace.zones.applying import Lines, Zones
 from cgla_graph.airspace.zones.ground import Ground, read_ground
 from cgla_graph.airspace.zones.heights import Altitude
@@ -175,7 +177,8 @@ def check(
     changes = {setting: value for setting, value in (("k", k), ("clearance", clearance)) if value is not None}
     source = PlainMap("map", "", on) if isinstance(on, Problem) else on
     placed = put_on_map(held, name, source, applied, changes, ground=elevations)
-    placed = dataclasses.replace(placed, unknown=_higher(held, placed, given=altitude is not None))
+    higher = _higher(held, placed, elevations, given=altitude is not None)
+    placed = dataclasses.replace(placed, unknown=higher)
     checked = _legs_of(held, name, placed)
     checked = dataclasses.replace(checked, flight=_flight(held, aircraft, altitude))
     checked = _above(checked, elevations, terrain_clearance, altitude)
@@ -242,13 +245,23 @@ def _flight(plan: FlightPlan, aircraft: Aircraft | None, altitude: str | float |
     return flight_time(plan, aircraft=aircraft, altitude=one.metres if one is not None and is_above_ground else None)
 
 
-def _higher(plan: FlightPlan, on: PlanMap, *, given: bool) -> tuple[str, ...]:
+def _higher(plan: FlightPlan, on: PlanMap, ground: Ground | None, *, given: bool) -> tuple[str, ...]:
     """Return why zones at one altitude, given or that of the map, do not decide about a plan."""
     columns = getattr(on.source, "columns", None)
     flights = (on.flight, None if columns is None else columns.flight)
     remedies = ("leave --altitude out" if given else OF_THE_MAP, OF_THE_MAP)
     pairs = [(flight, remedy) for flight, remedy in zip(flights, remedies, strict=True) if flight is not None]
     said = [wrong for flight, remedy in pairs if (wrong := flies_higher(plan, flight, remedy))]
+    own, projection = getattr(on.source, "terrain", None), on.problem.projection
+    ground = own.ground if ground is None and own is not None else ground
+    if pairs and not said and ground is not None and projection is not None:
+        highest = straight_above_ground(plan, ground, projection)
+        for flight, remedy in pairs:
+            if flight.reference == "AGL" and flight.metres + TERRAIN_TOLERANCE < highest < math.inf:
+                said.append(
+                    f"flown straight between its waypoints, it is up to {highest:.4g} m above the ground, and zones "
+                    f"were held against {flight.metres:g} m AGL alone: {remedy}"
+                )
     return tuple(dict.fromkeys(said))
 
 

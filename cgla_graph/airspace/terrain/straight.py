@@ -1,5 +1,6 @@
 """Legs at altitudes above ground, flown straight from waypoint to waypoint: their heights above ground and sea."""
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from typing import Final
@@ -7,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph.airspace.flight_plans.plan import FlightPlan
 from cgla_graph.airspace.terrain.along import elevations_along
 from cgla_graph.airspace.terrain.surface import Surface, box_of_places, pieces_of
 from cgla_graph.airspace.zones.ground import Ground
@@ -114,6 +116,44 @@ def straight_leg(ends: FloatArray, projection: LocalProjection, ground: Ground, 
     (first_low, last_low), (first_high, last_high) = low_ends.tolist(), high_ends.tolist()
     pieces = np.concatenate(shares), np.concatenate(low), np.concatenate(high)
     return StraightLeg(*pieces, (first_low, last_low), (first_high, last_high))
+
+
+def straight_above_ground(plan: FlightPlan, ground: Ground, projection: LocalProjection) -> float:
+    """
+    Return the greatest height above the ground of legs above ground that are flown straight, metres: 0 without any.
+
+    An autopilot without elevations flies straight from waypoint to waypoint, high above a valley. Infinite where the
+    ground is not known.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+    ground
+        Elevations.
+    projection
+        Projection of its map.
+
+    Examples
+    --------
+    >>> ground = Ground(np.array([[300.0, 0.0, 0.0, 300.0]]), (24.0, 60.0, 24.04, 60.01))
+    >>> plan = FlightPlan.along([(24.005, 60.005), (24.035, 60.005)], altitude=80, reference="ground")
+    >>> round(straight_above_ground(plan, ground, LocalProjection(24.02, 60.005)))
+    380
+    """
+    # (from home at the altitude of the first waypoint, to a landing at that of the one before)
+    first = plan.waypoints[0]
+    home = [] if plan.home is None else [replace(first, x=plan.home.x, y=plan.home.y, role="waypoint")]
+    highest = 0.0
+    for one, after in itertools.pairwise([*home, *plan.waypoints]):
+        end = one if after.role == "landing" else after
+        ends = np.array([(one.x, one.y), (after.x, after.y)])
+        if {one.reference, end.reference} != {"ground"} or (ends[0] == ends[1]).all():
+            continue
+        line = straight_leg(projection.forward(ends), projection, ground, max(one.reach, after.reach))
+        heights = float(one.altitude or 0.0), float(end.altitude or 0.0)
+        highest = max(highest, float(line.above_ground(heights)[1].max()))
+    return highest
 
 
 def _unknown() -> StraightLeg:

@@ -1,22 +1,14 @@
 """The greatest height of a flight above the ground, from its altitudes and elevations."""
 
-import itertools
-import math
-from dataclasses import replace
-
-import numpy as np
-
 from cgla_graph._text import figure
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint
-from cgla_graph.airspace.terrain.straight import straight_leg
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.heights import height_offset
 from cgla_graph.airspace.zones.shapes import AreaShape
 from cgla_graph.errors import ProblemError
-from cgla_graph.model.earth import LocalProjection
 
 _REFERENCES = {"home": "HOME", "ground": "AGL", "sea": "AMSL", "ellipsoid": "WGS84"}
-_NOT_COVERED = "the elevations do not cover all of the ground under the flight; give height, metres above ground"
+NOT_COVERED = "the elevations do not cover all of the ground under the flight; give height, metres above ground"
 _GIVE = "give height, metres above ground, or elevations (ground)"
 
 
@@ -50,7 +42,7 @@ def above_ground(plan: FlightPlan, under: AreaShape | None, ground: Ground | Non
     if ground is not None and under is not None:
         below = ground.range_over(under)
         if below is None:
-            raise ProblemError(_NOT_COVERED)
+            raise ProblemError(NOT_COVERED)
     home = _home(plan, ground, below)
     # (a landing is on the ground)
     flown = [one for one in plan.waypoints if one.role != "landing"]
@@ -61,50 +53,6 @@ def above_ground(plan: FlightPlan, under: AreaShape | None, ground: Ground | Non
     if below is not None:
         flat = (f"the ground under the flight is {figure(below[0], 5)} to {figure(below[1], 5)} m above the sea",)
     return max(0.0, *heights), flat
-
-
-def straight_above_ground(plan: FlightPlan, ground: Ground, projection: LocalProjection) -> float:
-    """
-    Return the greatest height above the ground of legs above ground that are flown straight, metres; 0 without any.
-
-    An autopilot without elevations flies straight from waypoint to waypoint, high above a valley.
-
-    Parameters
-    ----------
-    plan
-        The plan.
-    ground
-        Elevations.
-    projection
-        Projection of its map.
-
-    Raises
-    ------
-    ProblemError
-        If the ground below a leg is not known.
-
-    Examples
-    --------
-    >>> ground = Ground(np.array([[300.0, 0.0, 0.0, 300.0]]), (24.0, 60.0, 24.04, 60.01))
-    >>> plan = FlightPlan.along([(24.005, 60.005), (24.035, 60.005)], altitude=80, reference="ground")
-    >>> round(straight_above_ground(plan, ground, LocalProjection(24.02, 60.005)))
-    380
-    """
-    # (from home at the altitude of the first waypoint, to a landing at that of the one before)
-    first = plan.waypoints[0]
-    home = [] if plan.home is None else [replace(first, x=plan.home.x, y=plan.home.y, role="waypoint")]
-    highest = 0.0
-    for one, after in itertools.pairwise([*home, *plan.waypoints]):
-        end = one if after.role == "landing" else after
-        ends = np.array([(one.x, one.y), (after.x, after.y)])
-        if {one.reference, end.reference} != {"ground"} or (ends[0] == ends[1]).all():
-            continue
-        line = straight_leg(projection.forward(ends), projection, ground, max(one.reach, after.reach))
-        heights = float(one.altitude or 0.0), float(end.altitude or 0.0)
-        highest = max(highest, float(line.above_ground(heights)[1].max()))
-    if not math.isfinite(highest):
-        raise ProblemError(_NOT_COVERED)
-    return highest
 
 
 def _home(plan: FlightPlan, ground: Ground | None, below: tuple[float, float] | None) -> tuple[float, float] | None:

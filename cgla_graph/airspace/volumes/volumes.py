@@ -1,6 +1,7 @@
 """Flight geography, contingency volume and ground risk buffer around a path or a flight plan."""
 
 import itertools
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -20,9 +21,10 @@ from cgla_graph._validate import instance, non_negative_number
 from cgla_graph.airspace.flight_plans.fence import Fence, FenceShape
 from cgla_graph.airspace.flight_plans.formats import read_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Waypoint
+from cgla_graph.airspace.terrain.straight import straight_above_ground
 from cgla_graph.airspace.volumes.dimensions import Dimensions, VolumeSettings
 from cgla_graph.airspace.volumes.files import VolumeArea, write_areas
-from cgla_graph.airspace.volumes.flight_heights import above_ground, straight_above_ground
+from cgla_graph.airspace.volumes.flight_heights import NOT_COVERED, above_ground
 from cgla_graph.airspace.volumes.ground_risk_class import Density, GroundRiskClass, density_under, intrinsic_class
 from cgla_graph.airspace.volumes.outlines import around, flown_lines, in_degrees, inner_outlines
 from cgla_graph.airspace.zones.ground import Ground, read_ground
@@ -318,6 +320,8 @@ def volumes(
         height, remarks = above_ground(flown.plan, under, elevations)
         if elevations is not None and flown.projection is not None and not isinstance(flight, Solution):
             height = max(height, straight_above_ground(flown.plan, elevations, flown.projection))
+            if math.isinf(height):
+                raise ProblemError(NOT_COVERED)
     size = settings.dimensions(non_negative_number("height", height))
     inner = flown.around(size.reaches[0])
     operational = operational.union(inner)

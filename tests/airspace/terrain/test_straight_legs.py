@@ -79,3 +79,14 @@ def test_the_bounds_hold_at_any_place_of_a_straight_leg(values: list[float], lon
         height = first + share * (last - first) - float(surface.between(here[None])[0])
         piece = min(int(np.searchsorted(line.shares[:, 2], share)), len(low) - 1)
         assert low[piece] - 0.05 <= height <= high[piece] + 0.05
+
+
+@pytest.mark.parametrize(("depth", "clean"), [(300, False), (9, True), (0, True)])
+def test_one_altitude_does_not_decide_about_legs_high_above_a_valley(tmp_path: Path, depth: float, clean: bool) -> None:
+    file = tmp_path / "zones.json"
+    limits = {"lowerLimit": 150, "lowerVerticalReference": "AGL", "upperLimit": 900}
+    file.write_text(json.dumps(ed269(volume(horizontalProjection=CIRCLE, **limits))), encoding="utf-8")
+    plan = cg.FlightPlan.along(PLACES, altitude=80, reference="ground")
+    found = cg.check(plan, zones=file, ground=valley(depth), altitude=80, terrain_clearance=0, tolerance=None)
+    assert found.is_clean is clean
+    assert clean or "up to 380 m above the ground" in " ".join(found.verdict)
