@@ -4,11 +4,13 @@ import dataclasses
 import subprocess
 import sys
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pytest
-from hypothesis import find, given
+from hypothesis import Phase, given, settings
+from hypothesis import find as smallest
+from hypothesis.strategies import SearchStrategy
 from scipy import sparse
 from strategies import usual
 
@@ -19,6 +21,14 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.solver import Solver
 from cgla_graph.model.weights import SparseWeights
 from cgla_graph.solvers.checks import SolverCheck
+
+T = TypeVar("T")
+
+
+def find(strategy: SearchStrategy[T], wanted: Callable[[T], object]) -> T:
+    """Return the first example with a property, which need not be the smallest."""
+    return smallest(strategy, lambda one: bool(wanted(one)), settings=settings(phases=[Phase.generate]))
+
 
 CHAIN = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]], labels="abc")
 
