@@ -143,6 +143,12 @@ class RasterTable(Table):
     bounds: Annotated[list[float], Field(min_length=4, max_length=4)] | None = Field(
         None, description="x_min, y_min, x_max, y_max of a file that does not say them (.csv, .npy, .npz)"
     )
+    covers: str | None = Field(
+        None, description="area that the cells say something of, if less than their bounds: WKT, map units (plane maps)"
+    )
+    peaks: str | None = Field(
+        None, description="path of the greatest value that each cell meets, like file, if values are means (plane maps)"
+    )
 
 
 class LatticeTable(Table):
@@ -605,6 +611,8 @@ class MapBuilder:
                 interpolation=entry.interpolation,
                 scale=entry.scale,
             )
+            if entry.covers is not None or entry.peaks is not None:
+                raster = self._with_origins(raster, entry)
             if entry.ground_risk is not None:
                 raster = raster.flown_over_by(entry.ground_risk.build())
         west, south, east, north = self.bounds
@@ -614,6 +622,22 @@ class MapBuilder:
             msg = f"rasters.{number}: {file} lies at {own}, outside the bounds {self.box}; correct either"
             raise ScenarioError(msg)
         return raster
+
+    def _with_origins(self, raster: RasterRisk, entry: RasterTable) -> RasterRisk:
+        """Return a raster with what is kept of the file that it was laid from."""
+        if not self.is_plane:
+            msg = "covers and peaks are for maps in the plane, as cg.write_scenario writes them; leave them out"
+            raise ValueError(msg)
+        try:
+            covers = None if entry.covers is None else shapely.from_wkt(entry.covers)
+        except shapely.errors.GEOSException as error:
+            msg = f"covers is {shown(entry.covers)}, which is no WKT of an area; leave it out, or write the file again"
+            raise ValueError(msg) from error
+        peaks = None
+        if entry.peaks is not None:
+            file = self.folder / entry.peaks
+            peaks = read_cells(file, most=MOST_CELLS, bounds=raster.bounds, origin=entry.origin).values
+        return RasterRisk(raster.values, raster.bounds, **{**raster.settings, "covers": covers, "peaks": peaks})
 
     def threats(self) -> list[Threat]:
         """Return the threats in map units: those in the file, then the random ones."""

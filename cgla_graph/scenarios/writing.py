@@ -15,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._files import write_files
 from cgla_graph._text import place, shown
+from cgla_graph._types import FloatArray
 from cgla_graph._validate import file_path, instance, truth_value
 from cgla_graph.errors import OutputError, ScenarioError
 from cgla_graph.model.earth import LocalProjection
@@ -88,7 +89,11 @@ def write_scenario(
     rasters = given.problem.field.rasters
     beside = [target.with_name(f"{target.stem}-risk{f'-{i}' if i > 1 else ''}.npy") for i in range(1, len(rasters) + 1)]
     text = _text(given, [file.name for file in beside], given.title if title is None else title, place(target))
-    arrays = {file: _array(raster) for file, raster in zip(beside, rasters, strict=True)}
+    arrays: dict[Path, bytes] = {}
+    for file, raster in zip(beside, rasters, strict=True):
+        arrays[file] = _array(raster.values)
+        if raster.peaks is not None:
+            arrays[_of_peaks(file)] = _array(raster.peaks)
     # the scenario comes last: it names no file that is not there
     files = {**arrays, target: text}
     for file in files:
@@ -209,13 +214,22 @@ def _raster(file: str, raster: RasterRisk) -> dict[str, Any]:
     given = {key: getattr(raster, key) for key, value in usual.items() if getattr(raster, key) != value}
     if raster.failures is not None:
         given["ground_risk"] = dataclasses.asdict(raster.failures)
+    if raster.covers is not None:
+        given["covers"] = raster.covers.wkt
+    if raster.peaks is not None:
+        given["peaks"] = _of_peaks(Path(file)).name
     return {"file": file, **given, "bounds": list(raster.bounds)}
 
 
-def _array(raster: RasterRisk) -> bytes:
-    """Return a raster's values as the bytes of a .npy."""
+def _of_peaks(file: Path) -> Path:
+    """Return the file of the greatest values of cells, beside that of the cells."""
+    return file.with_name(f"{file.stem}-peaks.npy")
+
+
+def _array(values: FloatArray) -> bytes:
+    """Return an array as the bytes of a .npy."""
     stream = io.BytesIO()
-    np.save(stream, raster.values, allow_pickle=False)
+    np.save(stream, values, allow_pickle=False)
     return stream.getvalue()
 
 

@@ -12,7 +12,7 @@ from raster_files import geotiff, laid_at
 import cgla_graph as cg
 from cgla_graph.comparisons.live.draft import LiveMap
 from cgla_graph.comparisons.study.documents import scenario_document, scenario_from
-from cgla_graph.errors import ScenarioError
+from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.rasters.crs import CrsPlane, RasterWarning
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.mission_file import load_mission
@@ -104,6 +104,24 @@ def test_files_hold_the_plane(tmp_path: Path) -> None:
         assert other.projection.inverse(scenario.problem.goal) == pytest.approx(np.array(GOAL))
         assert other.projection.greatest == pytest.approx(scenario.projection.greatest)  # type: ignore[union-attr]
     assert copied.projection == scenario.projection
+
+
+def test_what_a_raster_says_nothing_of_stays_unknown_in_a_written_file(tmp_path: Path) -> None:
+    """Laid from Mollweide, it lies askew: its corners and its greatest densities are kept."""
+    file, _ = laid_at(tmp_path / "a.tif", "ESRI:54009", 25.0, 60.0)
+    scenario = opened(file)
+    (raster,) = scenario.problem.field.rasters
+    assert raster.covers is not None
+    assert raster.peaks is not None
+    (again,) = load_scenario(write_scenario(scenario, tmp_path / "again.toml")).problem.field.rasters
+    assert again.covers is not None
+    assert again.covers.equals(raster.covers)
+    np.testing.assert_array_equal(again.highest, raster.highest)
+    np.testing.assert_array_equal(again.cells, raster.cells)
+    text = (tmp_path / "again.toml").read_text(encoding="utf-8")
+    (tmp_path / "bad.toml").write_text(text.replace('covers = "POLYGON', 'covers = "POLYGOON'), encoding="utf-8")
+    with pytest.raises(CglaError, match="no WKT of an area"):
+        load_scenario(tmp_path / "bad.toml")
 
 
 def test_files_name_rasters_in_any_coordinates(tmp_path: Path) -> None:
