@@ -27,7 +27,9 @@ T = TypeVar("T")
 
 def find(strategy: SearchStrategy[T], wanted: Callable[[T], object]) -> T:
     """Return the first example with a property, which need not be the smallest."""
-    return smallest(strategy, lambda one: bool(wanted(one)), settings=settings(phases=[Phase.generate]))
+    return smallest(
+        strategy, lambda one: bool(wanted(one)), settings=settings(max_examples=5000, phases=[Phase.generate])
+    )
 
 
 CHAIN = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]], labels="abc")

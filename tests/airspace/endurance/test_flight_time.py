@@ -82,6 +82,7 @@ def test_a_plan_is_summed_up_as_by_hand() -> None:
     assert steep.seconds == pytest.approx(by_hand - 110 / 2 - third / 12 + 110 / 0.1)
 
 
+@pytest.mark.slow
 @usual
 @given(heading=angles, blows=st.floats(0.0, 11.0), bearing=angles)
 def test_paths_take_the_time_of_the_same_curve(heading: float, blows: float, bearing: float) -> None:

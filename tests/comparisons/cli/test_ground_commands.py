@@ -205,6 +205,7 @@ detection_radius = 900
 """
 
 
+@pytest.mark.slow
 def test_a_mission_has_the_same_model(cgla: Call, tmp_path: Path) -> None:
     (tmp_path / "mission.toml").write_text(MISSION)
     (uav,) = cgla("fly", "mission.toml", "--no-value", "--json").document()["flights"][0]["uavs"]

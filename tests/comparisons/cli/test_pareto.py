@@ -88,6 +88,7 @@ def test_a_range_without_end_is_empty_in_csv_and_null_in_json(cgla: Call) -> Non
     assert "any" in cgla("pareto", "free.toml", "--solver", "cgla").out
 
 
+@pytest.mark.slow
 def test_the_front_of_a_raster_is_over_all_weights(cgla: Call, tmp_path: Path) -> None:
     """So none has to be given; with a corridor, costs are those of one weight."""
     (tmp_path / "p.asc").write_text("ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 9 1\n1 2 1\n")

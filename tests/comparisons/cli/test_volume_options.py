@@ -151,6 +151,7 @@ def test_wrong_options_are_one_line(cgla: Call, people: Path, words: tuple[objec
     assert call.err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_corridor_as_wide_as_the_volumes_keeps_the_density_below(cgla: Call, people: Path) -> None:
     """Without it, the volumes reach over the town beside the path."""
     with rasterio.open(people, "r+") as file:

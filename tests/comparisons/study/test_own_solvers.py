@@ -101,6 +101,7 @@ def test_every_door_takes_it(detour: Path, cgla: Callable[..., Any]) -> None:
     assert [one.label for one in study.entrants] == ["detour.py:Detour", "detour.py:Detour:tries=3"]
 
 
+@pytest.mark.slow
 def test_its_hash_is_kept_and_a_changed_file_is_another_solver(detour: Path, cgla: Callable[..., Any]) -> None:
     asked = ["compare", "one-threat", "--solvers", "detour.py:Detour", "--no-certificate", "--out", "results"]
     cgla(*asked)
@@ -134,6 +135,7 @@ def test_instances_take_part_with_their_settings() -> None:
     assert (back.label, back.name) == (study.entrants[1].label, study.entrants[1].name)
 
 
+@pytest.mark.slow
 def test_classes_of_programs_and_notebooks_take_part(tmp_path: Path) -> None:
     program = f"""{FILE.replace('print("imported")', "")}
 from cgla_graph.comparisons import Study, run_study
