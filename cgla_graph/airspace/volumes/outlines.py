@@ -22,6 +22,8 @@ EDGE: Final = 0.05
 _LONGEST, _FARTHEST_LATITUDE = 5_000.0, 85.0
 #: Grid of the corners of areas on the map, metres.
 _GRID: Final = 1e-3
+#: A geodesic this near to the straight leg counts as it, metres: `EDGE` is more than edges in degrees need.
+_SAME: Final = 0.1 * EDGE
 #: Legs on the Earth are followed along the geodesic at so many points.
 _POINTS: Final = 9
 
@@ -48,8 +50,13 @@ def flown_lines(routes: Sequence[FloatArray], projection: LocalProjection | None
         parts.append(shapely.LineString(route) if len(route) > 1 else shapely.Point(route[0]))
         if projection is not None and len(route) > 1:
             first, last = projection.inverse(route[:-1]), projection.inverse(route[1:])
-            between = [projection.forward(geodesic_between(first, last, share)) for share in np.linspace(0, 1, _POINTS)]
-            parts.append(shapely.LineString(np.stack(between, axis=1).reshape(-1, 2)))
+            shares = np.linspace(0, 1, _POINTS)
+            between = [projection.forward(geodesic_between(first, last, share)) for share in shares]
+            curves = np.stack(between, axis=1)
+            straight = route[:-1, None] + shares[:, None] * (route[1:] - route[:-1])[:, None]
+            # (buffers of two lines that all but coincide take seconds)
+            apart = np.hypot(*(curves - straight).transpose(2, 0, 1)).max(axis=1) > _SAME
+            parts += [shapely.LineString(curve) for curve in curves[apart]]
     return shapely.union_all(parts) if len(parts) > 1 else parts[0]
 
 
