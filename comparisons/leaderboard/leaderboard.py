@@ -237,8 +237,7 @@ def _by_metric(runs: Sequence[Run]) -> dict[str, list[MetricStanding]]:
     found: dict[str, list[MetricStanding]] = {run.solver: [] for run in runs}
     for name, said in known.items():
         values = {
-            solver: [_measure(median_run(group[solver]), name) for group in groups if solver in group]
-            for solver in found
+            solver: [median_run(group[solver]).measure(name) for group in groups if solver in group] for solver in found
         }
         table = np.array(list(values.values())) * (1.0 if said.better == "less" else -1.0)
         ranks = rankdata(np.where(np.isnan(table), np.inf, table), axis=0)
@@ -247,10 +246,6 @@ def _by_metric(runs: Sequence[Run]) -> dict[str, list[MetricStanding]]:
             average = float(rank.mean()) if len(rank) else math.nan
             found[solver].append(MetricStanding(said, _estimate(finite), average))
     return found
-
-
-def _measure(run: Run, name: str) -> float:
-    return next((one.value for one in run.measures if one.name == name), math.nan)
 
 
 def _wins(costs: Mapping[str, Sequence[float]]) -> dict[str, int]:

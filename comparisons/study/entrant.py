@@ -93,7 +93,7 @@ class Entrant:
                 msg = f"{cut(text)}: {shown(key)} is set twice; set it once"
                 raise SolverSettingError(msg)
             settings[key] = _literal(value)
-        return cls.named(name, settings, ":".join([*parts]), folder=folder)
+        return cls.named(name, settings, ":".join(parts), folder=folder)
 
     @classmethod
     def named(

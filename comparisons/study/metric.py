@@ -190,9 +190,10 @@ def measures(metrics: Sequence[Metric], solution: Solution, problem: Problem) ->
     return tuple(found), "; ".join(notes)
 
 
-def forgotten(path: FloatArray, problem: Problem) -> float:
-    """Stand for the function of a metric that a stored study had."""
-    raise NotImplementedError
+def forgotten(*_: object) -> float:
+    """Stand for the function of a metric that a stored study had; raise `StudyError`."""
+    msg = "a study does not keep the functions of its metrics; give its maps, --solvers and --metrics again"
+    raise StudyError(msg)
 
 
 @cache

@@ -95,7 +95,7 @@ def _plain(value: Any) -> Any:  # noqa: ANN401 - a solver's setting may be anyth
 
 
 def _measured(name: str) -> Callable[[Run, float], float]:
-    return lambda run, _: next((one.value for one in run.measures if one.name == name), math.nan)
+    return lambda run, _: run.measure(name)
 
 
 def metric_columns(runs: Iterable[Run]) -> list[RunColumn]:

@@ -74,6 +74,10 @@ class Run(ShortRepr):
     number: int | None = None
     measures: Sequence[Measure] = ()
 
+    def measure(self, name: str) -> float:
+        """Return the value of a metric of the study; NaN where it has none."""
+        return next((one.value for one in self.measures if one.name == name), math.nan)
+
 
 def compare(
     scenarios: Iterable[Scenario],

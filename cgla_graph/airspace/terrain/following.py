@@ -97,7 +97,6 @@ def follow_terrain(
     (3, [24.005, 24.025, 24.035, 24.045, 24.065, 24.065])
     """
     instance("plan", plan, FlightPlan, "a FlightPlan, as FlightPlan.along(lonlat, altitude=80, reference='ground')")
-    instance("plan", plan, FlightPlan, "a plan, as cg.read_plan or FlightPlan.along makes it")
     instance("ground", ground, Ground, GROUND_WANTED)
     most = TERRAIN_TOLERANCE if tolerance is None else positive_number("tolerance", tolerance)
     least, height = clearance_of(clearance), _height(plan)
