@@ -26,8 +26,12 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.viewcode",
+    "sphinx_copybutton",
+    "sphinx_design",
     "matplotlib.sphinxext.plot_directive",
+    "excerpts",
     "mathml",
+    "section_pages",
     "solver_pages",
 ]
 root_doc = "index"
@@ -88,8 +92,8 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sphinx = False
 html_copy_source = False
-# excerpts would have to be fetched, which browsers refuse to pages of files
-html_show_search_summary = False
+# what a block prints is not for copying
+copybutton_selector = "div:not(.highlight-text) > div.highlight > pre"
 html_theme_options = {
     "light_css_variables": {"color-brand-primary": "#1f5f8b", "color-brand-content": "#1f5f8b"},
     "dark_css_variables": {"color-brand-primary": "#7fb8de", "color-brand-content": "#7fb8de"},
@@ -97,12 +101,13 @@ html_theme_options = {
 
 #: The line below a page's title that leads back, for who reads it where the code is.
 _WAY_BACK = re.compile(r"^\[Manual\]\([./]*README\.md\).*\n\n?", re.MULTILINE)
+#: A file's name above the block that shows it.
+_FILE = re.compile(r"^\*\*`([\w.-]+)`\*\*\n```(\w+)\n", re.MULTILINE)
 
 
 def _for_the_site(_app: Sphinx, _name: str, source: list[str]) -> None:
-    """Leave out what only readers of the bare files need, and turn links to the index into ones to the site's."""
-    text = _WAY_BACK.sub("", source[0])
-    source[0] = re.sub(r"\]\(((?:\.\./)?)README\.md(#[\w-]+)?\)", r"](\1index.rst\2)", text)
+    """Leave out the links back to the index, and make names of files captions of their blocks."""
+    source[0] = _FILE.sub(r"```{code-block} \2\n:caption: \1\n\n", _WAY_BACK.sub("", source[0]))
 
 
 def _without_fields(_app: Sphinx, _kind: str, _name: str, member: object, _skip: bool, _options: object) -> bool | None:

@@ -10,10 +10,16 @@ ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
 INDEX = ROOT / "docs" / "README.md"
 #: The entrance first, then the manual.
-PAGES = (README, INDEX, *sorted(path for path in INDEX.parent.rglob("*.md") if path != INDEX))
+PAGES = (
+    README,
+    INDEX,
+    *sorted(path for path in INDEX.parent.rglob("*.md") if path != INDEX and "generated" not in path.parts),
+)
 
 #: A comment that steers a block: ``file: NAME``, ``slow`` or ``not run: WHY``.
 NOTE = re.compile(r"<!-- (.+) -->")
+#: The name of a file in a line of its own, which readers see and the site makes the caption of the block.
+FILE = re.compile(r"\*\*`([\w.-]+)`\*\*")
 #: What one run does not share with the next.
 TIME = re.compile(r"[\d.,]+(e-?\d+)? (µs|ms|s|min|h)\b")
 BOX = re.compile(r"[━─]+")
@@ -37,7 +43,7 @@ class Block(NamedTuple):
     text
         What is in it.
     notes
-        The comments right above it, which readers do not see.
+        The comments right above it, which readers do not see; a file's name, which they do, is ``file: NAME``.
     output
         What it prints, if a ``text`` block behind it says so.
     """
@@ -126,10 +132,10 @@ class Page:
 
 
 def _notes_above(lines: list[str], at: int) -> tuple[str, ...]:
-    """Return the comments right above a line."""
+    """Return the comments and the file's name right above a line."""
     notes: list[str] = []
-    while at and (match := NOTE.fullmatch(lines[at - 1])):
-        notes.insert(0, match[1])
+    while at and (match := NOTE.fullmatch(lines[at - 1]) or FILE.fullmatch(lines[at - 1])):
+        notes.insert(0, f"file: {match[1]}" if match.re is FILE else match[1])
         at -= 1
     return tuple(notes)
 
