@@ -106,8 +106,9 @@ _FILE = re.compile(r"^\*\*`([\w.-]+)`\*\*\n```(\w+)\n", re.MULTILINE)
 
 
 def _for_the_site(_app: Sphinx, _name: str, source: list[str]) -> None:
-    """Leave out the links back to the index, and make names of files captions of their blocks."""
-    source[0] = _FILE.sub(r"```{code-block} \2\n:caption: \1\n\n", _WAY_BACK.sub("", source[0]))
+    """Leave out the way back, link the site's index, and make names of files captions of their blocks."""
+    text = re.sub(r"\]\(((?:\.\./)?)README\.md\)", r"](\1index.md)", _WAY_BACK.sub("", source[0]))
+    source[0] = _FILE.sub(r"```{code-block} \2\n:caption: \1\n\n", text)
 
 
 def _without_fields(_app: Sphinx, _kind: str, _name: str, member: object, _skip: bool, _options: object) -> bool | None:
