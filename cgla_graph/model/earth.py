@@ -38,6 +38,8 @@ GeometryT = TypeVar("GeometryT", bound=BaseGeometry)
 FARTHEST = 20_003_932.0
 # From the centre of WGS84 to a pole, metres; one over its square is the greatest curvature, that at the equator.
 POLAR_RADIUS = 6_356_752.314245
+# Least length of a degree of latitude, metres; and a latitude beyond which a box contains all meridians.
+LEAST_DEGREE, NEAR_POLE = 110_500.0, 85.0
 # Bound of the error of geodesics' lengths and end points, metres (they are off by 15 nanometres).
 GEODESIC_ERROR = 1e-6
 # Radians; below this, a series of two terms is exact to the last digit.
@@ -514,6 +516,23 @@ def places_around(place: Point, distance: float) -> FloatArray:
     [[26.0, 60.0], [25.0, 60.5], [24.0, 60.0], [25.0, 59.5]]
     """
     return geodesic_points(place, np.array([90.0, 0.0, -90.0, 180.0]), min(distance, 0.5 * FARTHEST))
+
+
+def box_around(place: Point, distance: float) -> Bounds:
+    """
+    Return a box in degrees, west, south, east, north, that contains all places within a distance of a place, metres.
+
+    Examples
+    --------
+    >>> [round(side, 3) for side in box_around((25.0, 60.0), 55_250.0)]
+    [23.985, 59.5, 26.015, 60.5]
+    """
+    x, y = place
+    high = distance / LEAST_DEGREE
+    if abs(y) + high >= NEAR_POLE:
+        return x - 180.0, -90.0, x + 180.0, 90.0
+    wide = min(180.0, high / math.cos(math.radians(abs(y) + high)))
+    return x - wide, y - high, x + wide, y + high
 
 
 def geodesic_length(start: Point, goal: Point) -> float:

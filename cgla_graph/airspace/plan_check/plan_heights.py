@@ -9,17 +9,15 @@ import numpy as np
 
 from cgla_graph._text import counted
 from cgla_graph._types import BoolArray, FloatArray, IntArray
-from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference
+from cgla_graph.airspace.flight_plans.plan import FlightPlan
 from cgla_graph.airspace.flight_plans.profile import Heights, Profile, profile_of
 from cgla_graph.airspace.flight_plans.simultaneous_areas import WHOLE, Shares
 from cgla_graph.airspace.terrain.straight import StraightLeg, straight_leg
 from cgla_graph.airspace.zones.ground import Ground
-from cgla_graph.airspace.zones.heights import REFERENCES, ROUNDING, Range, height_offset
+from cgla_graph.airspace.zones.heights import ABOVE, ROUNDING, Range, height_offset, home_heights
 from cgla_graph.airspace.zones.zone import Limits
 from cgla_graph.model.earth import LocalProjection
 
-#: References of heights of plans, as zones write them.
-_ABOVE: Final[dict[Reference, str]] = {ours: theirs for theirs, ours in REFERENCES.items()}
 _WORDS: Final = {"HOME": "above home", "AGL": "above ground", "AMSL": "above the sea", "WGS84": "above the ellipsoid"}
 #: Parts into which a leg over an elevation raster is divided, at most; each spans two cells or more.
 _MOST_PARTS: Final = 64
@@ -75,22 +73,10 @@ class PlanHeights:
         """Compute the heights of the plan and its home."""
         own = profile_of(self.plan, self.stops)
         self.profile: Profile = own if self.column is None else own.with_ends(self.column)
-        self.home = self._home()
+        self.home = home_heights(self.plan, self.ground)
         self._seen: dict[tuple[Heights, Limits], Shares | None] = {}
         self._met: dict[Heights | None, BoolArray] = {}
         self._straight: dict[int, StraightLeg] = {}
-
-    def _home(self) -> Range | None:
-        """Return the least and the greatest height of home above the sea, by the plan and by the raster."""
-        plan, known = self.plan, []
-        first = plan.home or plan.waypoints[0]
-        # (files for autopilots write 0 m for an unknown height)
-        if plan.home is not None and plan.home.altitude:
-            known.append((plan.home.altitude, plan.home.altitude))
-        at_home = plan.home is not None or plan.waypoints[0].role == "take-off"
-        seen = self.ground.range_in((first.x, first.y, first.x, first.y)) if self.ground and at_home else None
-        known += [] if seen is None else [seen]
-        return (min(one[0] for one in known), max(one[1] for one in known)) if known else None
 
     def _within(self, heights: Heights, limits: Limits, ground: Range | None, part: Range) -> tuple[Range | None, bool]:
         """Return the share of a part of a leg within the limits, and whether all limits could be compared."""
@@ -99,7 +85,7 @@ class PlanHeights:
         for limit, sign in limits.bounded:
             # the greatest possible height decides whether it is above a floor, the least whether it is below a ceiling
             ends = heights.high if sign > 0.0 else heights.low
-            more = height_offset(_ABOVE[heights.reference], limit.reference, ground, self.home)
+            more = height_offset(ABOVE[heights.reference], limit.reference, ground, self.home)
             if math.isinf(ends[0]) and (at_ground := height_offset("AGL", limit.reference, ground, self.home)):
                 ends, more = (0.0, 0.0), at_ground
             if more is None:
@@ -255,7 +241,7 @@ class PlanHeights:
         if heights.reference is None:
             return True
         for limit, sign in limits.bounded:
-            more = height_offset(_ABOVE[heights.reference], limit.reference, ground, self.home)
+            more = height_offset(ABOVE[heights.reference], limit.reference, ground, self.home)
             if more is None and self.ground is None:
                 continue
             ends = heights.low if sign > 0.0 else heights.high
@@ -279,7 +265,7 @@ class PlanHeights:
 
     def _why_not_compared(self, heights: Heights, limits: Limits) -> str:
         """Return why heights of a leg and of an area cannot be compared, and the data that is missing."""
-        ours = _ABOVE[heights.reference] if heights.reference is not None else ""
+        ours = ABOVE[heights.reference] if heights.reference is not None else ""
         theirs = {limit.reference for limit, _ in limits.bounded} - {ours}
         needs = ["the height of home above the sea in the plan"] if ours == "HOME" and self.home is None else []
         if "AGL" in {ours, *theirs}:
@@ -354,7 +340,7 @@ def _range_text(heights: Heights) -> str:
     """Write the range of heights of a leg."""
     if heights.reference is None:
         return "unknown heights"
-    above = _WORDS[_ABOVE[heights.reference]]
+    above = _WORDS[ABOVE[heights.reference]]
     low, high = heights.lowest, heights.highest
     if low == high:
         return f"{high:.6g} m {above}"

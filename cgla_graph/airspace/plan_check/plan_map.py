@@ -26,7 +26,7 @@ from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near
 from cgla_graph.airspace.zones.zone import Limits, NoArea
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.clearance import ROUNDING, joined_with, stretches
-from cgla_graph.model.earth import LocalProjection, geodesic_length, project_area, wrapped
+from cgla_graph.model.earth import LocalProjection, box_around, geodesic_length, project_area, wrapped
 from cgla_graph.model.problem import Problem
 
 #: A map around a plan contains every path between its ends that is at most so many times as long as the plan, or as
@@ -40,8 +40,6 @@ ROUNDED = 0.01
 _MARGIN, _LEAST_ROOM = 0.02, 50.0
 #: A plan is a round trip if it is so many times as long as the distance of its ends.
 _ROUND = 2.0
-#: Least length of a degree of latitude, metres; and a latitude beyond which a box must contain all meridians.
-_DEGREE, _NEAR_POLE = 110_500.0, 85.0
 
 
 class NamedMap(Protocol):
@@ -428,9 +426,4 @@ def _degrees_around(projection: LocalProjection, bounds: Bounds, margin: float) 
     # (the origin of a plane of other coordinates is not (0, 0))
     x, y = projection.forward((projection.longitude, projection.latitude)).tolist()
     reach = math.hypot(max(x - x_min, x_max - x), max(y - y_min, y_max - y)) * (1.0 + _MARGIN) + margin
-    high = reach / _DEGREE
-    south, north = projection.latitude - high, projection.latitude + high
-    if max(-south, north) >= _NEAR_POLE:
-        return projection.longitude - 180.0, -90.0, projection.longitude + 180.0, 90.0
-    wide = min(180.0, high / math.cos(math.radians(max(-south, north))))
-    return projection.longitude - wide, south, projection.longitude + wide, north
+    return box_around((projection.longitude, projection.latitude), reach)

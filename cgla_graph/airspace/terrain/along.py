@@ -5,22 +5,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cgla_graph._types import FloatArray, IntArray
+from cgla_graph._types import FloatArray
 from cgla_graph.airspace.terrain.surface import Pieces, Surface
 
 
-def runs(legs: IntArray) -> Iterator[tuple[int, int, int]]:
-    """
-    Yield each leg with the first of its pieces, and the one after its last.
-
-    Examples
-    --------
-    >>> list(runs(np.array([3, 3, 5])))
-    [(3, 0, 2), (5, 2, 3)]
-    """
-    firsts = np.concatenate([[0], np.nonzero(np.diff(legs))[0] + 1, [len(legs)]]).tolist()
+def leg_by_leg(pieces: Pieces) -> Iterator[tuple[int, Pieces]]:
+    """Yield each leg with its pieces."""
+    firsts = np.concatenate([[0], np.nonzero(np.diff(pieces.leg))[0] + 1, [len(pieces.leg)]]).tolist()
     for first, last in itertools.pairwise(firsts):
-        yield int(legs[first]), first, last
+        yield int(pieces.leg[first]), Pieces(*(one[first:last] for one in (pieces.leg, pieces.shares, pieces.lonlat)))
 
 
 def _split(part: Pieces, cuts: FloatArray) -> tuple[FloatArray, FloatArray]:

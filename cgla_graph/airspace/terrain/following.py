@@ -13,7 +13,7 @@ from cgla_graph._validate import instance, positive_number
 from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Waypoint
 from cgla_graph.airspace.terrain.along import elevations_along
 from cgla_graph.airspace.terrain.area import clearance_of
-from cgla_graph.airspace.terrain.surface import Pieces, Surface, box_of_places, pieces_of
+from cgla_graph.airspace.terrain.surface import Pieces, Surface, pieces_of
 from cgla_graph.airspace.zones.ground import GROUND_WANTED, Ground
 from cgla_graph.errors import PlanError, ProblemError
 from cgla_graph.model.earth import DIGITS, LocalProjection
@@ -109,7 +109,7 @@ def follow_terrain(
     first, last = ((float(x), float(y)) for x, y in route[[0, -1]].tolist())
     projection = LocalProjection.between(first, last)
     places = projection.forward(route)
-    surface = Surface.near(ground, box_of_places(_rim(places, projection), 2.0 * max(ground.cell)))
+    surface = Surface.along(ground, places, projection)
     made: list[Waypoint] = [dataclasses.replace(plan.waypoints[0], altitude=aim)]
     for leg, (start, end) in enumerate(itertools.pairwise(places)):
         target = dataclasses.replace(plan.waypoints[leg + 1], altitude=aim)
@@ -137,13 +137,6 @@ def _height(plan: FlightPlan) -> float:
         msg = "only plans at one altitude above ground follow it; make one with FlightPlan.along(…, reference='ground')"
         raise PlanError(msg)
     return altitude
-
-
-def _rim(places: FloatArray, projection: LocalProjection) -> FloatArray:
-    """Return points along all legs, degrees."""
-    shares = np.linspace(0.0, 1.0, 33)[:, None, None]
-    starts, ends = (places, places) if len(places) == 1 else (places[:-1], places[1:])
-    return projection.inverse(starts + shares * (ends - starts))
 
 
 def _between(

@@ -3,30 +3,26 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any, Final
 
 import numpy as np
 
 from cgla_graph._text import json_number, listed
 from cgla_graph._types import BoolArray, FloatArray
-from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Waypoint
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint
 from cgla_graph.airspace.flight_plans.profile import NOT_SAID, Heights, profile_of
-from cgla_graph.airspace.terrain.along import cut_at_edges, elevations_along, runs
+from cgla_graph.airspace.terrain.along import cut_at_edges, elevations_along, leg_by_leg
 from cgla_graph.airspace.terrain.area import SOURCE, clearance_of
-from cgla_graph.airspace.terrain.surface import ROUNDED, Pieces, Surface, box_of_places, pieces_of
+from cgla_graph.airspace.terrain.surface import ROUNDED, Pieces, Surface, pieces_of
 from cgla_graph.airspace.zones.ground import Ground
-from cgla_graph.airspace.zones.heights import Altitude, Range, height_offset
+from cgla_graph.airspace.zones.heights import ABOVE, Altitude, Range, height_offset, home_heights
 from cgla_graph.model.earth import LocalProjection
 
-#: References of heights of plans, as zones write them.
-_ABOVE: Final[dict[Reference, str]] = {"home": "HOME", "ground": "AGL", "sea": "AMSL", "ellipsoid": "WGS84"}
 #: Heights below the clearance by at most this count as kept, metres, because sums of altitudes are rounded.
 _ROUNDING: Final = 1e-6
 #: A climb in a straight line from the ground may be near it within so many cells of where it begins.
 _CELLS_OF_CLIMB: Final = 2.0
-_DEGREE: Final = 110_500.0
-#: Margin around a route in degrees, and pieces a side of its box.
-_MARGIN: Final = 1e-6
 _NO_HOME: Final = (
     "the height of home above the sea is not known: give a raster that has data there (ground), or a plan that says it"
 )
@@ -163,42 +159,17 @@ def legs_above_ground(
     """
     starts, ends = (route, route) if len(route) == 1 else (route[:-1], route[1:])
     flown, reasons = _flown(plan, stops, altitude)
-    margin = _MARGIN + 2.0 * max(ground.cell)
-    rim = projection.inverse(starts + np.linspace(0.0, 1.0, 33)[:, None, None] * (ends - starts))
-    polar = max(math.cos(math.radians(min(89.0, float(np.abs(rim[..., 1]).max())))), 0.02)
     beside = [one.reach for one in flown if one is not None] + [one.acceptance for one in plan.waypoints]
-    margin += max(beside, default=0.0) / (_DEGREE * polar)
-    surface = Surface.near(ground, box_of_places(rim, margin))
-    solver = _Solver(surface, projection, starts, ends, _home(plan, ground))
+    surface = Surface.along(ground, route, projection, reach=max(beside, default=0.0))
+    solver = _Solver(surface, projection, starts, ends, home_heights(plan, ground))
+    cuts = np.array([max((one.acceptance for one in group), default=0.0) for group in _groups(plan, stops)])
+    upright = _upright(plan, stops, projection.inverse(route), surface, solver.home)
     least, places = np.full(len(starts), np.inf), projection.inverse(starts)
-    for leg, height, place, why in solver.heights(flown):
+    for leg, height, place, why in chain(solver.heights(flown), solver.corners(flown, cuts), upright):
         if height < least[leg]:
             least[leg], places[leg] = height, place
         reasons[leg] = reasons[leg] or why
-    cuts = np.zeros(len(route))
-    for number, group in enumerate(_groups(plan, stops)):
-        cuts[number] = max((one.acceptance for one in group), default=0.0)
-    for leg, height, place, why in solver.corners(flown, cuts):
-        if height < least[leg]:
-            least[leg], places[leg] = height, place
-        reasons[leg] = reasons[leg] or why
-    for leg, height in _upright(plan, stops, projection.inverse(route), surface, solver.home):
-        if height < least[leg]:
-            least[leg], places[leg] = height, projection.inverse(route[min(leg + 1, len(route) - 1)])
     return LegsAboveGround(clearance_of(clearance), clearance is None, least, places, tuple(reasons))
-
-
-def _home(plan: FlightPlan, ground: Ground) -> Range | None:
-    """Return the least and the greatest height of home above the sea, by the plan and by the raster."""
-    first = plan.home or plan.waypoints[0]
-    known = []
-    # (files for autopilots write 0 m for an unknown height)
-    if plan.home is not None and plan.home.altitude:
-        known.append((plan.home.altitude, plan.home.altitude))
-    at_home = plan.home is not None or plan.waypoints[0].role == "take-off"
-    seen = ground.range_in((first.x, first.y, first.x, first.y)) if at_home else None
-    known += [] if seen is None else [seen]
-    return (min(one[0] for one in known), max(one[1] for one in known)) if known else None
 
 
 def _groups(plan: FlightPlan, stops: Sequence[int]) -> list[Sequence[Waypoint]]:
@@ -222,7 +193,7 @@ def _flown(plan: FlightPlan, stops: Sequence[int], altitude: Altitude | None) ->
                 math.isinf(heights.lowest) and after[0].role in {"touch-down", "landing"},
             )
             low = heights.high if math.isinf(heights.lowest) else heights.low
-            found.append(_Flown(_ABOVE[heights.reference], low, reach, grounded))
+            found.append(_Flown(ABOVE[heights.reference], low, reach, grounded))
         elif altitude is not None and heights.why == NOT_SAID:
             reference = "HELD" if altitude.reference == "AGL" else altitude.reference
             found.append(_Flown(reference, (altitude.metres, altitude.metres), reach))
@@ -236,22 +207,23 @@ def _flown(plan: FlightPlan, stops: Sequence[int], altitude: Altitude | None) ->
 
 def _upright(
     plan: FlightPlan, stops: Sequence[int], route: FloatArray, surface: Surface, home: Range | None
-) -> Iterator[tuple[int, float]]:
-    """Yield the leg before a place, and the least height there, where a plan goes up or down above one place."""
+) -> Iterator[tuple[int, float, FloatArray, str]]:
+    """Yield the leg before a place, and the least height there, where a plan goes up or down, as `_Solver.heights`."""
     groups = _groups(plan, stops)
     for number, heights in enumerate(profile_of(plan, stops).places):
         low: Heights | None = heights
         if low is None or low.reference is None or not math.isfinite(low.lowest) or len(groups[number]) < 2:  # noqa: PLR2004 - goes up or down
             continue
         leg = max(number - 1, 0)
+        place = route[min(leg + 1, len(route) - 1)]
         if low.reference == "ground":
-            yield leg, low.lowest
+            yield leg, low.lowest, place, ""
             continue
-        offset = height_offset(_ABOVE[low.reference], "AMSL", None, home)
+        offset = height_offset(ABOVE[low.reference], "AMSL", None, home)
         here = route[[number]]
         below = float(surface.highest(surface.position(here), surface.rounding(here[:, 1]))[0])
         if offset is not None and math.isfinite(below):
-            yield leg, low.lowest + offset[0] - below
+            yield leg, low.lowest + offset[0] - below, place, ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,12 +250,10 @@ class _Solver:
                 if flown[found] is not None:
                     yield found, math.inf, self.starts[found], _TOO_LONG
                 continue
-            for leg, first, last in runs(found.leg):
+            for leg, part in leg_by_leg(found):
                 one, line = flown[leg], lines[leg]
-                if one is None or line is None:
-                    continue
-                part = Pieces(found.leg[first:last], found.shares[first:last], found.lonlat[first:last])
-                yield leg, *self._of_leg(part, one, line)
+                if one is not None and line is not None:
+                    yield leg, *self._of_leg(part, one, line)
 
     def corners(self, flown: Sequence[_Flown | None], cuts: FloatArray) -> Iterator[tuple[int, float, FloatArray, str]]:
         """
@@ -315,8 +285,7 @@ class _Solver:
         for found in pieces_of(cut.starts, cut.ends, self.projection, self.surface.cell):
             if isinstance(found, int):
                 continue
-            for leg, first, last in runs(found.leg):
-                part = Pieces(found.leg[first:last], found.shares[first:last], found.lonlat[first:last])
+            for leg, part in leg_by_leg(found):
                 heights, places = cut.between(part, lines[leg])
                 least = int(np.argmin(heights))
                 yield legs[leg], float(heights[least]), places[least], "" if np.isfinite(heights).all() else _NO_GROUND
@@ -327,26 +296,11 @@ class _Solver:
             return None
         if one.reference == "AGL":
             lonlat = self.projection.inverse(np.array([self.starts[leg], self.ends[leg]]))
-            below = self._lowest(lonlat, one.reach) if one.reach > 0.0 else self.surface.between(lonlat)
+            below = self.surface.range_around(lonlat, one.reach)[0] if one.reach > 0.0 else self.surface.between(lonlat)
             first, last = (below + one.ends).tolist()
             return (first, last) if math.isfinite(first) and math.isfinite(last) else None
         offset = height_offset(one.reference, "AMSL", None, self.home)
         return None if offset is None else (one.ends[0] + offset[0], one.ends[1] + offset[0])
-
-    def _lowest(self, lonlat: FloatArray, reach: float) -> FloatArray:
-        """Return the least elevation within a reach of places; NaN where one is unknown."""
-        flipped = Surface(-self.surface.values, self.surface.west, self.surface.north, self.surface.cell)
-        rounding = self.surface.rounding(lonlat[..., 1])
-        found = -flipped.highest(flipped.position(lonlat), rounding, self._cells(reach, lonlat))
-        return np.where(np.isfinite(found), found, np.nan)
-
-    def _cells(self, reach: float, lonlat: FloatArray) -> tuple[int, int]:
-        """Return a distance in columns and rows, rounded up."""
-        if reach <= 0.0:
-            return 0, 0
-        polar = max(math.cos(math.radians(min(89.0, float(np.abs(lonlat[..., 1]).max()) + reach / _DEGREE))), 0.02)
-        wide, high = self.surface.cell
-        return math.ceil(reach / (_DEGREE * polar * wide)), math.ceil(reach / (_DEGREE * high))
 
     def _of_leg(self, part: Pieces, one: _Flown, line: Range) -> tuple[float, FloatArray, str]:
         """Return the least height of a part of a leg above the ground, where it is, and why it is not known."""
@@ -366,7 +320,7 @@ class _Solver:
         shares, lonlat = cut_at_edges(part, self.surface)
         middle = 0.5 * (lonlat[:, 0] + lonlat[:, 1])
         rounding = self.surface.rounding(middle[:, 1])
-        below = self.surface.highest(self.surface.position(middle), rounding, self._cells(reach, part.lonlat))
+        below = self.surface.highest(self.surface.position(middle), rounding, self.surface.cells(reach, part.lonlat))
         high = line[0] + shares * (line[1] - line[0])
         return high.min(axis=1) - below, lonlat[np.arange(len(lonlat)), np.argmin(high, axis=1)]
 
@@ -374,7 +328,8 @@ class _Solver:
         """Return heights of the straight line from the ground, plus the clearance that it need not keep."""
         leg, at = int(part.leg[0]), int(one.grounded[1])
         foot = self.projection.inverse((self.starts, self.ends)[at][leg])[None]
-        low = float(self._lowest(foot, 0.0)[0])
+        low = float(self.surface.range_around(foot, 0.0)[0][0])
+        low = low if math.isfinite(low) else math.nan
         ends = (low, line[1]) if at == 0 else (line[0], low)
         heights, places = self._around(part, ends, one.reach)
         far = np.abs(self.surface.position(places) - self.surface.position(foot)).max(axis=1) > _CELLS_OF_CLIMB

@@ -10,13 +10,12 @@ import numpy as np
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.airspace.flight_plans.plan import FlightPlan
 from cgla_graph.airspace.terrain.along import elevations_along
-from cgla_graph.airspace.terrain.surface import Surface, box_of_places, pieces_of
+from cgla_graph.airspace.terrain.surface import Surface, pieces_of
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.model.earth import LocalProjection
 
-#: Degrees around a leg whose elevations may count for its curve on the map; least length of a degree, metres.
+#: Degrees around a leg whose elevations may count for its curve on the map.
 _MARGIN: Final = 0.01
-_DEGREE: Final = 110_500.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,14 +88,10 @@ def straight_leg(ends: FloatArray, projection: LocalProjection, ground: Ground, 
     reach
         Distance from the line at which the aircraft may be, metres: then the cells around count.
     """
-    rim = projection.inverse(ends[0] + np.linspace(0.0, 1.0, 33)[:, None] * (ends[1] - ends[0]))
-    polar = max(math.cos(math.radians(min(89.0, float(np.abs(rim[:, 1]).max())))), 0.02)
-    aside = reach / (_DEGREE * polar)
-    surface = Surface.near(ground, box_of_places(rim, _MARGIN + 2.0 * max(ground.cell) + aside))
-    cells = (math.ceil(aside / surface.cell[0]), math.ceil(reach / (_DEGREE * surface.cell[1]))) if reach else (0, 0)
+    surface = Surface.along(ground, ends, projection, reach=reach, margin=_MARGIN)
     sea_low = sea_high = surface.between(projection.inverse(ends))
     if reach > 0.0:
-        sea_low, sea_high = _around(surface, projection.inverse(ends), cells)
+        sea_low, sea_high = surface.range_around(projection.inverse(ends), reach)
     low_ends, high_ends = (np.nan_to_num(sea_low, nan=-np.inf), np.nan_to_num(sea_high, nan=np.inf))
     shares, low, high = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros((0, 3))]
     for found in pieces_of(ends[:1], ends[1:], projection, surface.cell):
@@ -108,8 +103,7 @@ def straight_leg(ends: FloatArray, projection: LocalProjection, ground: Ground, 
         )
         if reach > 0.0:
             middle = projection.inverse(ends[0] + nodes[:, 1:2] * (ends[1] - ends[0]))
-            least, most = _around(surface, middle, cells)
-            under, over = (np.repeat(one[:, None], 3, axis=1) for one in (least, most))
+            under, over = (np.repeat(one[:, None], 3, axis=1) for one in surface.range_around(middle, reach))
         shares.append(nodes)
         low.append(np.nan_to_num(_line(tuple(low_ends), nodes) - over, nan=-np.inf))
         high.append(np.nan_to_num(_line(tuple(high_ends), nodes) - under, nan=np.inf))
@@ -160,13 +154,6 @@ def _unknown() -> StraightLeg:
     """Return a leg of which nothing is known."""
     wide = np.full((1, 3), np.inf)
     return StraightLeg(np.array([[0.0, 0.5, 1.0]]), -wide, wide, (-math.inf, -math.inf), (math.inf, math.inf))
-
-
-def _around(surface: Surface, lonlat: FloatArray, cells: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
-    """Return the least and the greatest elevation around places; infinite where one is not known."""
-    flipped = replace(surface, values=-surface.values)
-    position, rounding = surface.position(lonlat), surface.rounding(lonlat[..., 1])
-    return -flipped.highest(position, rounding, cells), surface.highest(position, rounding, cells)
 
 
 def _line(ends: tuple[float, ...], shares: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
@@ -11,7 +11,7 @@ from scipy.ndimage import maximum_filter
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, IntArray
 from cgla_graph.airspace.zones.ground import Ground
-from cgla_graph.model.earth import LocalProjection, wrapped
+from cgla_graph.model.earth import LEAST_DEGREE, LocalProjection, wrapped
 
 #: A point this near to the edge of a cell may be in the cell beside it, metres: autopilots round places that much.
 ROUNDED: Final = 0.01
@@ -21,7 +21,8 @@ _PER_CELL, _LONGEST = 4.4, 200.0
 _COARSE: Final = 9
 #: Pieces that are held at a time; a leg of more pieces is not divided.
 MOST_PIECES: Final = 400_000
-_DEGREE: Final = 110_500.0
+#: Degrees beyond the sampled places of a route.
+_MARGIN: Final = 1e-6
 _FULL_TURN: Final = 360.0
 
 
@@ -78,6 +79,37 @@ class Surface:
         chosen = np.arange(first, max(first, last)) % columns
         return cls(ground.values[top:low][:, chosen], west + shift + first * wide, north - top * high, ground.cell)
 
+    @classmethod
+    def along(
+        cls,
+        ground: Ground,
+        route: FloatArray,
+        projection: LocalProjection,
+        *,
+        reach: float = 0.0,
+        margin: float = _MARGIN,
+    ) -> "Surface":
+        """
+        Cut a raster to what is near the legs of a route.
+
+        Parameters
+        ----------
+        ground
+            The raster.
+        route
+            Map units, shape ``(m, 2)``.
+        projection
+            Projection of the map.
+        reach
+            Distance from the legs that counts as well, metres.
+        margin
+            Degrees around the box of legs, reach and two cells.
+        """
+        starts, ends = (route, route) if len(route) == 1 else (route[:-1], route[1:])
+        rim = projection.inverse(starts + np.linspace(0.0, 1.0, 33)[:, None, None] * (ends - starts))
+        aside = reach / (LEAST_DEGREE * _shrunk(rim))
+        return cls.near(ground, box_of_places(rim, margin + 2.0 * max(ground.cell) + aside))
+
     @cached_property
     def around(self) -> FloatArray:
         """
@@ -88,6 +120,10 @@ class Surface:
         known = np.pad(np.where(np.isnan(self.values), np.inf, self.values), 1, constant_values=-np.inf)
         rows, columns = self.values.shape
         return np.asarray(np.max([known[r : r + rows, c : c + columns] for r in range(3) for c in range(3)], axis=0))
+
+    @cached_property
+    def _flipped(self) -> "Surface":
+        return replace(self, values=-self.values)
 
     @property
     def bounds(self) -> Bounds:
@@ -109,8 +145,8 @@ class Surface:
 
     def rounding(self, latitude: FloatArray) -> FloatArray:
         """Return `ROUNDED` in columns and rows, shape ``(..., 2)``; at most a tenth of a cell."""
-        wide = ROUNDED / (_DEGREE * np.maximum(np.cos(np.radians(latitude)), 1e-3) * self.cell[0])
-        high = np.full(np.shape(latitude), ROUNDED / (_DEGREE * self.cell[1]))
+        wide = ROUNDED / (LEAST_DEGREE * np.maximum(np.cos(np.radians(latitude)), 1e-3) * self.cell[0])
+        high = np.full(np.shape(latitude), ROUNDED / (LEAST_DEGREE * self.cell[1]))
         return np.asarray(np.minimum(np.stack([wide, high], axis=-1), 0.1))
 
     def highest(self, position: FloatArray, rounding: FloatArray, reach: tuple[int, int] = (0, 0)) -> FloatArray:
@@ -145,6 +181,28 @@ class Surface:
                 here = around[np.where(inside, at[..., 1], 0), np.where(inside, at[..., 0], 0)]
                 found = np.minimum(found, np.where(inside, here, np.inf))
         return found
+
+    def range_around(self, lonlat: FloatArray, reach: float) -> tuple[FloatArray, FloatArray]:
+        """
+        Return the least and the greatest elevation around places, as `highest` finds it; infinite where unknown.
+
+        Parameters
+        ----------
+        lonlat
+            Degrees, shape ``(..., 2)``.
+        reach
+            Distance that counts as well, metres.
+        """
+        where = self.position(lonlat), self.rounding(lonlat[..., 1]), self.cells(reach, lonlat)
+        return -self._flipped.highest(*where), self.highest(*where)
+
+    def cells(self, reach: float, lonlat: FloatArray) -> tuple[int, int]:
+        """Return a distance from places, metres, in columns and rows, rounded up."""
+        if reach <= 0.0:
+            return 0, 0
+        wide, high = self.cell
+        polar = _shrunk(lonlat, reach / LEAST_DEGREE)
+        return math.ceil(reach / (LEAST_DEGREE * polar * wide)), math.ceil(reach / (LEAST_DEGREE * high))
 
     def between(self, lonlat: FloatArray) -> FloatArray:
         """
@@ -244,6 +302,11 @@ def _counts(starts: FloatArray, ends: FloatArray, projection: LocalProjection, c
     cells = (steps / cell).max(axis=(0, 2)) * (_COARSE - 1)
     counts = np.ceil(np.maximum(_PER_CELL * cells, np.hypot(*(ends - starts).T) / _LONGEST))
     return np.asarray(np.maximum(counts, 1.0), dtype=np.int64)
+
+
+def _shrunk(lonlat: FloatArray, more: float = 0.0) -> float:
+    """Return a degree of longitude as a part of one of latitude, where it is least, `more` degrees beyond places."""
+    return max(math.cos(math.radians(min(89.0, float(np.abs(lonlat[..., 1]).max()) + more))), 0.02)
 
 
 def box_of_places(lonlat: FloatArray, margin: float) -> Bounds:

@@ -3,11 +3,10 @@
 from cgla_graph._text import figure
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint
 from cgla_graph.airspace.zones.ground import Ground
-from cgla_graph.airspace.zones.heights import height_offset
+from cgla_graph.airspace.zones.heights import ABOVE, height_offset
 from cgla_graph.airspace.zones.shapes import AreaShape
 from cgla_graph.errors import ProblemError
 
-_REFERENCES = {"home": "HOME", "ground": "AGL", "sea": "AMSL", "ellipsoid": "WGS84"}
 NOT_COVERED = "the elevations do not cover all of the ground under the flight; give height, metres above ground"
 _GIVE = "give height, metres above ground, or elevations (ground)"
 
@@ -69,7 +68,7 @@ def _height(one: Waypoint, below: tuple[float, float] | None, home: tuple[float,
     altitude = float(one.altitude or 0.0)
     if one.reference == "home" and below is None:
         return altitude
-    more = height_offset(_REFERENCES[one.reference], "AGL", below, home)
+    more = height_offset(ABOVE[one.reference], "AGL", below, home)
     if more is None:
         msg = f"it flies {altitude:g} m above {one.reference}, and the ground is not known; {_GIVE}"
         raise ProblemError(msg)

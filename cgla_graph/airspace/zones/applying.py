@@ -1,6 +1,5 @@
 """States of zones at an altitude and a time: closed, open or left out, with the reason for every zone."""
 
-import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
@@ -28,7 +27,7 @@ from cgla_graph.airspace.zones.zone import (
     Zone,
 )
 from cgla_graph.errors import FileFormatError
-from cgla_graph.model.earth import LocalProjection, project_area, require_degrees
+from cgla_graph.model.earth import LocalProjection, box_around, project_area, require_degrees
 
 Lines: TypeAlias = Literal["closed", "open"]
 
@@ -38,8 +37,6 @@ BELOW = "below the flight: it counts from the ground up where it takes off and l
 MOST_NAMED = 5
 #: Metres around a take-off or landing within which areas are looked at, beyond the clearance.
 _AROUND = 1000.0
-#: Least length of a degree of latitude, metres; and a latitude beyond which a box must contain all meridians.
-LEAST_DEGREE, NEAR_POLE = 110_500.0, 85.0
 NOT_COMPARED = "closed because heights above different things cannot be compared without the ground's elevation"
 
 
@@ -221,7 +218,7 @@ class Applied:
         for end in ends:
             x, y = point("a place of take-off or landing", end)
             require_degrees("a place of take-off or landing", np.array([[x, y]]))
-            box = _box_around(x, y, clearance + _AROUND)
+            box = box_around((x, y), clearance + _AROUND)
             projection = LocalProjection(x, y)
             closed = self.within(box).no_fly(projection)
             if columns := self.columns(projection, box):
@@ -242,15 +239,6 @@ class Applied:
             return replace(one, state="closed", reason=one.zone.kind, remark=remark, area=area, low=rest)
 
         return replace(self, verdicts=tuple(map(shut, self.verdicts)))
-
-
-def _box_around(x: float, y: float, distance: float) -> Bounds:
-    """Return a box in degrees that contains all places at a distance from a place, metres."""
-    high = distance / LEAST_DEGREE
-    if abs(y) + high >= NEAR_POLE:
-        return x - 180.0, -90.0, x + 180.0, 90.0
-    wide = min(180.0, high / math.cos(math.radians(abs(y) + high)))
-    return x - wide, y - high, x + wide, y + high
 
 
 @dataclass(frozen=True)

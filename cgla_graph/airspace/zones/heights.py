@@ -6,7 +6,7 @@ from typing import Final, Literal, TypeAlias
 
 from cgla_graph._types import Bounds
 from cgla_graph._validate import finite_number, non_negative_number
-from cgla_graph.airspace.flight_plans.plan import Reference, below_ground
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, below_ground
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.shapes import short
 from cgla_graph.airspace.zones.zone import Layer
@@ -16,6 +16,8 @@ Range: TypeAlias = tuple[float, float]
 
 #: References of heights of flights, as plans write them.
 REFERENCES: Final[dict[str, Reference]] = {"AGL": "ground", "AMSL": "sea", "WGS84": "ellipsoid", "HOME": "home"}
+#: The same, the other way round.
+ABOVE: Final[dict[Reference, str]] = {plans: zones for zones, plans in REFERENCES.items()}
 #: Greatest altitude, metres: the edge of space.
 MOST_ALTITUDE: Final = 1e5
 #: Heights beyond a floor or ceiling by at most this count as within, metres, because sums of altitudes are rounded.
@@ -172,6 +174,31 @@ def vertical_clearance_of(value: object) -> float:
     except ProblemError as error:
         msg = f"{error}; give metres by which floors and ceilings of zones are widened"
         raise FileFormatError(msg) from error
+
+
+def home_heights(plan: FlightPlan, ground: Ground | None) -> Range | None:
+    """
+    Return the least and greatest height of home above the sea, by the plan and by the raster; None if it is not known.
+
+    A plan without home begins there if its first waypoint is a take-off.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> ground = Ground(np.array([[100.0, 200.0, 300.0, 400.0]]), (6.0, 49.0, 10.0, 50.0))
+    >>> plan = FlightPlan.along([(6.5, 49.5), (8.5, 49.5)], altitude=80)
+    >>> home_heights(plan, ground), home_heights(plan, None)
+    ((100.0, 200.0), None)
+    """
+    first = plan.home or plan.waypoints[0]
+    known = []
+    # (files for autopilots write 0 m for an unknown height)
+    if plan.home is not None and plan.home.altitude:
+        known.append((plan.home.altitude, plan.home.altitude))
+    if ground is not None and (plan.home is not None or plan.waypoints[0].role == "take-off"):
+        seen = ground.range_in((first.x, first.y, first.x, first.y))
+        known += [] if seen is None else [seen]
+    return (min(low for low, _ in known), max(high for _, high in known)) if known else None
 
 
 def height_offset(reference: str, other: str, ground: Range | None, home: Range | None = None) -> Range | None:
