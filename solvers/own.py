@@ -18,8 +18,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
 
-import cloudpickle
-
 from cgla_graph._text import place, shown
 from cgla_graph.errors import CglaError, SolverSettingError, SolverUnavailableError
 from cgla_graph.model.solver import Solver, Traits
@@ -131,7 +129,7 @@ def of_instance(solver: Solver) -> tuple[OwnSolver, dict[str, Any]]:
     settings = {name: value for name, value in given.items() if not _same(value, defaults[name])}
     module = sys.modules.get(kind.__module__)
     if module is not None and not _travels_by_name(module):
-        cloudpickle.register_pickle_by_value(module)
+        _by_value().register_pickle_by_value(module)
     source = _source(kind, module)
     return adopt(OwnSolver(cast("type[Solver]", kind), kind.__name__, hashlib.sha256(source).hexdigest())), settings
 
@@ -228,8 +226,15 @@ def _module(path: Path, digest: str, data: bytes) -> ModuleType:
         del sys.modules[name]
         msg = f"{place(path)} cannot be imported: {type(error).__name__}: {error}"
         raise SolverUnavailableError(" ".join(msg.split())) from error
-    cloudpickle.register_pickle_by_value(module)
+    _by_value().register_pickle_by_value(module)
     return module
+
+
+def _by_value() -> ModuleType:
+    """Return the module that pickles classes by value."""
+    import cloudpickle  # noqa: PLC0415 - slow to import, and rarely needed
+
+    return cast("ModuleType", cloudpickle)
 
 
 def _default(field: "dataclasses.Field[Any]") -> object:
@@ -261,4 +266,4 @@ def _source(kind: type, module: ModuleType | None) -> bytes:
         of_program = module is None or module.__name__ == "__main__"
         return inspect.getsource(kind if of_program else cast("ModuleType", module)).encode()
     except (OSError, TypeError):
-        return bytes(cloudpickle.dumps(kind))
+        return bytes(_by_value().dumps(kind))

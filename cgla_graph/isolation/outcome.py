@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
 
-import cloudpickle
-
 from cgla_graph._text import remark
 from cgla_graph.errors import UnknownSolverError, WorkerError
 
@@ -77,6 +75,8 @@ class Reply(NamedTuple):
 
 def packed(function: Callable[..., Any], args: tuple[Any, ...]) -> bytes | Outcome:
     """Pickle a call, classes that workers cannot import by value; if it cannot be pickled, return the failure."""
+    import cloudpickle  # noqa: PLC0415 - slow to import, and rarely needed
+
     try:
         return bytes(cloudpickle.dumps((function, args), pickle.HIGHEST_PROTOCOL))
     except Exception as error:  # noqa: BLE001 - arguments may be anything

@@ -6,7 +6,6 @@ take a millisecond more than in the user's process. After a crash it is replaced
 """
 
 import math
-import os
 import pickle
 import threading
 import time
@@ -16,7 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -26,15 +25,13 @@ from cgla_graph._validate import real_number
 from cgla_graph.errors import SolverFaultError, SolverSettingError
 from cgla_graph.isolation.limits import MEGABYTE, PREPARATION, Limits, is_expendable, limited_time
 from cgla_graph.isolation.outcome import Failure, Outcome, one_line
+from cgla_graph.isolation.shared import call_apart
 from cgla_graph.model import risk_kernels
 from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.small_problem import load_oracle, small_problem
 from cgla_graph.model.solution import MOST_WAYPOINTS, Solution, Status, contained
-
-if TYPE_CHECKING:
-    from cgla_graph.isolation.process import WorkerProcess
 
 #: Longest time of a run without a setting ``seconds``, in seconds.
 LONGEST = 600.0
@@ -53,8 +50,6 @@ STATUS_OF = {
 }
 #: Most bytes of an answer that is sent, and of an exception; of a larger exception, its type and first line are sent.
 MOST_OF_ANSWER, MOST_OF_ERROR = 64 * MEGABYTE, MEGABYTE
-#: Held while the worker works.
-_working = threading.Lock()
 
 
 def run(solver: Any, problem: Problem | GraphProblem, *, apart: bool = False) -> tuple[Solution, float]:  # noqa: ANN401 - of either kind
@@ -121,8 +116,7 @@ def made(solver: Any, method: str, args: tuple[Any, ...], *, apart: bool = False
     if not (apart or getattr(solver.traits, "isolated", False)) or is_expendable():
         return _timed(solver, method, args)
     limit = limit_of(solver)
-    with _working:
-        outcome = _worker().make(_make, (solver, method, args, limit), limit + PREPARATION, _progress.tell_inside)
+    outcome = call_apart(_make, (solver, method, args, limit), limit + PREPARATION, _progress.tell_inside)
     if outcome.failure in {Failure.RAISED, Failure.NOT_MADE}:
         # (an exception of the solver itself is returned as a value)
         remedy = "keep in it, and in its problem, only what can be pickled"
@@ -214,25 +208,6 @@ def is_ours(solver: object) -> bool:
     False
     """
     return type(solver).__module__.startswith("cgla_graph.")
-
-
-@cache
-def _worker() -> "WorkerProcess":
-    """Return the worker of this program."""
-    from cgla_graph.isolation.process import WorkerProcess  # noqa: PLC0415 - slow to import, and rarely needed
-
-    return WorkerProcess([__name__])
-
-
-def _forget_worker() -> None:
-    """Let a forked copy of this process start a worker of its own."""
-    global _working  # noqa: PLW0603 - one a process
-    _worker.cache_clear()
-    _working = threading.Lock()
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_forget_worker)
 
 
 # ---- in the worker ----

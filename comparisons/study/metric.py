@@ -5,20 +5,17 @@ import inspect
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, TypeVar, get_args
+from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar, get_args
 
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import choice
 from cgla_graph.errors import StudyError
+from cgla_graph.isolation.shared import call_apart
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.solvers import own
-
-if TYPE_CHECKING:
-    from cgla_graph.isolation.process import WorkerProcess
 
 Better: TypeAlias = Literal["less", "more"]
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
@@ -181,7 +178,7 @@ def measures(metrics: Sequence[Metric], solution: Solution, problem: Problem) ->
     for one in metrics:
         value = math.nan
         if solution.status.has_path:
-            outcome = _worker().make(_value, (one.function, solution.path, problem), LONGEST)
+            outcome = call_apart(_value, (one.function, solution.path, problem), LONGEST)
             if outcome.failure is None:
                 value = outcome.value
             else:
@@ -194,13 +191,6 @@ def forgotten(*_: object) -> float:
     """Stand for the function of a metric that a stored study had; raise `StudyError`."""
     msg = "a study does not keep the functions of its metrics; give its maps, --solvers and --metrics again"
     raise StudyError(msg)
-
-
-@cache
-def _worker() -> "WorkerProcess":
-    from cgla_graph.isolation.process import WorkerProcess  # noqa: PLC0415 - slow to import, and rarely needed
-
-    return WorkerProcess([__name__])
 
 
 def _value(function: Callable[[FloatArray, Problem], float], path: FloatArray, problem: Problem) -> float:

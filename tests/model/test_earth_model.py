@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
-from cgla_graph.model.earth import LocalProjection, project_area
+from cgla_graph.model.earth import LocalProjection, box_around, project_area
 
 GEOD = pyproj.Geod(ellps="WGS84")
 longitudes = st.floats(-180.0, 180.0)
@@ -31,6 +31,18 @@ def test_inverse_undoes_forward(origin: LocalProjection, azimuth: float, distanc
     # A degree of longitude shrinks towards the poles, and is nothing at them.
     assert abs(turn) * math.cos(math.radians(latitude)) <= 1e-9
     assert abs(back[1] - latitude) <= 1e-9
+
+
+@given(longitudes, st.floats(-90.0, 90.0), azimuths, st.floats(0.0, 1.0), st.floats(1.0, 2e6))
+def test_a_box_around_a_place_contains_all_within_a_distance(
+    x: float, y: float, azimuth: float, share: float, distance: float
+) -> None:
+    longitude, latitude, _ = GEOD.fwd(x, y, azimuth, share * distance)
+    west, south, east, north = box_around((x, y), distance)
+    assert south - 1e-9 <= latitude <= north + 1e-9
+    assert x + math.remainder(longitude - x, 360.0) == pytest.approx(
+        0.5 * (west + east), abs=0.5 * (east - west) + 1e-9
+    )
 
 
 @given(origin=origins, longitude=longitudes, latitude=st.floats(-90.0, 90.0))

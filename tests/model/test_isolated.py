@@ -24,7 +24,7 @@ import cgla_graph as cg
 from cgla_graph import _progress
 from cgla_graph._text import MOST_OF_MESSAGE
 from cgla_graph.errors import ProblemError, SolverFaultError, SolverSettingError, WorkerError
-from cgla_graph.isolation import process
+from cgla_graph.isolation import process, shared
 from cgla_graph.isolation.process import WorkerProcess
 from cgla_graph.model import isolated
 from cgla_graph.model.solution import MOST_TRACE, MOST_WAYPOINTS, Solution, Status
@@ -203,7 +203,7 @@ def test_what_cannot_be_sent_is_refused() -> None:
 
 @pytest.mark.parametrize("program", ["false", "no such program"])
 def test_a_process_that_does_not_start_is_an_error(program: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(isolated, "_worker", WorkerProcess)
+    monkeypatch.setattr(shared, "_worker", lambda _: WorkerProcess())
     monkeypatch.setattr(process, "_servers", {})
     monkeypatch.setattr(process.spawn, "get_executable", lambda: program)
     with pytest.raises(WorkerError, match=r"in a row died|does not start"):

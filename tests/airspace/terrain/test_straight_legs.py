@@ -90,3 +90,21 @@ def test_one_altitude_does_not_decide_about_legs_high_above_a_valley(tmp_path: P
     found = cg.check(plan, zones=file, ground=valley(depth), altitude=80, terrain_clearance=0, tolerance=None)
     assert found.is_clean is clean
     assert clean or "up to 380 m above the ground" in " ".join(found.verdict)
+
+
+@given(st.integers(0, 119), st.sampled_from([-300.0, 300.0]), st.floats(0.0, 400.0), st.sampled_from([0.0, 60.0, 80.0]))
+def test_elevations_within_a_reach_are_between_the_least_and_the_greatest(
+    place: int, height: float, reach: float, latitude: float
+) -> None:
+    values = np.zeros((10, 12))
+    values.flat[place] = height
+    ground = Ground(values, (24.0, latitude, 24.024, latitude + 0.01))
+    projection = LocalProjection(24.012, latitude + 0.005)
+    azimuths = np.linspace(0.0, 2.0 * np.pi, 16)[:, None]
+    shares = np.linspace(0.0, 1.0, 5).reshape(-1, 1, 1)
+    near = projection.inverse(shares * reach * np.concatenate([np.sin(azimuths), np.cos(azimuths)], axis=1))
+    surface = Surface.along(ground, np.zeros((1, 2)), projection, reach=reach)
+    least, most = surface.range_around(projection.inverse(np.zeros((1, 2))), reach)
+    seen = surface.between(near[(np.abs(near - (24.012, latitude + 0.005)) < (0.012, 0.005)).all(axis=-1)])
+    assert np.isfinite(seen).all()
+    assert least[0] - 1e-9 <= seen.min() <= seen.max() <= most[0] + 1e-9

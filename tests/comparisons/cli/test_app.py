@@ -188,8 +188,8 @@ def test_a_plan_imports_only_what_it_needs() -> None:
         "try: main()\n"
         "except SystemExit as left: print('left:', left.code)\n"
         "rare = {'cgla_graph.turning', 'cgla_graph.mission', 'cgla_graph.airspace.flight_plans.formats', 'filelock',\n"
-        "    'ompl', 'cgla_graph.solvers.trade_off', 'networkx', 'matplotlib', 'rich', 'scipy.linalg',\n"
-        "    'scipy.sparse', 'scipy.spatial'}\n"
+        "    'cloudpickle', 'ompl', 'cgla_graph.solvers.trade_off', 'networkx', 'matplotlib', 'rich',\n"
+        "    'scipy.linalg', 'scipy.sparse', 'scipy.spatial'}\n"
         "print('rare:', sorted(rare & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
