@@ -13,7 +13,8 @@ def leg_by_leg(pieces: Pieces) -> Iterator[tuple[int, Pieces]]:
     """Yield each leg with its pieces."""
     firsts = np.concatenate([[0], np.nonzero(np.diff(pieces.leg))[0] + 1, [len(pieces.leg)]]).tolist()
     for first, last in itertools.pairwise(firsts):
-        yield int(pieces.leg[first]), Pieces(*(one[first:last] for one in (pieces.leg, pieces.shares, pieces.lonlat)))
+        part = slice(first, last)
+        yield int(pieces.leg[first]), Pieces(pieces.leg[part], pieces.shares[part], pieces.lonlat[part])
 
 
 def _split(part: Pieces, cuts: FloatArray) -> tuple[FloatArray, FloatArray]:
