@@ -29,6 +29,7 @@ _BUILT_IN: Mapping[str, str] = {
     "refine": "cgla_graph.solvers.refine:Refine",
     "hybrid": "cgla_graph.solvers.continuous.hybrid:Hybrid",
     "fast-marching": "cgla_graph.solvers.continuous.fast_marching:FastMarching",
+    "weighted-regions": "cgla_graph.solvers.continuous.weighted_regions:WeightedRegions",
     "straight-line": "cgla_graph.solvers.continuous.straight_line:StraightLine",
     "q-learning": "cgla_graph.solvers.grid.q_learning:QLearning",
     "rrt-star": "cgla_graph.solvers.sampling.rrt_star:RrtStar",

@@ -77,6 +77,7 @@ WRONG: dict[str, dict[str, list[Any]]] = {
     "skimage-route": {"cells": [1, 5000, 2.5, "x"], "fully_connected": [1], "geometric": [None]},
     "sorrt-star": RRT_STAR,
     "visibility-graph": {"spreads": [0.0, math.nan], "corners": [2, 1e2]},
+    "weighted-regions": {"points": [0, 65, 2.5]},
     "voronoi": {"joined": [0], "masses": [-1, 2.5], "spacing": [0.0, math.inf]},
 }
 STEPS = {"step": [0.0, -1.0, math.inf], "max_steps": [0], "patience": [0, 2.5]}

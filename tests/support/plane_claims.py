@@ -35,6 +35,7 @@ QUICK: dict[str, dict[str, Any]] = {
     **{name: {} for name in ("eight-direction", "lazy-theta-star", "straight-line", "visibility-graph", "refine")},
     "fast-marching": {"cells": 40},
     "skimage-route": {"cells": 40},
+    "weighted-regions": {"points": 3},
     "hybrid": {"tolerance": None, "points": 100, "candidates": 1},
 }
 

@@ -1,0 +1,184 @@
+"""The cells on which the cost of a problem is constant: between the lines of its `nearest` rasters."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from cgla_graph._types import BoolArray, FloatArray, IntArray
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField
+
+#: Lines nearer than this part of the least cell are one line, and sides of cells that differ by less are equal.
+SAME = 1e-9
+#: Different widths of columns times heights of rows, at most: there is a table of distances for each.
+MOST_SHAPES = 256
+
+
+@dataclass(frozen=True, eq=False)
+class Arrangement:
+    """
+    Rectangles of constant cost that fill the bounds of a problem.
+
+    Lines on which the cost of no cell changes are left out. On a common side of two cells, the lesser cost holds.
+
+    Attributes
+    ----------
+    x, y
+        The lines, ascending, shape ``(columns + 1,)`` and ``(rows + 1,)``, map units.
+    costs
+        Cost of a unit of length on each cell, shape ``(rows, columns)``, at least 1; infinite inside a no-fly area.
+    widths, heights
+        The different widths of columns and heights of rows, map units.
+    shape_of
+        The shape of each cell, shape ``(rows, columns)``: ``height * len(widths) + width``, by their numbers.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    costs: FloatArray
+    widths: FloatArray
+    heights: FloatArray
+    shape_of: IntArray
+
+    @classmethod
+    def of(cls, problem: Problem, *, least: int = 1) -> "Arrangement":
+        """
+        Lay the lines of the rasters over the bounds, and more lines where cells are too large.
+
+        Parameters
+        ----------
+        problem
+            The problem. Where its cost is not constant on cells (`refusal`), it is sampled in their middles.
+        least
+            No cell is longer than this part of the longer side of the bounds: with 1, lines are those of rasters.
+
+        Examples
+        --------
+        >>> from cgla_graph.model.risk import RiskField
+        >>> from cgla_graph.model.risk_raster import RasterRisk
+        >>> values = [[1, 1, 3], [1, 1, 4]]
+        >>> field = RiskField(rasters=[RasterRisk(values, (0, 0, 3, 2), interpolation="nearest")])
+        >>> laid = Arrangement.of(Problem((0.5, 0.5), (2.5, 1.5), field, k=10.0, bounds=(0, 0, 4, 2)))
+        >>> laid.x.tolist(), laid.y.tolist()
+        ([0.0, 2.0, 3.0, 4.0], [0.0, 1.0, 2.0])
+        >>> laid.costs.tolist()
+        [[11.0, 41.0, 1.0], [11.0, 31.0, 1.0]]
+        """
+        x, y = (_lines(problem, axis, least) for axis in (0, 1))
+        costs = _costs(problem, x, y)
+        if least == 1:
+            kept_x = np.concatenate([[True], (costs[:, 1:] != costs[:, :-1]).any(axis=0), [True]])
+            kept_y = np.concatenate([[True], (costs[1:] != costs[:-1]).any(axis=1), [True]])
+            joined = x[kept_x], y[kept_y]
+            if len(_different(np.diff(joined[0]))[0]) * len(_different(np.diff(joined[1]))[0]) <= MOST_SHAPES:
+                x, y, costs = *joined, costs[kept_y[:-1]][:, kept_x[:-1]]
+        return cls.laid(x, y, costs)
+
+    @classmethod
+    def laid(cls, x: FloatArray, y: FloatArray, costs: FloatArray) -> "Arrangement":
+        """Return the cells between lines."""
+        (widths, width), (heights, height) = _different(np.diff(x)), _different(np.diff(y))
+        return cls(x, y, costs, widths, heights, height[:, None] * len(widths) + width)
+
+    def coarsened(self, times: int) -> "Arrangement":
+        """
+        Join blocks of cells, with their mean cost.
+
+        Examples
+        --------
+        >>> lines = np.arange(4.0)
+        >>> Arrangement.laid(lines, lines, np.arange(9.0).reshape(3, 3)).coarsened(2).costs.tolist()
+        [[2.0, 3.5], [6.5, 8.0]]
+        """
+        row, column = (np.arange(0, count, times) for count in self.costs.shape)
+        areas = np.diff(self.y)[:, None] * np.diff(self.x)
+
+        def sums(values: FloatArray) -> FloatArray:
+            return np.asarray(np.add.reduceat(np.add.reduceat(values, row, axis=0), column, axis=1))
+
+        x, y = np.append(self.x[column], self.x[-1]), np.append(self.y[row], self.y[-1])
+        return Arrangement.laid(x, y, sums(self.costs * areas) / sums(areas))
+
+    def without(self, cells: BoolArray) -> "Arrangement":
+        """Return an arrangement in which no path enters some cells, shape ``(rows, columns)``."""
+        costs = np.where(cells, math.inf, self.costs)
+        return Arrangement(self.x, self.y, costs, self.widths, self.heights, self.shape_of)
+
+    def cells_of(self, place: tuple[float, float]) -> list[tuple[int, int]]:
+        """List the cells that a place is in or on the border of, as ``(row, column)``."""
+        (columns, rows) = (_touched(lines, at) for lines, at in zip((self.x, self.y), place, strict=True))
+        return [(row, column) for row in rows for column in columns if math.isfinite(self.costs[row, column])]
+
+
+def refusal(problem: Problem) -> str:
+    """
+    Return why the cost of a problem is not constant on cells; empty if it is.
+
+    Examples
+    --------
+    >>> refusal(Problem((0, 0), (1, 1)))
+    'it takes risk on rasters whose interpolation is nearest; there is no raster'
+    """
+    field, takes = problem.field, "it takes risk on rasters whose interpolation is nearest"
+    if field.threats:
+        return f"{takes}, and no threats; there are {len(field.threats)}"
+    if not field.rasters:
+        return f"{takes}; there is no raster"
+    other = next((raster for raster in field.rasters if raster.interpolation != "nearest"), None)
+    return "" if other is None else f"{takes}; one is {other.interpolation}"
+
+
+def _lines(problem: Problem, axis: int, parts: int) -> FloatArray:
+    """Return the lines across one axis: of the rasters, the bounds, and as many more as cells have to be divided."""
+    low, high = problem.bounds[axis], problem.bounds[axis + 2]
+    every, least = [np.array([low, high])], high - low
+    for raster in problem.field.rasters:
+        count, size = raster.values.shape[1 - axis], raster.cell_size[axis]
+        every.append(raster.bounds[axis] + np.arange(count + 1) * size)
+        least = min(least, size)
+    lines = np.unique(np.concatenate(every))
+    # (the bounds stay as they are)
+    lines = lines[(lines > low + SAME * least) & (lines < high - SAME * least)]
+    apart = np.diff(lines, prepend=-math.inf) > SAME * least
+    lines = np.concatenate([[low], lines[apart], [high]])
+    if parts == 1:
+        return lines
+    longest = max(problem.bounds[2] - problem.bounds[0], problem.bounds[3] - problem.bounds[1]) / parts
+    times = np.maximum(np.ceil(np.diff(lines) / longest - SAME), 1.0).astype(np.int64)
+    number = np.repeat(np.arange(len(times)), times)
+    part = (np.arange(len(number)) - np.repeat(np.cumsum(times) - times, times)) / times[number]
+    return np.append(lines[number] + part * np.diff(lines)[number], high)
+
+
+def _costs(problem: Problem, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return the cost on each cell, in its middle."""
+    middles = 0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1])
+    jumping = [raster for raster in problem.field.rasters if raster.interpolation == "nearest"]
+    others = [raster for raster in problem.field.rasters if raster.interpolation != "nearest"]
+    risk = np.zeros((len(y) - 1, len(x) - 1))
+    if others or problem.field.threats:
+        grid = np.stack(np.meshgrid(*middles), axis=-1)
+        risk = RiskField(problem.field.threats, rasters=others).density(grid.reshape(-1, 2)).reshape(risk.shape)
+    for raster in jumping:
+        rows, columns = raster.values.shape
+        width, height = raster.cell_size
+        column = np.floor((middles[0] - raster.bounds[0]) / width).astype(np.int64)
+        row = np.floor((middles[1] - raster.bounds[1]) / height).astype(np.int64)
+        covered = np.nonzero((column >= 0) & (column < columns))[0], np.nonzero((row >= 0) & (row < rows))[0]
+        risk[np.ix_(covered[1], covered[0])] += raster.cells[np.ix_(row[covered[1]], column[covered[0]])]
+    return 1.0 + problem.k * risk
+
+
+def _different(sizes: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return the different sizes, and the number of each; those that differ by rounding are equal."""
+    unit = SAME * float(sizes.min())
+    _, first, number = np.unique(np.round(sizes / unit * 0.25), return_index=True, return_inverse=True)
+    return sizes[first], number
+
+
+def _touched(lines: FloatArray, at: float) -> list[int]:
+    """List the intervals between lines that a coordinate is in, or at the end of."""
+    first = max(int(np.searchsorted(lines, at, "left")) - 1, 0)
+    last = min(int(np.searchsorted(lines, at, "right")), len(lines) - 1)
+    return list(range(first, last))

@@ -1,0 +1,153 @@
+"""Least-cost paths over cells of constant cost: over points on borders, then moved along the borders."""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from cgla_graph._types import FloatArray, IntArray
+from cgla_graph.model.problem import Problem
+from cgla_graph.refine.refine import refine_path
+from cgla_graph.regions import region_kernels
+from cgla_graph.regions.arrangement import Arrangement, refusal
+from cgla_graph.regions.points import Points
+
+#: Nodes of one search, at most, about 25 bytes each; points of a side by default, the most that fit.
+MOST_NODES, POINTS = 8_000_000, (7, 3)
+#: Cells along the longer side, at least, where the cost changes inside of cells or areas cut them.
+LEAST_CELLS = 96
+#: Points of a side in the search over blocks of cells, and nodes of it, at most.
+COARSE, COARSE_NODES = 3, 2_000_000
+#: Rounds in which waypoints are moved along borders, at most.
+SWEEPS = 500
+#: A path is refined until finer waypoints gain less than this part of its cost, or there are too many.
+GAIN, MOST_WAYPOINTS = 1e-6, 2000
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """
+    A path over the borders of cells.
+
+    Attributes
+    ----------
+    path
+        Waypoints, shape ``(n, 2)``, map units; empty if there is none.
+    nodes
+        Points searched.
+    evaluations
+        Segments weighed by Eq. 5.
+    message
+        How it was found, in one line.
+    """
+
+    path: FloatArray
+    nodes: int
+    evaluations: int
+    message: str
+
+
+def least_path(problem: Problem, points: int | None = None) -> Found:
+    """
+    Find a path that costs little more than the best one.
+
+    Parameters
+    ----------
+    problem
+        Any problem with weights of at least 0. Where its cost is not constant on cells, it is sampled.
+    points
+        Points of a side, from 1 to 64; None: 7, or 3 where those are too many.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField
+    >>> from cgla_graph.model.risk_raster import RasterRisk
+    >>> field = RiskField(rasters=[RasterRisk([[0, 3, 0], [0, 9, 0]], (0, 0, 3, 2), interpolation="nearest")])
+    >>> problem = Problem((0.5, 0.5), (2.5, 0.5), field, k=1.0, bounds=(0, 0, 3, 2))
+    >>> found = least_path(problem)
+    >>> found.path.round(4).tolist(), round(problem.evaluate(found.path).cost, 4)
+    ([[0.5, 0.5], [1.0, 1.0], [2.0, 1.0], [2.5, 0.5]], 5.4142)
+    """
+    sampled, walls = refusal(problem) != "" and problem.k > 0.0, not problem.model.area.is_empty
+    cells = Arrangement.of(problem, least=LEAST_CELLS if (sampled and not problem.field.is_empty) or walls else 1)
+    rows, columns = cells.costs.shape
+    sides = 2 * cells.costs.size
+    wanted = POINTS if points is None else (points,)
+    m = next((m for m in wanted if (m + 0.5) * sides <= MOST_NODES), wanted[-1])
+    about = f"{rows} x {columns} cells, {m} points a side"
+    most = int(MOST_NODES / (2 * m + 1))
+    if cells.costs.size > most:
+        cells, times = _corridor(problem, cells, most)
+        about += f", in a corridor found over blocks of {times} x {times}"
+    laid = Points.lay(cells, m, problem.model.area)
+    path, evaluations = _best(problem, laid)
+    message = f"{about}; risk sampled in the middles of cells" if sampled else about
+    return Found(path, laid.n_nodes, evaluations, message)
+
+
+def _corridor(problem: Problem, cells: Arrangement, most: int) -> tuple[Arrangement, int]:
+    """Leave the cells that the best ways over blocks of cells pass, about as many as may be searched."""
+    times = math.ceil(math.sqrt(cells.costs.size * (2 * COARSE + 1) / COARSE_NODES))
+    blocks = Points.lay(cells.coarsened(times), COARSE)
+    with ThreadPoolExecutor(1) as thread:
+        other = thread.submit(blocks.costs_from, problem.start)
+        through = blocks.least_on_cells(blocks.costs_from(problem.goal) + other.result())
+    chosen = np.argsort(through, axis=None, kind="stable")[: max(most // times**2, 1)]
+    kept = np.zeros(through.shape, dtype=np.bool_)
+    kept.flat[chosen] = True
+    rows, columns = cells.costs.shape
+    fine = np.repeat(np.repeat(kept, times, axis=0)[:rows], times, axis=1)[:, :columns]
+    for end in (problem.start, problem.goal):
+        for row, column in cells.cells_of(end):
+            fine[row, column] = True
+    return cells.without(~fine), times
+
+
+def _best(problem: Problem, laid: Points) -> tuple[FloatArray, int]:
+    """Return the best path over points, moved along borders and refined; and how many segments were weighed."""
+    values = laid.costs_from(problem.goal)
+    nodes = laid.nodes_to(values, problem.start)
+    straight = np.array([problem.start, problem.goal])
+    candidates, evaluations = [straight], 1
+    if len(nodes):
+        path = np.vstack([problem.start, laid.places(nodes), problem.goal])
+        candidates += [path, moved(problem, laid, nodes)]
+        evaluations += 2 * len(path)
+    judged = [(problem.evaluate(path), path) for path in candidates]
+    free = [(found.cost, number) for number, (found, _) in enumerate(judged) if found.feasible]
+    if not free:
+        return np.empty((0, 2)), evaluations
+    best = judged[min(free)[1]][1]
+    refined = refine_path(problem, best, tolerance=GAIN, max_points=MOST_WAYPOINTS)
+    return refined.path, evaluations + refined.evaluations
+
+
+def moved(problem: Problem, laid: Points, nodes: IntArray) -> FloatArray:
+    """
+    Move the waypoints of a path over nodes along their sides until the path costs least, shape ``(n + 2, 2)``.
+
+    Examples
+    --------
+    >>> problem = Problem((0.1, 0.2), (0.9, 0.4))
+    >>> laid = Points.lay(Arrangement.of(problem, least=2), 1)
+    >>> path = moved(problem, laid, laid.nodes_to(laid.costs_from(problem.goal), problem.start))
+    >>> round(problem.evaluate(path).cost, 4), round(float(np.hypot(0.8, 0.2)), 4)
+    (0.8246, 0.8246)
+    """
+    path = np.vstack([problem.start, laid.places(nodes), problem.goal])
+    axes = np.full(len(path), -1)
+    lows, highs = np.zeros(len(path)), np.ones(len(path))
+    kind, row, column = laid.sides_of(nodes)
+    x, y = laid.cells.x, laid.cells.y
+    for axis, lines, at in ((0, x, column), (1, y, row)):
+        on = np.nonzero(kind == axis)[0]
+        axes[on + 1] = axis
+        lows[on + 1], highs[on + 1] = lines[at[on]], lines[at[on] + 1]
+    size = np.hypot(*np.diff(path, axis=0).T)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        weights = problem.model.weights(path[:-1], path[1:]) / size
+    # (a way of no length costs as much as the one after it)
+    weights[~np.isfinite(weights)] = 1.0
+    region_kernels.slide(path, axes, lows, highs, weights, SWEEPS)
+    return path
