@@ -12,7 +12,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels
 # tests start hundreds of processes: what Python has compiled is kept, whatever the environment says
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: compare test theorem-1 fuzz lint check suite bounds browser paper comparison digests oldest docs bench claims conformance clean
+.PHONY: compare test theorem-1 fuzz lint check suite bounds browser paper comparison digests oldest figures docs bench claims conformance clean
 
 compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
@@ -70,6 +70,11 @@ oldest: pyproject.toml
 	if $(NEWEST) -c '' 2>/dev/null; then $(NEWEST) -m venv .venv-newest && \
 		.venv-newest/bin/python -m pip install --quiet $(OF_TESTS) --editable '.[distributed]' && \
 		$(IN_VERSIONS)$(CURDIR)/.venv-newest/kernels .venv-newest/bin/python -m pytest $(OF_VERSIONS); fi
+
+# the pictures of the manual; make figures FIGURES=bracket: only that one
+FIGURES ?=
+figures: $(INSTALLED)
+	$(BIN)/python docs/_extensions/manual_figures.py $(FIGURES)
 
 # the site, in build/docs; warnings are errors. The second time, what has not changed is not made again
 docs: $(VENV)/installed-docs

@@ -28,7 +28,6 @@ extensions = [
     "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "sphinx_design",
-    "matplotlib.sphinxext.plot_directive",
     "excerpts",
     "mathml",
     "section_pages",
@@ -41,13 +40,6 @@ html_math_renderer = "mathml"
 
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
 myst_heading_anchors = 4
-# a page says what its figures are of below them
-plot_html_show_source_link = False
-plot_html_show_formats = False
-plot_formats = [("png", 144)]
-plot_basedir = str(DOCS)
-plot_rcparams = {"figure.constrained_layout.use": True, "font.size": 10}
-plot_apply_rcparams = True
 
 templates_path = ["_templates"]
 autosummary_generate = True

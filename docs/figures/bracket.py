@@ -43,4 +43,3 @@ for grid, at in zip(proof.grids, cells, strict=True):
     right.annotate(f"{gap:.2%}", (at, grid.lower_bound), (0, -14), textcoords="offset points", fontsize=8, ha="center")
 right.margins(x=0.12, y=0.2)
 right.legend(frameon=False, fontsize=8, loc="lower right")
-plt.show()

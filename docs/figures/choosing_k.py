@@ -24,4 +24,3 @@ knee = front.knee
 right.plot(knee.length, knee.risk, "s", color=RED, markersize=6, label=f"knee: k from {knee.k_low:.3g}")
 right.set(xlabel="length", ylabel="risk", yscale="log")
 right.legend(frameon=False, fontsize=8)
-plt.show()

@@ -28,4 +28,3 @@ for axes, number in zip(
                 axes.plot(*ends.T, color="0.4", linewidth=0.35, zorder=2.5)
 axes.plot(*positions[np.array(matrix.path_from(on.source))].T, color=BLUE, linewidth=2, zorder=4)
 plt.colorbar(dots, ax=axes, shrink=0.7, label="G: least cost to the target")
-plt.show()

@@ -1,6 +1,5 @@
 """Eq. 5 along one segment: risk where two threats overlap, as three Gaussians; and what sums of samples miss."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 from drawing import BLUE, GREY, ORANGE, RED, panels
 
@@ -36,4 +35,3 @@ right.axvline(50, color=GREY, linewidth=0.8, linestyle=":")
 right.text(46, 1e-15, "50 positions", fontsize=8, color=GREY, ha="right")
 right.set(xlabel="n", ylim=(1e-16, 10))
 right.legend(frameon=False, fontsize=8)
-plt.show()

@@ -14,4 +14,3 @@ for k, colour in ((1, ORANGE), (5, GREEN), (20, BLUE)):
         draw_map(axes, problem)
     draw_path(axes, best.path, colour, label=f"k = {k}: length {best.length:.1f}, risk {best.risk:.2f}")
 axes.legend(frameon=False, fontsize=8, loc="upper left")
-plt.show()

@@ -1,6 +1,5 @@
 """The flight of the tutorial's mission: where the two were, and how far apart."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 from drawing import BLUE, GREY, ORANGE, draw_map, panels
 
@@ -31,4 +30,3 @@ right.plot(moments, np.linalg.norm(tracks[0] - tracks[1], axis=1), color=BLUE)
 right.axhline(0.1, color=GREY, linewidth=0.8, linestyle=":")
 right.text(0, 0.11, "safe distance", fontsize=8, color=GREY)
 right.set(xlabel="tick", ylim=(0, None))
-plt.show()

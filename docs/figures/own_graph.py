@@ -1,6 +1,5 @@
 """A graph of corridors, weighed by risk: three values of k take three ways."""
 
-import matplotlib.pyplot as plt
 import networkx as nx
 import numpy as np
 from drawing import BLUE, draw_map, draw_path, panels
@@ -21,4 +20,3 @@ for axes, k in zip(panels([f"k = {k:g}" for k in weights], width=2.5, height=2.8
         axes.plot(*places[[one, other]].T, color="0.6", linewidth=0.5, zorder=2)
     draw_path(axes, places[list(answer.nodes)], BLUE, linewidth=2.2)
     axes.set_xlabel(f"cost {answer.cost:.2f}", fontsize=8.5)
-plt.show()

@@ -1,6 +1,5 @@
 """The route over the raster, and the density below it."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 from drawing import BLUE, GREY, draw_map, draw_path, panels
 
@@ -27,4 +26,3 @@ for path, colour, name in ((straight, GREY, "straight"), (best.path, BLUE, "best
     right.plot(profile.distance, profile.density * 1e6, color=colour, label=f"{name}: cost {profile.cost[-1]:,.0f} m")
 right.set(xlabel="metres flown", ylim=(0, None))
 right.legend(frameon=False, fontsize=8)
-plt.show()

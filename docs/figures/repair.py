@@ -1,6 +1,5 @@
 """Repair: a threat pops up, and only the nodes whose best paths meet it get new values."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 from drawing import BLUE, GREY, ORANGE, RED, draw_map, draw_path, panels
 
@@ -27,4 +26,3 @@ left.plot(*positions.T, ".", color=GREY, markersize=1.5, zorder=3)
 right.plot(*positions[~changed].T, ".", color=GREY, markersize=1.5, zorder=3)
 right.plot(*positions[changed].T, ".", color=ORANGE, markersize=4, zorder=3)
 draw_path(right, positions[np.array(before.path_from(source))], RED, linestyle=":")
-plt.show()

@@ -1,6 +1,5 @@
 """Exact at scale: the nodes that can be part of the optimum, and what becomes of the pairs between them."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 from drawing import BLUE, ORANGE, draw_map, draw_path, panels
 
@@ -34,4 +33,3 @@ for at, count in enumerate(steps.values()):
 right.set(yticks=range(len(steps)), yticklabels=list(steps), xlim=(1, every * 300))
 right.tick_params(labelsize=8)
 right.invert_yaxis()
-plt.show()

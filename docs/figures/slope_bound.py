@@ -1,6 +1,5 @@
 """Why a slope bound is one for every path: the height that is left and the cost still to be paid, along two paths."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 from drawing import BLUE, GREY, ORANGE, draw_map, draw_path, panels
 from scipy.interpolate import RegularGridInterpolator
@@ -38,4 +37,3 @@ right.axhline(to_goal.bound, color=GREY, linewidth=0.7, linestyle=":")
 right.text(0.02, to_goal.bound + 0.05, "the bound", fontsize=8, color=GREY)
 right.set(xlabel="part of the path", ylim=(0, None))
 right.legend(frameon=False, fontsize=8)
-plt.show()

@@ -1,6 +1,5 @@
 """Why means over survivors mislead, and how sure an interval of a median is for a few runs."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import scipy
 from drawing import BLUE, GREY, ORANGE, RED, panels
@@ -34,4 +33,3 @@ right.axhline(0.95, color=RED, linewidth=0.8)
 right.text(40, 0.945, "95 %", color=RED, fontsize=8, ha="right", va="top")
 right.text(5.5, 0.3, "fewer than 6 runs:\nno such interval", color=GREY, fontsize=8)
 right.set(xlabel="runs", ylabel="chance to hold the median", ylim=(0, 1.05))
-plt.show()

@@ -1,6 +1,5 @@
 """The graph on which two steps of the printed proof of Theorem 1 fail, and G after each of its rounds."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 from drawing import BLUE, GREEN, GREY, ORANGE, RED, panels
 
@@ -35,4 +34,3 @@ for number, node in enumerate(matrix.order):
     right.text(number + 1, -1.3, f"p_r = {names[node]}", ha="center", fontsize=8, color=GREEN)
 right.set(xlabel="round", xlim=(-0.2, 4.5), ylim=(-2, 10), xticks=range(len(history)))
 right.legend(frameon=False, fontsize=8)
-plt.show()
