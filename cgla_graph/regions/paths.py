@@ -13,8 +13,11 @@ from cgla_graph.regions import region_kernels
 from cgla_graph.regions.arrangement import Arrangement, refusal
 from cgla_graph.regions.points import Points
 
-#: Nodes of one search, at most, about 25 bytes each; points of a side by default, the most that fit.
-MOST_NODES, POINTS = 8_000_000, (7, 3)
+#: Nodes of one search, at most, about 25 bytes each; points of a side by default, and nodes up to which they are taken:
+#: on large cells, few points may miss the best order of cells.
+MOST_NODES, POINTS = 8_000_000, {31: 100_000, 15: 500_000, 7: 8_000_000}
+#: Points of a side where those are too many.
+FEWEST = 3
 #: Cells along the longer side, at least, where the cost changes inside of cells or areas cut them.
 LEAST_CELLS = 96
 #: Points of a side in the search over blocks of cells, and nodes of it, at most.
@@ -57,7 +60,7 @@ def least_path(problem: Problem, points: int | None = None) -> Found:
     problem
         Any problem with weights of at least 0. Where its cost is not constant on cells, it is sampled.
     points
-        Points of a side, from 1 to 64; None: 7, or 3 where those are too many.
+        Points of a side, from 1 to 64; None: from 31 on few cells to 3 on very many.
 
     Examples
     --------
@@ -73,8 +76,8 @@ def least_path(problem: Problem, points: int | None = None) -> Found:
     cells = Arrangement.of(problem, least=LEAST_CELLS if (sampled and not problem.field.is_empty) or walls else 1)
     rows, columns = cells.costs.shape
     sides = 2 * cells.costs.size
-    wanted = POINTS if points is None else (points,)
-    m = next((m for m in wanted if (m + 0.5) * sides <= MOST_NODES), wanted[-1])
+    fitting = [m for m, most in POINTS.items() if (m + 0.5) * sides <= min(most, MOST_NODES)]
+    m = points or max(fitting, default=FEWEST)
     about = f"{rows} x {columns} cells, {m} points a side"
     most = int(MOST_NODES / (2 * m + 1))
     if cells.costs.size > most:

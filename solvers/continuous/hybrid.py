@@ -18,6 +18,8 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import TOLERANCE, Solution, Status, TracePoint
 from cgla_graph.model.solver import Traits
 from cgla_graph.refine.refine import refine_path
+from cgla_graph.regions.arrangement import refusal
+from cgla_graph.regions.paths import least_path
 from cgla_graph.solvers.base import Count, Positive, Settings, Whole
 from cgla_graph.solvers.continuous import hybrid_roadmap
 from cgla_graph.solvers.continuous.fast_marching import NEAR, Marched, marched
@@ -55,7 +57,8 @@ class Hybrid(Settings):
     one wins.
 
     Where there are rasters, the way down the costs-to-go at their resolution is a candidate as well
-    (`fast-marching`).
+    (`fast-marching`). Where all of them are `nearest` and there are no threats, so is the best way over their cells
+    (`weighted-regions`).
 
     To have a path soon, the way down the costs-to-go on a coarse grid comes before all that, or a quick search over a
     seventh of the lattice points where the map has a few corners. On a map without areas and rasters, that is all if
@@ -136,6 +139,7 @@ class _Search:
         self.trace: list[TracePoint] = []
 
     def run(self) -> Solution:
+        self._over_regions()
         first, is_only_way = self._first_look()
         if is_only_way:
             self._refined(self.best, tolerance=1e-5, max_points=1000)
@@ -217,6 +221,19 @@ class _Search:
                 self._offer(path)
                 refined.append(self._refined(path, tolerance=1e-4, max_points=RASTER_POINTS))
         return refined
+
+    def _over_regions(self) -> None:
+        """
+        Find the best way over cells of constant cost, where all risk is on `nearest` rasters.
+
+        It is refined already. It does not decide which other paths are refined, so that none of them is missed.
+        """
+        if self.problem.k == 0.0 or refusal(self.problem):
+            return
+        found = least_path(self.problem)
+        self.evaluations += found.nodes + found.evaluations
+        if len(found.path):
+            self._offer(found.path)
 
     def _offer(self, path: FloatArray) -> None:
         found = self.problem.evaluate(path)

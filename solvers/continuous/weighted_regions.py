@@ -31,7 +31,7 @@ class WeightedRegions(Settings):
     Attributes
     ----------
     points
-        Points inside each side of a cell; None: 7, or 3 on maps where those are too many.
+        Points inside each side of a cell; None: from 31 on few cells to 3 on very many.
 
     Raises
     ------

@@ -18,6 +18,7 @@ from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.regions import paths
 from cgla_graph.regions.arrangement import Arrangement, refusal
 from cgla_graph.regions.points import Points
+from cgla_graph.solvers.continuous import hybrid
 
 
 def noise(side: int, k: float, seed: int = 1, **settings: Any) -> cg.Problem:  # noqa: ANN401 - of a problem
@@ -182,3 +183,20 @@ def test_where_risk_is_sampled_it_says_so(field: cg.RiskField, says: str) -> Non
     assert says in refusal(problem)
     assert answer.message.endswith("risk sampled in the middles of cells")
     assert answer.cost <= 1.001 * cg.solve(problem, tolerance=None).cost
+
+
+@pytest.mark.parametrize("seed", [36, 11, 58])
+def test_hybrid_takes_the_better_of_both(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On these maps of a few large cells, 7 points a side miss the best order of cells."""
+    problem = several(seed)
+    both = cg.solve(problem, tolerance=None).cost
+    few = cg.solve(problem, "weighted-regions", points=7).cost
+    monkeypatch.setattr(hybrid, "refusal", lambda _: "not asked")
+    before = cg.solve(problem, tolerance=None).cost
+
+    assert both <= before
+    assert both <= few
+
+
+def test_hybrid_finds_the_best_path_over_noise() -> None:
+    assert cg.solve(noise(40, 10.0), tolerance=None).cost == pytest.approx(245.521, abs=1e-3)

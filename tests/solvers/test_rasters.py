@@ -103,7 +103,7 @@ def test_in_missions_it_is_stuck_at_once() -> None:
 
 def test_the_manual_names_them() -> None:
     text = (Path(__file__).parents[2] / "docs" / "solvers.md").read_text("utf-8")
-    sentence = re.search(r"\*\*Risk on rasters\*\* is seen by all of them but (.*?), which", text, re.DOTALL)
+    sentence = re.search(r"\*\*Risk on rasters\*\*: all solvers support it except (.*?), which", text, re.DOTALL)
     assert sentence
     assert sorted(re.findall(r"`([\w-]+)`", sentence[1])) == sorted(BLIND)
     for name in registry.names(installed=False):
