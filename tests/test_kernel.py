@@ -197,7 +197,8 @@ def test_one_process_compiles_and_the_others_wait(tmp_path: Path, monkeypatch: p
     assert not thrice.overloads
     shutil.copytree(aside, tmp_path / "kept", dirs_exist_ok=True)
     let_go()
-    caller.join()
+    caller.join(120.0)
+    assert not caller.is_alive()
     assert sum(thrice.stats.cache_hits.values()) == 1
     assert not thrice.stats.cache_misses
 
@@ -207,7 +208,8 @@ def test_waiting_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_kernel, "PATIENCE", 0.1)
     thrice = new_kernel(tmp_path, monkeypatch)
     caller, let_go = other_process(thrice, monkeypatch)
-    caller.join()
+    caller.join(120.0)
+    assert not caller.is_alive()
     let_go()
     assert len(thrice.overloads) == 1
 

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from programs import program
 
 import cgla_graph as cg
 from cgla_graph import _progress
@@ -192,7 +193,7 @@ def test_a_pseudo_terminal_sees_plans_fronts_and_flights() -> None:
 
     ours, theirs = pty.openpty()
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "120"}
-    with subprocess.Popen([sys.executable, "-c", CALLS], stdout=theirs, stderr=theirs, env=environment):
+    with program([sys.executable, "-c", CALLS], stdout=theirs, stderr=theirs, env=environment):
         os.close(theirs)
         written = b""
         # the end is an error on Linux, and nothing elsewhere

@@ -22,6 +22,8 @@ from cgla_graph.isolation.outcome import Failure, Outcome, Reply, one_line, pack
 START_SECONDS = 600.0
 #: Workers in a row that may be lost before they begin a call.
 STARTS = 3
+#: Seconds for a server to tell that a worker has ended, and to end itself.
+PATIENCE = 60.0
 #: Seconds after its own limit until a call is killed from here, and between two checks of that.
 GRACE, GLANCE = 1.0, 0.5
 
@@ -274,7 +276,12 @@ class _Server(NamedTuple):
     def end(self) -> None:
         """End the server and its workers."""
         self.line.close()
-        self.process.wait()
+        try:
+            self.process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            # (the kernel kills its workers with it)
+            self.process.kill()
+            self.process.wait()
 
 
 #: Servers by the number of cores that their libraries use.
@@ -295,7 +302,7 @@ def _forked(preload: tuple[str, ...], cores: frozenset[int] | None) -> _Process 
             for each in (theirs, their_report):
                 reduction.send_handle(server.line, each.fileno(), server.process.pid)
                 each.close()
-            pid = report.recv()
+            pid = _received(report, START_SECONDS)
         except BaseException as error:
             # (also for Ctrl-C: the server would take the rest of this request for the next one)
             server.process.kill()
@@ -306,12 +313,19 @@ def _forked(preload: tuple[str, ...], cores: frozenset[int] | None) -> _Process 
 
     def exit_code() -> int:
         try:
-            return int(report.recv())
+            return int(_received(report, PATIENCE))
         except (EOFError, OSError):
-            # the server was killed, and its workers with it
+            # the server was killed, and its workers with it, or hangs
             return -int(signal.SIGKILL)
 
     return _Process(pid, line, report, exit_code)
+
+
+def _received(report: Any, seconds: float) -> Any:  # noqa: ANN401 - what the server sends
+    """Wait for a word of a server; raise TimeoutError if there is none."""
+    if not report.poll(seconds):
+        raise TimeoutError
+    return report.recv()
 
 
 def _started_server() -> _Server:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from command_line import Call
+from programs import program
 
 from cgla_graph.comparisons.interrupts import is_interrupt
 from cgla_graph.comparisons.study.store import load
@@ -86,12 +87,11 @@ def test_an_interrupt_is_found_in_groups_and_circles_end() -> None:
 
 def interrupted(words: list[str], seconds: float, folder: Path) -> tuple[int, str]:
     """Interrupt a command and its process group some time after its start; return its status and its messages."""
-    with subprocess.Popen(
+    with program(
         [sys.executable, "-c", PROGRAM, *words],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
         start_new_session=True,
     ) as running:
         assert running.stdout is not None
@@ -131,5 +131,7 @@ def test_an_interrupted_comparison_goes_on(seconds: float, tmp_path: Path) -> No
     again = [*words, "--resume"] if (tmp_path / "out" / "study.jsonl").exists() else words
     if code == 130:
         done = subprocess.run([sys.executable, "-c", PROGRAM, *again], cwd=tmp_path, capture_output=True, check=False)
-        assert (done.returncode, done.stderr) == (0, b"")
+        # (the first process may have been interrupted while it compiled)
+        said = [line for line in done.stderr.splitlines() if not line.startswith(b"compiling kernels")]
+        assert (done.returncode, said) == (0, [])
     assert load(tmp_path / "out").is_complete

@@ -256,7 +256,7 @@ def script(tmp_path: Path) -> Iterator[Any]:
     yield run
     for program in started:
         program.kill()
-        program.communicate()
+        program.communicate(timeout=60)
 
 
 @pytest.mark.slow
@@ -295,6 +295,18 @@ with get_context("fork").Pool(2) as pool:
     processes = {*map(int, out.split())}
     assert (len(processes), errors) == (3, "")
     assert until(lambda: not any(map(alive, processes)))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no server")
+def test_a_module_that_never_loads_ends_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "loads_for_ever.py").write_text("import time\ntime.sleep(600.0)\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(process, "START_SECONDS", 0.2)
+    hangs = WorkerProcess(["loads_for_ever"])
+    with pytest.raises(WorkerError, match="3 worker processes in a row died while they started"):
+        hangs.make(abs, (-1,), seconds=60.0)
+    monkeypatch.undo()
+    assert WorkerProcess().make(abs, (-1,), seconds=60.0).value == 1
 
 
 # answers without an end

@@ -598,7 +598,7 @@ def test_spreads_below_an_ulp_of_the_map_do_not_hang() -> None:
         assert abs(float(risk)) <= TOLERANCE
     finally:
         child.kill()
-        child.communicate()
+        child.communicate(timeout=60.0)
 
 
 @pytest.mark.parametrize("spread", [1e-200, 1e200])

@@ -25,6 +25,7 @@ import pytest
 import shapely
 from command_line import Call, caller
 from map_files import AREAS, name_of
+from programs import program
 
 from cgla_graph.comparisons.cli.commands import COMMANDS
 from cgla_graph.comparisons.study import options
@@ -861,7 +862,7 @@ def busy(small: Path, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     # the short run imports OMPL, which no signal should hit
     solvers = "cgla,rrt-star:iterations=50,rrt-star:iterations=100000000"
     words = ["compare", str(small), "--solvers", solvers, "--seeds", "1", "--out", str(tmp_path / "out")]
-    with subprocess.Popen([*PROGRAM, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+    with program([*PROGRAM, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
         try:
             while running.poll() is None and n_runs(tmp_path / "out") < 2:
                 time.sleep(0.1)

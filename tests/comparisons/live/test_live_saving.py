@@ -2,7 +2,6 @@
 
 import json
 import os
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -12,6 +11,7 @@ from typing import Any
 
 import pytest
 from live_requests import get, post
+from programs import program
 from serving import serving
 
 from cgla_graph.comparisons.live.desk import Desk
@@ -335,7 +335,8 @@ while done < 10:
 def test_servers_of_other_processes_lose_no_save(file: Path) -> None:
     """Each process adds 1 to the risk weight, again and again: none of the sums is lost."""
     words = [sys.executable, "-c", COUNTS, str(file)]
-    processes = [subprocess.Popen(words) for _ in range(3)]
-    assert [process.wait(120) for process in processes] == [0, 0, 0]
+    with ExitStack() as running:
+        processes = [running.enter_context(program(words)) for _ in range(3)]
+        assert [process.wait(120) for process in processes] == [0, 0, 0]
     assert load_scenario(file).problem.k == 31.0
     assert list(file.parent.iterdir()) == [file]

@@ -19,6 +19,7 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from programs import program
 from serving import serving
 from studies_small import add_run, runs_of, small_study, write_study
 
@@ -416,10 +417,8 @@ def test_a_port_that_is_none_is_one_line(folder: Path, port: int) -> None:
 @pytest.mark.slow
 def test_ctrl_c_ends_it_quietly(folder: Path) -> None:
     imports = "import sys, pathlib; from cgla_graph.comparisons.report.view import serve"
-    program = f"{imports}; serve(pathlib.Path(sys.argv[1]))"
-    with subprocess.Popen(
-        [sys.executable, "-c", program, str(folder)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
+    words = [sys.executable, "-c", f"{imports}; serve(pathlib.Path(sys.argv[1]))", folder]
+    with program(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert process.stderr is not None
         line = process.stdout.readline()

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ import pytest
 from exact import bits
 from hypothesis import given
 from hypothesis import strategies as st
+from programs import program
 from strategies import few
 from studies_small import add_run, named, runs_of, small_study, write_study
 
@@ -349,10 +351,10 @@ with start(folder, study) as store:
 """
 
 
-def write_in_another_process(folder: Path, n_seeds: int) -> "subprocess.Popen[str]":
+def write_in_another_process(folder: Path, n_seeds: int) -> AbstractContextManager["subprocess.Popen[str]"]:
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2] / "support")}
     words = [sys.executable, "-c", WRITER, str(folder), str(n_seeds)]
-    return subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment)
+    return program(words, stdout=subprocess.PIPE, env=environment)
 
 
 @pytest.mark.slow
@@ -379,7 +381,7 @@ def test_a_kill_loses_nothing_and_the_study_goes_on(folder: Path) -> None:
         done = {seed for seed in kept if seed is not None}
     assert len(done) < n_seeds
     with write_in_another_process(folder, n_seeds) as writer:
-        writer.communicate()
+        writer.communicate(timeout=250.0)
     resumed = load(folder)
     assert resumed.is_complete
     assert len(resumed.sessions) == 4

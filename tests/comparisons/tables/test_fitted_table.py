@@ -14,6 +14,7 @@ from command_line import Call, caller
 from hypothesis import given
 from hypothesis import strategies as st
 from missions_small import CROSSING, flown_of
+from programs import program
 from rich.cells import cell_len
 from rich.console import RenderableType
 from strategies import few
@@ -242,7 +243,7 @@ def test_a_real_terminal(width: int, tmp_path: Path) -> None:
     words = ["compare", "one-threat", "--solvers", "straight-line,informed-rrt-star:iterations=20", "--workers", "0"]
     command = [sys.executable, "-m", "cgla_graph.comparisons", *words]
     plain = {key: value for key, value in os.environ.items() if key not in {"COLUMNS", "FORCE_COLOR", "NO_COLOR"}}
-    with subprocess.Popen(command, cwd=tmp_path, stdout=second, stderr=subprocess.DEVNULL, env=plain) as process:
+    with program(command, cwd=tmp_path, stdout=second, stderr=subprocess.DEVNULL, env=plain) as process:
         os.close(second)
         text = re.sub(r"\x1b\[[0-9;]*m", "", _read_all(first))
     assert process.returncode == 0

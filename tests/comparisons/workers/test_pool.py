@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing
+from contextlib import AbstractContextManager, closing
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -19,6 +19,7 @@ import pytest
 from awkward_calls import alive, until
 from hypothesis import given
 from hypothesis import strategies as st
+from programs import program
 
 from cgla_graph.comparisons.workers.pool import Call, NextCall, here, isolated, shares
 from cgla_graph.isolation import process
@@ -269,13 +270,12 @@ def script(awkward: ModuleType, tmp_path: Path) -> Path:
     return file
 
 
-def started(script: Path, *words: str) -> subprocess.Popen[str]:
+def started(script: Path, *words: str) -> AbstractContextManager[subprocess.Popen[str]]:
     path = os.pathsep.join([os.environ["PYTHONPATH"], str(script.parent)])
-    return subprocess.Popen(
+    return program(
         [sys.executable, str(script), *words],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
         env={**os.environ, "PYTHONPATH": path},
         start_new_session=True,
     )
@@ -283,9 +283,9 @@ def started(script: Path, *words: str) -> subprocess.Popen[str]:
 
 def ran(script: Path, *words: str) -> tuple[str, str]:
     """Run the program to its end; return what it wrote to standard output and standard error."""
-    with started(script, *words) as program:
-        out, err = program.communicate(timeout=60.0)
-    assert program.returncode == 0
+    with started(script, *words) as running:
+        out, err = running.communicate(timeout=60.0)
+    assert running.returncode == 0
     return out, err
 
 
@@ -320,12 +320,12 @@ def test_workers_end_with_the_program(
     folder = tmp_path / "workers"
     folder.mkdir()
     note = tmp_path / "hung"
-    with started(script, f"note:{folder}", f"hang:{note}", "where", "where") as program:
+    with started(script, f"note:{folder}", f"hang:{note}", "where", "where") as running:
         assert until(lambda: any(folder.iterdir()) and note.exists() and bool(note.read_text()), 60.0)
         pids = [int(file.name) for file in folder.iterdir()] + [int(note.read_text())]
-        send(program.pid, number)
-        _, err = program.communicate(timeout=20.0)
-    assert program.returncode == -number
+        send(running.pid, number)
+        _, err = running.communicate(timeout=20.0)
+    assert running.returncode == -number
     assert err.count("Traceback") == (number == signal.SIGINT)
     assert all(gone(pid) for pid in pids)
 
@@ -336,11 +336,11 @@ def test_ctrl_c_while_workers_start(script: Path, tmp_path: Path) -> None:
     loaded = tmp_path / "loaded"
     with (tmp_path / "loaded_once.py").open("a", encoding="utf-8") as file:
         file.write("import time\ntime.sleep(1.0)\n")
-    with started(script, "where") as program:
+    with started(script, "where") as running:
         assert until(loaded.exists, 60.0)
-        os.killpg(program.pid, signal.SIGINT)
-        _, err = program.communicate(timeout=20.0)
-    assert program.returncode == -signal.SIGINT
+        os.killpg(running.pid, signal.SIGINT)
+        _, err = running.communicate(timeout=20.0)
+    assert running.returncode == -signal.SIGINT
     assert err.count("KeyboardInterrupt") == 1
 
 
