@@ -604,8 +604,15 @@ class GraphProblem(Plottable):
             refuse_sum()
         return total
 
-    def _reject_overflow(self) -> None:
-        """Raise an error if there is a path after all, whose cost is beyond the largest float."""
+    def reject_overflow(self) -> None:
+        """
+        Raise an error if there is a path after all, whose cost is beyond the largest float.
+
+        Raises
+        ------
+        GraphError
+            If the weights of a path add up to more than that.
+        """
         if self.graph.n_nodes * self.graph.greatest_weight > sys.float_info.max:
             search: Any = scipy.sparse.csgraph.dijkstra
             values = search(self.graph.to_csgraph(), indices=self.graph.index_of(self.source))
@@ -630,7 +637,7 @@ class GraphProblem(Plottable):
         solution = replace(with_claims(solution, self), problem=self)
         if not solution.status.has_path:
             if solution.status is Status.NO_PATH:
-                self._reject_overflow()
+                self.reject_overflow()
             return replace(solution, cost=np.inf, length=np.inf, risk=np.inf)
         try:
             given = items("nodes", solution.nodes, "the nodes of the path", GraphError)

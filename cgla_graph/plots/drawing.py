@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 
 from cgla_graph._lazy import function_above
 from cgla_graph._text import figure as digits
-from cgla_graph._types import BoolArray
 from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.airspace.volumes.volumes import Volumes
 from cgla_graph.certificate.certificate import Certificate
@@ -33,18 +32,15 @@ from cgla_graph.plots.animation_file import frame_milliseconds
 from cgla_graph.plots.certificate import certificate_figure, draw_certificate
 from cgla_graph.plots.check import check_figure, draw_check
 from cgla_graph.plots.flight import LabelledFlight, draw_flight, flight_figure
+from cgla_graph.plots.graph import draw_graph, draw_node, drawn_nodes
 from cgla_graph.plots.looks import COLOURS, LabelledPath, labelled_paths
 from cgla_graph.plots.map import draw_map, map_figure
 from cgla_graph.plots.page import style
-from cgla_graph.plots.scene import TitledProblem, draw_mark
+from cgla_graph.plots.scene import TitledProblem
 from cgla_graph.plots.volumes import draw_volumes, volumes_figure
+from cgla_graph.scenarios.graph_scenario import GraphScenario
 from cgla_graph.scenarios.mission_file import MissionFile
 from cgla_graph.scenarios.scenario import Scenario
-
-#: Most edges of a graph that are drawn; more would cover the whole map.
-MOST_EDGES = 2000
-#: Most nodes of a graph that are drawn; of more, every second, third, …, which the picture says.
-MOST_NODES = 100_000
 
 
 @singledispatch
@@ -177,21 +173,26 @@ def _plot_flight(view: LabelledFlight, ax: Axes | None) -> Axes:
 @plot.register
 def _(graph: GeometricGraph, ax: Axes | None = None) -> Axes:
     with style():
-        return _draw_graph(graph, ax)
+        return _on_axes(graph, ax)
 
 
 @plot.register
 def _plot_graph_problem(problem: GraphProblem, ax: Axes | None = None, solution: Solution | None = None) -> Axes:
     graph = problem.graph
     with style():
-        axes = _draw_graph(graph, ax)
+        axes = _on_axes(graph, ax)
         if solution is not None and solution.status.has_path:
             label = f"{solution.solver or 'path'}: {digits(solution.cost, 5)}"
             axes.plot(*np.transpose(solution.path), color=COLOURS[0], linewidth=1.6, zorder=3.0, label=label)
-        _draw_node(axes, graph, graph.index_of(problem.source), "start", "o")
-        _draw_node(axes, graph, graph.index_of(problem.target), "goal", "*")
+        draw_node(axes, graph, graph.index_of(problem.source), "start", "o")
+        draw_node(axes, graph, graph.index_of(problem.target), "goal", "*")
         axes.legend()
     return axes
+
+
+@plot.register
+def _(scenario: GraphScenario, ax: Axes | None = None) -> Axes:
+    return _plot_graph_problem(scenario.problem, ax)
 
 
 @plot.register
@@ -199,9 +200,9 @@ def _(matrix: CostMatrix, ax: Axes | None = None) -> Axes:
     """Draw nodes in the colours of their costs-to-go, and the paths to the target."""
     graph, is_own = matrix.graph, ax is None
     with style():
-        axes = _draw_graph(graph, ax, edges=False)
+        axes = _on_axes(graph, ax, edges=False)
         places = np.asarray(graph.positions)
-        known = np.flatnonzero(np.isfinite(matrix.values) & _drawn_nodes(graph))
+        known = np.flatnonzero(np.isfinite(matrix.values) & drawn_nodes(graph))
         steps = known[matrix.successors[known] >= 0]
         ways = np.stack([places[steps], places[matrix.successors[steps]]], axis=1)
         axes.add_collection(LineCollection(list(ways), colors="0.75", linewidths=0.7, zorder=1.5))
@@ -210,41 +211,19 @@ def _(matrix: CostMatrix, ax: Axes | None = None) -> Axes:
         )
         if is_own:
             axes.figure.colorbar(dots, ax=axes, label="least cost to the target")
-        _draw_node(axes, graph, matrix.target, "target", "*")
+        draw_node(axes, graph, matrix.target, "target", "*")
         axes.legend()
     return axes
 
 
-def _drawn_nodes(graph: GeometricGraph) -> BoolArray:
-    """Mark the nodes that are drawn: all, or every second, third, …."""
-    drawn = np.zeros(graph.n_nodes, dtype=np.bool_)
-    drawn[:: -(-graph.n_nodes // MOST_NODES)] = True
-    return drawn
-
-
-def _draw_graph(graph: GeometricGraph, ax: Axes | None, *, edges: bool = True) -> Axes:
-    """Draw nodes, and edges if they are few."""
+def _on_axes(graph: GeometricGraph, ax: Axes | None, *, edges: bool = True) -> Axes:
+    """Draw a graph on axes, or on those of a new figure."""
     if graph.positions is None:
-        msg = "the nodes of this graph have no positions, so that there is nothing to draw; build it with pos="
-        raise ProblemError(msg)
+        # (before a figure is opened)
+        draw_graph(graph, Figure().add_subplot())
     axes = _figure().add_subplot() if ax is None else _axes(ax)
-    places = graph.positions
-    if edges and graph.n_pairs <= MOST_EDGES:
-        for i in range(graph.n_nodes):
-            row = graph.weights_from(i)
-            for j in np.flatnonzero(np.isfinite(row) & (np.arange(graph.n_nodes) != i)).tolist():
-                axes.plot(*places[[i, j]].T, color="0.85", linewidth=0.6, zorder=1.0)
-    drawn = places[_drawn_nodes(graph)]
-    axes.scatter(drawn[:, 0], drawn[:, 1], s=6.0, color="0.6", zorder=2.0)
-    if len(drawn) < graph.n_nodes:
-        axes.set_title(f"{len(drawn):,} of {graph.n_nodes:,} nodes are drawn", fontsize=9.0, loc="left")
-    axes.set(aspect="equal", xlabel="x", ylabel="y")
+    draw_graph(graph, axes, edges=edges)
     return axes
-
-
-def _draw_node(axes: Axes, graph: GeometricGraph, node: int, label: str, marker: str) -> None:
-    place = np.asarray(graph.positions)[node]
-    draw_mark(axes, place, marker, 9.0, markeredgecolor="black", label=label, zorder=4.0)
 
 
 def _named(solutions: Iterable[Solution]) -> dict[str, Solution]:

@@ -267,9 +267,9 @@ def _head(figure: Figure, heading: tuple[str, str], width: float) -> Part:
     return head.over(Part.of(figure, text), 0.05)
 
 
-def heading(name: str, title: str, k: float) -> tuple[str, str]:
+def heading(name: str, title: str, k: float | None) -> tuple[str, str]:
     """
-    Return name and risk weight, and the title, which may be empty; one line each.
+    Return name and risk weight (None: without one), and the title, which may be empty; one line each.
 
     Examples
     --------
@@ -277,7 +277,8 @@ def heading(name: str, title: str, k: float) -> tuple[str, str]:
     ('one-threat,  k = 10', '')
     """
     name = plain(name, 48)
-    return f"{name}{',  ' if name else ''}k = {k:g}", plain(title, 160)
+    weight = [] if k is None else [f"k = {k:g}"]
+    return ",  ".join([*([name] if name else []), *weight]), plain(title, 160)
 
 
 def plain(text: str, most: int) -> str:

@@ -5,6 +5,7 @@ import itertools
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, cast
 from xml.etree.ElementTree import Element, ParseError
@@ -103,6 +104,13 @@ class GraphFile:
         weights = entries.data[bad].tolist()
         return [(self.labels[i], self.labels[j], w) for i, j, w in zip(tails, heads, weights, strict=True)]
 
+    @cached_property
+    def _by_text(self) -> dict[str, list[Node]]:
+        found: dict[str, list[Node]] = {}
+        for label in self.labels:
+            found.setdefault(str(label), []).append(label)
+        return found
+
     def node(self, text: str) -> Node:
         """
         Return the node whose label reads `text`.
@@ -112,7 +120,7 @@ class GraphFile:
         ScenarioError
             If no node or more than one has this label.
         """
-        found = [label for label in self.labels if str(label) == text]
+        found = self._by_text.get(text, [])
         if len(found) == 1:
             return found[0]
         if found:

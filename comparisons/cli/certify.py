@@ -119,7 +119,7 @@ def _print(run: "Run", more: Mapping[str, str]) -> None:
     from cgla_graph.model.earth import distortion_note
     from cgla_graph.people.units import risk_text
 
-    scenario, solution, proof = run.scenario, run.solution, proof_of(run)
+    scenario, solution, proof = run.on_map, run.solution, proof_of(run)
     unit = " m" if scenario.projection else ""
     numbers = f"cost {figure(solution.cost, 9)}{unit}, length {figure(solution.length, 9)}{unit}, "
     risk = risk_text(solution.risk, scenario.problem.field, 6)
@@ -147,7 +147,7 @@ def _written(folder: Path, run: "Run", formats: Sequence[str]) -> list[Path]:
     from cgla_graph.comparisons.tables.certificate import COLUMNS, grid_rows, proof_of
     from cgla_graph.plots import pictures
 
-    stem = files.stem_of(folder, run.scenario, run.solver.removesuffix(".csv"), "certificate")
+    stem = files.stem_of(folder, run.on_map, run.solver.removesuffix(".csv"), "certificate")
     table = files.csv_text(grid_rows(proof_of(run)), COLUMNS)
     written = [files.write_text(stem.with_name(f"{stem.name}.csv"), table)]
     return [*written, *pictures.save_all(certificate_of_run(run), stem, formats)]

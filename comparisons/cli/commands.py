@@ -14,8 +14,9 @@ from typer.core import TyperCommand, TyperGroup
 from cgla_graph.comparisons import console
 
 _BY_NAME = inspect.Parameter.KEYWORD_ONLY
-#: Options of graphs in version 0.1, where `plan` and `compare` took their files.
+#: Options of graphs in version 0.1, where `plan` took their files; of `compare`, which passes them on.
 _OF_GRAPHS = {"--from", "--to", "--pairs", "--weight", "--directed"}
+_OF_PAIRS = {*_OF_GRAPHS, "--source", "--target"}
 #: Place of a command: its module and function; of a group of commands, its help and the commands.
 Place: TypeAlias = "str | tuple[str, dict[str, Place]]"
 COMMANDS: "dict[str, Place]" = {
@@ -154,11 +155,13 @@ def _under(group: type, annotation: Any) -> Any:  # noqa: ANN401 - a type and it
 
 
 def renamed(words: list[str]) -> list[str]:
-    """Replace the names that commands on graphs had in version 0.1, with a message."""
+    """Replace the names that commands on graphs had in version 0.1, with a message; `compare` takes graphs as well."""
     old, new = words[:1], ["graph", *words[:1]]
+    if old == ["compare"]:
+        return [*new, *words[1:]] if {word.partition("=")[0] for word in words} & _OF_PAIRS else words
     if old == ["check-graph"]:
         new = ["graph", "check"]
-    elif old not in (["plan"], ["compare"]) or not {word.partition("=")[0] for word in words} & _OF_GRAPHS:
+    elif old != ["plan"] or not {word.partition("=")[0] for word in words} & _OF_GRAPHS:
         return words
     console.say(f"cgla: cgla {old[0]} on a graph is now cgla {' '.join(new)}; version 0.3 removes the old name")
     return [*new, *words[1:]]

@@ -3,26 +3,32 @@
 import dataclasses
 import shlex
 import sys
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import (
     AircraftOptions,
+    ComparisonOptions,
     JsonOption,
     MapOptions,
     MissionsArg,
     ProofOptions,
     RasterOptions,
     RefineOption,
-    SolversOption,
     StudyOptions,
     ZoneOptions,
     map_changes,
     naming_graphs,
     option,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any
+
+    from cgla_graph.comparisons.results.study_run import Request, RunOptions
 
 
 def compare(
@@ -32,27 +38,9 @@ def compare(
     zones: ZoneOptions,
     raster: RasterOptions,
     aircraft: AircraftOptions,
+    comparison: ComparisonOptions,
     scenarios: MissionsArg = None,
-    solvers: SolversOption = None,
-    seeds: Annotated[int | None, option("--seeds N", "runs of each randomised solver (default: 3)", min=1)] = None,
-    budget: Annotated[
-        str | None, option("--budget seconds=S,…", "seconds, iterations or evaluations, for all solvers that accept it")
-    ] = None,
-    limits: Annotated[
-        str | None, option("--limits seconds=S,memory=MB", "limits of a run (default: 600 seconds, 4096 megabytes)")
-    ] = None,
     refine: RefineOption = False,
-    pictures: Annotated[
-        int | None, option("--pictures N", "draw the first N scenarios (default: 20; for a study file: 0)", min=0)
-    ] = None,
-    highlight: Annotated[
-        str | None, option("--highlight A,B", "draw these in colour, besides the best and those of the paper")
-    ] = None,
-    metrics: Annotated[
-        list[str] | None,
-        option("--metrics FILE.py", "numbers of paths of your own: functions marked by @metric; may be repeated"),
-    ] = None,
-    strict: Annotated[bool, option("--strict", "exit with 1 if a run has no path")] = False,
     example: Annotated[bool, option("--example", "print an example of a study file")] = False,
     schema: Annotated[bool, option("--schema", "print the JSON schema of study files")] = False,
     as_json: JsonOption = False,
@@ -65,15 +53,33 @@ def compare(
     are made in separate processes: a run that hangs, crashes or takes too much memory is a row that says so. With
     --out, each run is saved when it ends (study.jsonl), and a report (report.html), rows (JSON Lines, CSV), OMPL's
     database (study.db) and pictures are written. A mission is flown with each solver in turn; without --solvers, with
-    those that need no other package and are fast enough to plan dozens of times. For the file of a graph, use cgla
-    graph compare. Ctrl-C keeps the runs that are done.
+    those that need no other package and are fast enough to plan dozens of times. For pairs of nodes of a
+    graph, use cgla graph compare. Ctrl-C keeps the runs that are done.
     """
     if example or schema:
         from cgla_graph.comparisons.study.study_file import EXAMPLE, study_schema
 
         console.out(EXAMPLE) if example else console.out_json(study_schema())
         return
-    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.results import study_run
+
+    how = run_options(study)
+    with naming_graphs("compare", scenarios or ()):
+        asked = study_run.Settings(
+            specs=scenarios or (),
+            maps=map_changes(maps, zones, raster, aircraft),
+            refine=refine,
+            tolerance=proof.tolerance,
+            certify=not proof.no_certificate,
+            **comparison.settings(),
+        )
+        request = study_run.read_request(asked, how)
+    zoned = zones.report(study_run.maps_of(request.study), as_json=as_json)
+    run_and_print(request, how, strict=comparison.strict, as_json=as_json, more=zoned)
+
+
+def run_options(study: StudyOptions) -> "RunOptions":
+    """Return the options of execution and storage."""
     from cgla_graph.comparisons.results import study_run
 
     how = study_run.RunOptions(
@@ -83,33 +89,24 @@ def compare(
         scheduler=study.dask,
         command=shlex.join(["cgla", *sys.argv[1:]]),
     )
-    if study.workers is not None:
-        how = dataclasses.replace(how, workers=study.workers)
-    with naming_graphs("compare", scenarios or ()):
-        asked = study_run.Settings(
-            specs=scenarios or (),
-            solvers=solvers,
-            seeds=seeds,
-            budget=budget,
-            limits=limits,
-            maps=map_changes(maps, zones, raster, aircraft),
-            refine=refine,
-            tolerance=proof.tolerance,
-            certify=not proof.no_certificate,
-            pictures=pictures,
-            highlight=highlight,
-            metrics=metrics or (),
-        )
-        request = study_run.read_request(asked, how)
-    zoned = zones.report(request.study.scenarios, as_json=as_json)
-    if study.out and not study.resume:
-        files.make_folder(study.out)
+    return how if study.workers is None else dataclasses.replace(how, workers=study.workers)
+
+
+def run_and_print(
+    request: "Request", how: "RunOptions", *, strict: bool, as_json: bool, more: "Mapping[str, Any] | None" = None
+) -> None:
+    """Make the runs, and print what they found; in JSON with `more` keys."""
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.results import study_run
+
+    if how.folder and not how.resume:
+        files.make_folder(how.folder)
     done = study_run.compare_all(request, how)
     if as_json:
-        console.out_json({**study_run.comparison_document(done), **zoned})
+        console.out_json({**study_run.comparison_document(done), **(more or {})})
     else:
         study_run.print_compared(request, done)
-        console.out_files(done.written, study.out)
+        console.out_files(done.written, how.folder)
     if done.failure is not None:
         console.say(f"cgla: {done.failure}")
         raise typer.Exit(console.MISSING)

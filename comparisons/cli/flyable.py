@@ -49,7 +49,7 @@ class Flying:
             If the risk has peaks above 1.
         """
         curve = plan_flyable(
-            run.scenario.problem,
+            run.on_map.problem,
             run.solution.path if run.solution.status.has_path else np.empty((0, 2)),
             self.turn_radius,
             start_heading=self.start_heading,
@@ -67,7 +67,7 @@ class Flying:
     def lines(self, run: Run) -> dict[str, str]:
         """Return the printed lines that only flyable paths have, by their keys."""
         path = cast("Flyable", run.solution)
-        unit = " m" if run.scenario.projection else ""
+        unit = " m" if run.on_map.projection else ""
         lines = {"turns": f"radius {figure(path.turn_radius, 6)}{unit} or more; lines and arcs, tangent everywhere"}
         if not path.status.has_path:
             return lines

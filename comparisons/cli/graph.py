@@ -1,19 +1,27 @@
 """The commands `graph plan`, `graph compare` and `graph check`, which read the file of a graph."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli import completion
-from cgla_graph.comparisons.cli.options import GraphArg, GraphOptions, JsonOption, OutOption, SolversOption, option
+from cgla_graph.comparisons.cli.compare import run_and_print, run_options
+from cgla_graph.comparisons.cli.options import (
+    ComparisonOptions,
+    GraphArg,
+    GraphOptions,
+    GraphsArg,
+    JsonOption,
+    OutOption,
+    ProofOptions,
+    StudyOptions,
+    option,
+)
 
-if TYPE_CHECKING:
-    from cgla_graph.comparisons.results.graph_run import GraphRun
-
-FromOption = Annotated[str | None, option("--from A", "the node to start at")]
-ToOption = Annotated[str | None, option("--to B", "the node to get to")]
+FromOption = Annotated[str | None, option("--from A", "the node to start at", "--source")]
+ToOption = Annotated[str | None, option("--to B", "the node to get to", "--target")]
 
 
 def plan(
@@ -32,65 +40,60 @@ def plan(
 
     Prints the path that each solver finds; with --out, writes its nodes as CSV. Exits with 1 if there is no path.
     """
-    run = _planned(graph, options, solver, source, target)
-    _answer(run, out, as_json=as_json)
-    if not run.all_found:
-        raise typer.Exit(console.MISSING)
-
-
-def compare(
-    graph: GraphArg,
-    options: GraphOptions,
-    source: FromOption = None,
-    target: ToOption = None,
-    pairs: Annotated[int | None, option("--pairs N", "draw N pairs of nodes instead", min=1)] = None,
-    solvers: SolversOption = None,
-    strict: Annotated[bool, option("--strict", "exit with 1 if a run has no path")] = False,
-    out: OutOption = None,
-    as_json: JsonOption = False,
-) -> None:
-    """
-    Compare solvers between two nodes of a graph, or many pairs of them.
-
-    Runs are made one after the other, in this process. With --out, writes each path, or for several pairs one row per
-    run.
-    """
-    run = _planned(graph, options, solvers, source, target, pairs)
-    _answer(run, out, as_json=as_json)
-    if strict and not run.all_found:
-        raise typer.Exit(console.MISSING)
-
-
-def _planned(
-    graph: str,
-    options: GraphOptions,
-    solvers: str | None,
-    source: str | None,
-    target: str | None,
-    pairs: int | None = None,
-) -> "GraphRun":
-    """Open a graph, and run solvers on it."""
-    from cgla_graph.comparisons.results import graph_run
-
-    entrants = graph_run.read_graph_entrants(solvers)
-    opened, problems = graph_run.open_problems(
-        graph, source, target, pairs, weight=options.weight, directed=options.directed
-    )
-    with console.running_solvers():
-        return graph_run.plan_all(opened, problems, entrants)
-
-
-def _answer(run: "GraphRun", out: Path | None, *, as_json: bool) -> None:
-    """Write and print the paths."""
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.results import graph_run
+    from cgla_graph.comparisons.study.options import read_entrants
+    from cgla_graph.scenarios.graph_file import read_graph
+    from cgla_graph.scenarios.graph_scenario import graph_pairs
 
+    entrants = read_entrants(solver)
+    opened = read_graph(Path(graph), weight=options.weight, directed=options.directed)
+    (scenario,) = graph_pairs(opened, source=source, target=target)
+    with console.running_solvers():
+        run = graph_run.plan_on_graph(opened, scenario, entrants)
     written = graph_run.write_graph_run(files.make_folder(out), run) if out else []
     if as_json:
         console.out_json({**graph_run.graph_run_document(run), "files": [*map(str, written)]})
     else:
         graph_run.print_graph_run(run)
         console.out_files(written)
+    if not run.all_found:
+        raise typer.Exit(console.MISSING)
+
+
+def compare(
+    study: StudyOptions,
+    proof: ProofOptions,
+    comparison: ComparisonOptions,
+    options: GraphOptions,
+    graphs: GraphsArg = None,
+    source: FromOption = None,
+    target: ToOption = None,
+    pairs: Annotated[
+        str | None, option("--pairs N", "draw N pairs of nodes (with --from or --to: at that end), or read FILE.csv")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Compare solvers between two nodes of a graph, or many pairs of them.
+
+    Does what cgla compare does on maps: each run in a process of its own, within limits, kept and resumed, with a
+    report, intervals and exports; several files are one study. The lower bound is the least cost, proven by a search
+    backwards from each target, which is no solver's time. Each run plans its own pair alone.
+    """
+    from cgla_graph.comparisons.results import study_run
+    from cgla_graph.comparisons.study.options import PairOptions
+
+    how = run_options(study)
+    asked = study_run.Settings(
+        specs=graphs or (),
+        tolerance=proof.tolerance,
+        certify=not proof.no_certificate,
+        graphs=PairOptions(source, target, pairs, options.weight, options.directed),
+        **comparison.settings(),
+    )
+    request = study_run.read_request(asked, how)
+    run_and_print(request, how, strict=comparison.strict, as_json=as_json)
 
 
 def check(

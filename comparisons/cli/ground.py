@@ -120,7 +120,7 @@ def exposed(run: "Run", ground: GroundRiskOptions, *, bounded: bool = True) -> "
     """Return what a path means for people, by `cgla_graph.exposure`; None without a raster or a path."""
     from cgla_graph.people.exposure import exposure
 
-    problem, solution = run.scenario.problem, run.solution
+    problem, solution = run.on_map.problem, run.solution
     if not problem.field.rasters or not solution.status.has_path:
         return None
     return exposure(

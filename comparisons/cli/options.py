@@ -30,10 +30,10 @@ Number: TypeAlias = float | None
 Text: TypeAlias = str | None
 
 
-def option(name: str, text: str, **more: Any) -> Any:  # noqa: ANN401 - typer's
-    """Declare an option: its name with a placeholder of its value (``--k K``), and its help."""
+def option(name: str, text: str, *others: str, **more: Any) -> Any:  # noqa: ANN401 - typer's
+    """Declare an option: its name with a placeholder of its value (``--k K``), its help, and its other names."""
     flag, _, metavar = name.partition(" ")
-    return typer.Option(flag, metavar=metavar or None, help=text, **more)
+    return typer.Option(flag, *others, metavar=metavar or None, help=text, **more)
 
 
 MissionsArg = Annotated[
@@ -53,6 +53,10 @@ ScenarioArg = Annotated[
         help="shipped name, .toml, .geojson or zones (.json, .kml, .kmz; or several), .tif, .asc, .npy, .map, or "
         "FILE.scen:ROW",
     ),
+]
+GraphsArg = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="GRAPH", help=".graphml, .json (node-link), .csv, .mtx or .npz; or several"),
 ]
 GraphArg = Annotated[str, typer.Argument(metavar="GRAPH", help=".graphml, .json (node-link), .csv, .mtx or .npz")]
 StudyArg = Annotated[Path, typer.Argument(metavar="DIR", help="folder of a study that compare --out wrote")]
@@ -595,6 +599,36 @@ class StudyOptions:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
+class ComparisonOptions:
+    """The comparison: its solvers, seeds, limits and pictures."""
+
+    solvers: SolversOption = None
+    seeds: Annotated[int | None, option("--seeds N", "runs of each randomised solver (default: 3)", min=1)] = None
+    budget: Annotated[
+        Text, option("--budget seconds=S,…", "seconds, iterations or evaluations, for all solvers that accept it")
+    ] = None
+    limits: Annotated[
+        Text, option("--limits seconds=S,memory=MB", "limits of a run (default: 600 seconds, 4096 megabytes)")
+    ] = None
+    pictures: Annotated[
+        int | None, option("--pictures N", "draw the first N scenarios (default: 20; for a study file: 0)", min=0)
+    ] = None
+    highlight: Annotated[
+        Text, option("--highlight A,B", "draw these in colour, besides the best and those of the paper")
+    ] = None
+    metrics: Annotated[
+        list[str] | None,
+        option("--metrics FILE.py", "numbers of paths of your own: functions marked by @metric; may be repeated"),
+    ] = None
+    strict: Annotated[bool, option("--strict", "exit with 1 if a run has no path")] = False
+
+    def settings(self) -> dict[str, Any]:
+        """Return them as `cgla_graph.comparisons.results.study_run.Settings` takes them."""
+        given = {one.name: getattr(self, one.name) for one in dataclasses.fields(self) if one.name != "strict"}
+        return {**given, "metrics": self.metrics or ()}
+
+
+@dataclass(frozen=True, repr=False, eq=False)
 class OutputOptions:
     """Output."""
 
@@ -723,6 +757,7 @@ def naming_graphs(command: str, specs: Sequence[str]) -> Iterator[None]:
 
         for spec in specs:
             if is_file(Path(spec)) and is_graph_file(spec):
-                msg = f"{spec} is a graph; plan between two of its nodes: cgla graph {command} {spec} --from A --to B"
+                how = f"cgla graph {command} {spec} --from A --to B{', or --pairs N' * (command == 'compare')}"
+                msg = f"{spec} is a graph; plan between two of its nodes: {how}"
                 raise CglaError(msg) from error
         raise

@@ -184,7 +184,7 @@ def _of_options(run: "Run", parts: Mapping[str, Any], *, windy: bool) -> tuple[d
         elif name == "ground":
             lines |= part.lines(windy=windy)
         elif name == "flight":
-            lines |= part.lines(" m/s" if run.scenario.projection else " a second")
+            lines |= part.lines(" m/s" if run.on_map.projection else " a second")
         else:
             lines |= part.lines(*of_run)
     return lines, more
@@ -322,11 +322,11 @@ def _written(
         from cgla_graph.plots.profile import write_profile
 
         clock = None if endurance is None else endurance.clock
-        written.append([write_profile(profile, run.scenario, run.solution.path, clock)])
+        written.append([write_profile(profile, run.on_map, run.solution.path, clock)])
     if exported is not None:
         tolerance = None if flying is None else flying.tolerance
         fence = () if laid is None else laid.fence()
-        plans = exported.write(run.scenario, run.solution, arc_tolerance=tolerance, fence=fence)
+        plans = exported.write(run.on_map, run.solution, arc_tolerance=tolerance, fence=fence)
         written += [[file] for file in plans.files]
     if laid is not None:
         written += laid.write(folder, kinds)
@@ -339,10 +339,10 @@ def _write(folder: Path, run: "Run", formats: Sequence[str]) -> list[Path]:
     from cgla_graph.comparisons.plots.runs import map_of_runs
     from cgla_graph.plots import pictures
 
-    stem = files.stem_of(folder, run.scenario, run.solver)
-    written = [files.write_text(stem.with_name(f"{stem.name}.csv"), files.path_csv(run.scenario, run.solution))]
-    if run.scenario.projection is not None:
-        geojson = files.path_geojson(run.scenario, run.solution)
+    stem = files.stem_of(folder, run.on_map, run.solver)
+    written = [files.write_text(stem.with_name(f"{stem.name}.csv"), files.path_csv(run.on_map, run.solution))]
+    if run.on_map.projection is not None:
+        geojson = files.path_geojson(run.on_map, run.solution)
         written.append(files.write_text(stem.with_name(f"{stem.name}.geojson"), geojson))
     return [*written, *pictures.save_all(map_of_runs([run]), stem, formats)]
 
@@ -354,7 +354,7 @@ def _print(run: "Run", more: Mapping[str, str], within: "PlanWithin | None") -> 
     from cgla_graph.model.earth import distortion_note
     from cgla_graph.people.units import risk_text
 
-    scenario, solution = run.scenario, run.solution
+    scenario, solution = run.on_map, run.solution
     unit = " m" if scenario.projection else ""
     note = bound_note([run], unit)
     no_fly = scenario.problem.no_fly
@@ -395,7 +395,7 @@ def _with_proof(run: "Run") -> "Run":
     from cgla_graph.certificate.verdict import is_proven_closed
     from cgla_graph.model.solution import Status
 
-    if not is_proven_closed(run.scenario.problem):
+    if not is_proven_closed(run.on_map.problem):
         return run
     message = "proven: no path stays below the density, not even one that touches the cells above it"
     return dataclasses.replace(run, solution=dataclasses.replace(run.solution, status=Status.NO_PATH, message=message))

@@ -74,7 +74,7 @@ class Touring:
     def lines(self, run: Run) -> dict[str, str]:
         """Return the printed lines that only tours have, by their keys."""
         found = cast("Tour", run.solution)
-        unit = " m" if run.scenario.projection else ""
+        unit = " m" if run.on_map.projection else ""
         order = ", ".join(str(number + 1) for number in found.order)
         how = "in the cheapest order" if self.order == "best" else "as given"
         lines = {"via": f"{counted(len(self.places), 'place')}: {order} ({how})"}
@@ -87,7 +87,7 @@ class Touring:
 
     def document(self, run: Run) -> Mapping[str, Any]:
         """Return the order and the legs as JSON, in degrees too on such maps."""
-        found, projection = cast("Tour", run.solution), run.scenario.projection
+        found, projection = cast("Tour", run.solution), run.on_map.projection
         in_degrees = {} if projection is None else {"places_lonlat": degrees_of(self.places, projection).tolist()}
         return {**found.document(), **in_degrees}
 

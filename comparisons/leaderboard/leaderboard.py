@@ -61,19 +61,19 @@ class FailureGroup:
 
 def failed(runs: Iterable[Run]) -> list[Run]:
     """
-    List the runs without a feasible path.
+    List the runs without a feasible path, except those that say so where it is proven that there is none.
 
     Examples
     --------
     >>> failed([])
     []
     """
-    return [run for run in runs if not run.solution.status.has_path]
+    return [run for run in runs if not run.has_answer]
 
 
 def failure_groups(runs: Iterable[Run]) -> list[FailureGroup]:
     """
-    Group the runs without a path by solver, status and message, in the order of their first runs.
+    Group the failed runs by solver, status and message, in the order of their first runs.
 
     Examples
     --------
@@ -118,7 +118,7 @@ class LeaderboardRow:
     One solver among the others, over all scenarios.
 
     A scenario counts once, by the median of its seeds, and only if every solver has run it (see `instance_costs`);
-    `n_runs`, `n_paths`, `success`, `failures` and `failed_on` count all runs.
+    `n_runs`, `n_paths`, `n_answers`, `success`, `failures` and `failed_on` count all runs.
 
     Attributes
     ----------
@@ -133,9 +133,11 @@ class LeaderboardRow:
     gap
         Median over the scenarios of its excess over the lower bound; infinite without a path, NaN if no scenario has a
         finite bound.
-    n_runs, n_paths, success
-        Number of runs, number of those with a path, and the 95 % interval of that rate by Clopper and Pearson, which
-        assumes independent runs.
+    n_runs, n_paths
+        Number of runs, and of those with a path.
+    n_answers, success
+        Number of runs with a path, or that say rightly that there is none (`Run.has_answer`), and the 95 % interval of
+        that rate by Clopper and Pearson, which assumes independent runs.
     seconds_to_near
         Median over the scenarios of the time until its cost was within `NEAR_PERCENT` of the lower bound; infinite if
         never, NaN as `gap`.
@@ -143,7 +145,7 @@ class LeaderboardRow:
         Its costs against those of the solver ranked first, with p-values adjusted because the same costs chose that
         solver (see `against`); None for that solver, or without scenarios.
     failures
-        Number of runs without a feasible path by status, the most frequent first.
+        Number of failed runs (see `failed`) by status, the most frequent first.
     failed_on
         Names of the scenarios on which runs failed, and the number of failures, in order.
     metrics
@@ -158,6 +160,7 @@ class LeaderboardRow:
     gap: Estimate
     n_runs: int
     n_paths: int
+    n_answers: int
     success: Interval
     seconds_to_near: Estimate
     versus_best: Paired | None
@@ -218,8 +221,9 @@ def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
             wins=wins[solver],
             gap=gaps[solver],
             n_runs=len(by_label[solver]),
-            n_paths=(n_paths := sum(run.solution.status.has_path for run in by_label[solver])),
-            success=success_interval(n_paths, len(by_label[solver])),
+            n_paths=sum(run.solution.status.has_path for run in by_label[solver]),
+            n_answers=(n_answers := sum(run.has_answer for run in by_label[solver])),
+            success=success_interval(n_answers, len(by_label[solver])),
             seconds_to_near=times[solver],
             versus_best=versus.get(solver),
             failures=dict(Counter(run.solution.status for run in failed(by_label[solver])).most_common()),

@@ -41,8 +41,9 @@ class Performance:
         Name and label.
     n_runs, n_paths
         Number of runs, and of those that found a feasible path.
-    success
-        95 % interval of the rate of success.
+    n_answers, success
+        Number of runs with a path, or that say rightly that there is none (`Run.has_answer`), and the 95 % interval of
+        that rate.
     lower_bound
         That of the scenario, to which gaps are relative; NaN without one.
     cost
@@ -56,6 +57,7 @@ class Performance:
     solver: str
     n_runs: int
     n_paths: int
+    n_answers: int
     success: Interval
     lower_bound: float
     cost: Estimate
@@ -73,7 +75,7 @@ class Performance:
             self.solver,
             self.n_runs,
             self.n_paths,
-            self.n_paths / self.n_runs,
+            self.n_answers / self.n_runs,
             *self.success,
             json_number(self.lower_bound),
         ]
@@ -101,15 +103,16 @@ def performances(runs: Sequence[Run]) -> list[Performance]:
 
 def _performance(runs: Sequence[Run], bound: float) -> Performance:
     solutions = [run.solution for run in runs]
-    n_paths = sum(solution.status.has_path for solution in solutions)
+    n_answers = sum(run.has_answer for run in runs)
     targets = [math.inf, *((1.0 + percent / 100.0) * bound for percent in TARGET_PERCENTS)]
     hits = [[to_target(solution, target) for solution in solutions] for target in targets]
     return Performance(
         scenario=runs[0].scenario.name,
         solver=runs[0].solver,
         n_runs=len(runs),
-        n_paths=n_paths,
-        success=success_interval(n_paths, len(runs)),
+        n_paths=sum(solution.status.has_path for solution in solutions),
+        n_answers=n_answers,
+        success=success_interval(n_answers, len(runs)),
         lower_bound=bound,
         cost=estimate([path_cost(solution) for solution in solutions]),
         seconds=tuple(estimate([hit.seconds for hit in group]) for group in hits),

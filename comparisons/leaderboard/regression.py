@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 from cgla_graph.comparisons.statistics.intervals import SAME_COST, path_cost
 from cgla_graph.comparisons.statistics.paired import Paired, compare_costs, holm
+from cgla_graph.comparisons.study.documents import graph_text
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
 
 #: An adjusted p-value below this is a difference.
 SIGNIFICANT = 0.05
@@ -97,9 +98,9 @@ class Regression:
     changed_scenarios: tuple[str, ...]
 
 
-def same_task(scenario: Scenario) -> Hashable:
+def same_task(scenario: AnyScenario) -> Hashable:
     """
-    Return the key by which runs are comparable: the scenario's problem, and the lattice of graph solvers.
+    Return the key by which runs are comparable: problem and lattice of a map; graph and nodes of a pair.
 
     Examples
     --------
@@ -107,6 +108,8 @@ def same_task(scenario: Scenario) -> Hashable:
     >>> same_task(load_scenario("paper")) == same_task(load_scenario("paper"))
     True
     """
+    if isinstance(scenario, GraphScenario):
+        return graph_text(scenario.problem.graph), scenario.problem.source, scenario.problem.target
     return scenario.problem, scenario.lattice
 
 

@@ -18,11 +18,11 @@ from numpy.typing import ArrayLike
 from cgla_graph._text import figure
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import number_array
-from cgla_graph.comparisons.plots.runs import paths_of
+from cgla_graph.comparisons.plots.runs import paths_of, weight_of_risk
 from cgla_graph.comparisons.statistics.intervals import Curve, median_curve, path_cost
 from cgla_graph.comparisons.study.rows import by_solver, scenario_bound
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.model.problem import Problem
+from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.plots.looks import GREY, LabelledPath, others_label
 from cgla_graph.plots.page import Key, Part, add_legend, arrange, heading, style
 from cgla_graph.plots.scene import cost_unit, unit_scale
@@ -63,8 +63,10 @@ class Measure:
     unit: str
 
     @classmethod
-    def of(cls, problem: Problem, bound: float) -> "Measure":
-        """Choose it for a map."""
+    def of(cls, problem: Problem | GraphProblem, bound: float) -> "Measure":
+        """Choose it for a map or a graph."""
+        if isinstance(problem, GraphProblem):
+            return cls(bound, 1.0, "")
         return cls(bound, unit_scale(problem), cost_unit(problem))
 
     @property
@@ -197,7 +199,7 @@ def trace_figure(runs: Sequence[Run], named: Collection[str] = ()) -> Figure | N
         _frame_time(axes)
         measure.frame(axes)
         legend = add_legend(page, rows, title=f"cost{measure.unit}", columns=math.ceil(len(rows) / 17))
-        head = heading(scenario.name, scenario.title, scenario.problem.k)
+        head = heading(scenario.name, scenario.title, weight_of_risk(scenario.problem))
         arrange(page, head, [[Part.of(page, axes, (4.6, 3.2)), Part.of(page, legend)]])
     return page
 

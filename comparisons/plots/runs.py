@@ -8,11 +8,14 @@ from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.comparisons.study.rows import by_solver, median_run, scenario_bound, seeds_note, summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.certificate import proof_of
+from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.plots.certificate import certificate_figure
 from cgla_graph.plots.flight import LabelledFlight
+from cgla_graph.plots.graph import graph_figure
 from cgla_graph.plots.looks import LabelledPath, labelled_paths
 from cgla_graph.plots.map import map_figure
 from cgla_graph.plots.scene import TitledProblem
+from cgla_graph.scenarios.graph_scenario import GraphScenario
 
 
 def paths_of(runs: Sequence[Run], named: Collection[str] = ()) -> list[LabelledPath]:
@@ -45,15 +48,32 @@ def paths_of(runs: Sequence[Run], named: Collection[str] = ()) -> list[LabelledP
     )
 
 
+def weight_of_risk(problem: Problem | GraphProblem) -> float | None:
+    """Return k; None on a graph whose weights were given."""
+    if isinstance(problem, Problem):
+        return problem.k
+    return None if problem.graph.model is None else problem.graph.model.k
+
+
 def map_of_runs(runs: Sequence[Run], named: Collection[str] = ()) -> Figure:
     """Draw the map of one scenario with the path of every solver."""
-    return map_figure(TitledProblem.of(runs[0].scenario), paths_of(runs, named), scenario_bound(runs))
+    return map_figure(TitledProblem.of(runs[0].on_map), paths_of(runs, named), scenario_bound(runs))
+
+
+def picture_of_runs(runs: Sequence[Run], named: Collection[str] = ()) -> Figure | None:
+    """Draw the map, or the graph, of one scenario with the path of every solver; None without positions of nodes."""
+    scenario = runs[0].scenario
+    if isinstance(scenario, GraphScenario):
+        if scenario.problem.graph.positions is None:
+            return None
+        return graph_figure(scenario.name, scenario.title, scenario.problem, paths_of(runs, named))
+    return map_of_runs(runs, named)
 
 
 def certificate_of_run(run: Run) -> Figure:
     """Draw the certificate of a run, and its path; without a solver, the bound alone."""
     paths = paths_of([run]) if run.solver else []
-    return certificate_figure(TitledProblem.of(run.scenario), proof_of(run), paths)
+    return certificate_figure(TitledProblem.of(run.on_map), proof_of(run), paths)
 
 
 def labelled_flight(run: MissionRun) -> LabelledFlight:

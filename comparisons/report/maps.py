@@ -3,14 +3,14 @@
 import base64
 import hashlib
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._types import FloatArray
+from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
 from cgla_graph.people.units import density_text
@@ -30,6 +30,15 @@ STEPS = 99_999
 MOST_WAYPOINTS, MOST_CORNERS = 200, 4000
 #: First tolerance of simplified lines, as a share of the longer side: a quarter of a pixel.
 SLACK = 1.0 / 4000.0
+
+
+class Bounded(Protocol):
+    """A problem, or another thing with bounds in map units."""
+
+    @property
+    def bounds(self) -> Bounds:
+        """The least and the greatest x and y, as of a problem."""
+        ...
 
 
 def map_key(scenario: Scenario) -> str:
@@ -54,13 +63,13 @@ def map_document(scenario: Scenario) -> dict[str, Any]:
         ``bounds`` in map units, ``y_down``, ``risk`` (None without risk), and of the no-fly area either ``no_fly``,
         rings, each a flat list of steps (see `steps_of`), or ``walls``, a raster. ``margin`` are the rings of the area
         widened by the clearance, where the problem asks for one. ``axes`` are labels in degrees, for x and for y a list
-        of places and a list of texts; None for a map in a plane.
+        of places and a list of texts; None for a map in a plane. ``edges`` are those of a graph (see `graph_document`).
 
     Examples
     --------
     >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> sorted(map_document(load_scenario("one-threat")))
-    ['axes', 'bounds', 'margin', 'no_fly', 'risk', 'walls', 'y_down']
+    ['axes', 'bounds', 'edges', 'margin', 'no_fly', 'risk', 'walls', 'y_down']
     """
     problem = scenario.problem
     return {
@@ -70,6 +79,7 @@ def map_document(scenario: Scenario) -> dict[str, Any]:
         "risk": _risk(problem),
         **_no_fly(problem),
         "margin": _margin(problem),
+        "edges": [],
     }
 
 
@@ -144,7 +154,7 @@ def _base64(levels: NDArray[np.uint8]) -> str:
     return base64.b64encode(levels.tobytes()).decode()
 
 
-def path_steps(path: FloatArray, problem: Problem) -> list[int]:
+def path_steps(path: FloatArray, problem: Bounded) -> list[int]:
     """
     Return a path as steps, with as few waypoints as a picture needs (`MOST_WAYPOINTS` at most); its ends stay.
 
@@ -172,12 +182,12 @@ def _simplified(path: BaseGeometry, slack: float) -> BaseGeometry:
     return simple
 
 
-def steps_of(points: FloatArray, problem: Problem) -> list[int]:
+def steps_of(points: FloatArray, problem: Bounded) -> list[int]:
     """Return points, shape ``(m, 2)``, as x, y, x, y, …: steps of the longer side / `STEPS` from the lower left."""
     x_min, y_min, _, _ = problem.bounds
     return np.rint((np.asarray(points) - (x_min, y_min)) * (STEPS / _side(problem))).astype(np.int64).ravel().tolist()
 
 
-def _side(problem: Problem) -> float:
+def _side(problem: Bounded) -> float:
     x_min, y_min, x_max, y_max = problem.bounds
     return max(x_max - x_min, y_max - y_min)

@@ -10,12 +10,14 @@ import numpy as np
 
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.comparisons.numbers import rounded, rounded_all
-from cgla_graph.comparisons.report.maps import map_document, map_key, path_steps, steps_of
+from cgla_graph.comparisons.report.graphs import frame_of, graph_document, shortened
+from cgla_graph.comparisons.report.maps import Bounded, map_document, map_key, path_steps, steps_of
 from cgla_graph.comparisons.statistics.intervals import Estimate, estimate, median_curve, path_cost, to_target
 from cgla_graph.comparisons.study.rows import by_solver, claims_note, median_run, row, scenario_bound, shown
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.people.units import risk_unit
+from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
 from cgla_graph.scenarios.scenario import Scenario
 
 #: Most points of a curve of one solver on one scenario, and of one over all scenarios.
@@ -46,34 +48,48 @@ def scenarios_document(groups: Sequence[Sequence[Run]], solvers: Sequence[str]) 
     scenarios = []
     for runs in groups:
         scenario = runs[0].scenario
-        key = map_key(scenario)
+        # (pairs of one graph share the object)
+        key = map_key(scenario) if isinstance(scenario, Scenario) else f"graph {id(scenario.problem.graph)}"
         if key not in keys:
             keys[key] = len(maps)
-            maps.append(map_document(scenario))
+            maps.append(
+                map_document(scenario) if isinstance(scenario, Scenario) else graph_document(scenario.problem.graph)
+            )
         scenarios.append(_scenario(scenario, runs, places, keys[key]))
     return {"scenarios": scenarios, "maps": maps}
 
 
-def _scenario(scenario: Scenario, runs: Sequence[Run], places: dict[str, int], number: int) -> dict[str, Any]:
-    problem, bound = scenario.problem, scenario_bound(runs)
+def _scenario(scenario: AnyScenario, runs: Sequence[Run], places: dict[str, int], number: int) -> dict[str, Any]:
+    bound = scenario_bound(runs)
+    frame: Bounded | None
+    if isinstance(scenario, GraphScenario):
+        problem = scenario.problem
+        frame, unit, k, risk = frame_of(problem.graph), "", None, ""
+        nodes = [problem.graph.index_of(node) for node in (problem.source, problem.target)]
+        ends = np.empty((0, 2)) if problem.graph.positions is None else problem.graph.positions[nodes]
+    else:
+        frame, unit = scenario.problem, "m" if scenario.projection else "map units"
+        k, risk = scenario.problem.k, risk_unit(scenario.problem.field)
+        ends = np.array([scenario.problem.start, scenario.problem.goal])
     proof = next((run.certificate for run in runs if run.certificate is not None), None)
     return {
         "name": scenario.name,
         "title": scenario.title,
         "map": number,
-        "unit": "m" if scenario.projection else "map units",
-        "k": problem.k,
-        "unit_of_risk": risk_unit(problem.field),
+        "on_graph": isinstance(scenario, GraphScenario),
+        "unit": unit,
+        "k": k,
+        "unit_of_risk": risk,
         "bound": rounded(bound, _COST_DIGITS),
         "unsolvable": math.isinf(bound),
         "proof": "" if proof is None else proof.message,
         "claims": claims_note(runs),
-        "ends": steps_of(np.array([problem.start, problem.goal]), problem),
-        "cells": [_cell(scenario, places[label], group) for label, group in by_solver(runs).items()],
+        "ends": [] if frame is None else steps_of(ends, frame),
+        "cells": [_cell(frame, places[label], group) for label, group in by_solver(runs).items()],
     }
 
 
-def _cell(scenario: Scenario, place: int, runs: Sequence[Run]) -> dict[str, Any]:
+def _cell(frame: Bounded | None, place: int, runs: Sequence[Run]) -> dict[str, Any]:
     """Say what one solver did on one scenario: its median run, how confident that is, and its cost over time."""
     solutions = [run.solution for run in runs]
     costs = [path_cost(solution) for solution in solutions]
@@ -94,7 +110,8 @@ def _cell(scenario: Scenario, place: int, runs: Sequence[Run]) -> dict[str, Any]
         "seconds": rounded(solution.total_seconds),
         "first": ends_of(estimate([to_target(one).seconds for one in solutions])),
         "number": typical.number,
-        "path": path_steps(solution.path, scenario.problem) if _is_drawn(solution) else [],
+        "path": path_steps(solution.path, frame) if frame is not None and _is_drawn(solution) else [],
+        "nodes": shortened(solution.nodes) if solution.status.has_path else "",
         "curve": _curve(solutions),
     }
 

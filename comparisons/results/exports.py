@@ -15,6 +15,7 @@ from cgla_graph.comparisons.study.store import FILE, Stored
 from cgla_graph.comparisons.tables.latex import booktabs
 from cgla_graph.comparisons.tables.leaderboard_columns import leaderboard_cells, leaderboard_heads, leaderboard_notes
 from cgla_graph.errors import CglaError, OutputError
+from cgla_graph.scenarios.graph_scenario import sampling_note
 
 #: The columns of a run of a study.
 RUN_COLUMNS = tuple(column.key for column in EXPORTED)
@@ -146,7 +147,8 @@ def _pyarrow() -> Any:  # noqa: ANN401 - pyarrow has no types
 def _tex(stored: Stored, runs: Sequence[Run]) -> bytes:
     found = leaderboard_of(runs)
     title = f"{stored.title or stored.folder.name}: leaderboard of {len(found)} solvers over {len(runs)} runs"
-    notes = [title, *leaderboard_notes(found), "needs the package booktabs"]
+    sampled = sampling_note(list({run.scenario.name: run.scenario for run in runs}.values()))
+    notes = [title, *leaderboard_notes(found), *filter(None, [sampled]), "needs the package booktabs"]
     return booktabs(leaderboard_heads(found), [leaderboard_cells(one) for one in found], notes).encode("ascii")
 
 

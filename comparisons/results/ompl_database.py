@@ -25,7 +25,7 @@ from cgla_graph.comparisons.study.provenance import Session, visible
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
 
 #: Marks the file as ours ("CGLA"): the field of SQLite's header for that.
 APPLICATION_ID = 0x43474C41
@@ -138,7 +138,7 @@ def _insert(database: sqlite3.Connection, table: str, row: Mapping[str, Any]) ->
     return done.lastrowid or 0
 
 
-def _experiment(scenario: Scenario, session: Session, stored: Stored) -> dict[str, Any]:
+def _experiment(scenario: AnyScenario, session: Session, stored: Stored) -> dict[str, Any]:
     return {
         "name": visible(scenario.name),
         "totaltime": 0.0,
@@ -195,7 +195,7 @@ def run_row(run: Run) -> tuple[float | int | None, ...]:
         json_number(solution.seconds),
         json_number(solution.build_seconds),
         _whole(solution.evaluations),
-        len(solution.path) if is_path else 0,
+        len(solution.nodes or solution.path) if is_path else 0,
         _whole(run.seed),
     )
 
@@ -227,7 +227,10 @@ def _whole(value: int | None) -> int | None:
     return int(value) if value is not None and abs(value) <= _MOST else None
 
 
-def _setup(scenario: Scenario) -> str:
+def _setup(scenario: AnyScenario) -> str:
+    if isinstance(scenario, GraphScenario):
+        source, target = scenario.ends
+        return "\n".join(filter(None, [scenario.full_title, f"from {source} to {target}", scenario.notes]))
     problem, (columns, rows) = scenario.problem, scenario.lattice.shape
     corners = 0 if problem.no_fly is None else int(shapely.get_num_coordinates(problem.no_fly))
     field = problem.field

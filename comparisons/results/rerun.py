@@ -12,13 +12,14 @@ import numpy as np
 from cgla_graph._text import duration, figure, percent
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.study.execution import run_study
-from cgla_graph.comparisons.study.rows import row
+from cgla_graph.comparisons.study.rows import COMPARED, graph_columns, row
 from cgla_graph.comparisons.study.runner import Run, with_refuted_claims
 from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.graph_scenario import GraphScenario
 from cgla_graph.solvers.solving import bounded
 
 #: Runs that something stopped from outside.
@@ -43,9 +44,11 @@ class Rerun:
     def same(self) -> dict[str, bool]:
         """Whether status, path and cost are the same, these two to the last bit; no path costs as much as no path."""
         stored, now = self.stored.solution, self.now.solution
+        # (on a map, nodes are not kept)
+        on_graph = isinstance(self.stored.scenario, GraphScenario)
         return {
             "status": stored.status is now.status,
-            "path": np.array_equal(stored.path, now.path),
+            "path": np.array_equal(stored.path, now.path) and (not on_graph or stored.nodes == now.nodes),
             "cost": np.array_equal([stored.cost], [now.cost], equal_nan=True),
         }
 
@@ -70,11 +73,12 @@ class Rerun:
 
     def document(self) -> dict[str, Any]:
         """Return both as JSON."""
+        columns = [*COMPARED, *graph_columns([self.stored])]
         return {
             "number": self.stored.number,
             "settings": {key: str(value) for key, value in self.stored.settings.items()},
-            "stored": {**row(self.stored), "path": self.stored.solution.path.tolist()},
-            "now": {**row(self.now), "path": self.now.solution.path.tolist()},
+            "stored": {**row(self.stored, columns=columns), "path": self.stored.solution.path.tolist()},
+            "now": {**row(self.now, columns=columns), "path": self.now.solution.path.tolist()},
             "same": self.same,
             "identical": self.is_identical,
         }
@@ -124,7 +128,7 @@ _NUMBERS: Mapping[str, Callable[[Solution], str]] = {
     "length": lambda found: figure(found.length, 12),
     "risk": lambda found: figure(found.risk, 12),
     "clearance": lambda found: figure(found.clearance, 6),
-    "waypoints": lambda found: str(len(found.path)),
+    "waypoints": lambda found: str(len(found.nodes or found.path)),
     "time": lambda found: duration(found.seconds),
     "build": lambda found: duration(found.build_seconds),
     "evaluations": lambda found: f"{found.evaluations:,.0f}" if math.isfinite(found.evaluations) else "-",

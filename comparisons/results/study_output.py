@@ -78,14 +78,16 @@ def write_all_pictures(folder: Path, runs: Sequence[Run], most: int, named: Coll
 
 def _write_pictures(stem: Path, runs: Sequence[Run], named: Collection[str]) -> list[Path]:
     from cgla_graph.comparisons.plots.cost import trace_figure  # noqa: PLC0415 - matplotlib only where it draws
-    from cgla_graph.comparisons.plots.runs import map_of_runs  # noqa: PLC0415 - the same
+    from cgla_graph.comparisons.plots.runs import picture_of_runs  # noqa: PLC0415 - the same
     from cgla_graph.plots import pictures  # noqa: PLC0415 - the same
 
-    drawn = map_of_runs(runs, named)
-    written = []
-    for suffix in (".png", ".svg"):
-        written.append(stem.with_name(stem.name + suffix))
-        pictures.save(drawn, written[-1])
+    drawn = picture_of_runs(runs, named)
+    written: list[Path] = []
+    # (without positions of the nodes, there is no picture)
+    if drawn is not None:
+        written += [stem.with_name(stem.name + suffix) for suffix in (".png", ".svg")]
+        for file in written:
+            pictures.save(drawn, file)
     trace = trace_figure(runs, named)
     if trace is not None:
         written.append(stem.with_name(stem.name + "-cost.png"))

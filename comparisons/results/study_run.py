@@ -26,11 +26,15 @@ from cgla_graph.comparisons.tables.flights import print_flights
 from cgla_graph.comparisons.workers.tasks import run_tasks
 from cgla_graph.errors import CglaError, WorkerError
 from cgla_graph.model.cost_model import n_cores
+from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
 from cgla_graph.scenarios.mission_file import MissionFile, is_mission_file, load_mission
+from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import own
 
 #: Of a study without a file, this many scenarios get pictures of their own, unless told otherwise.
 PICTURES = 20
+#: More pairs of nodes than these have no tables of their own.
+MOST_PAIR_TABLES = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +139,8 @@ class Settings:
         Changes to the maps.
     metrics
         Files of metrics, or functions in files.
+    graphs
+        Pairs of nodes, where `specs` are files of graphs; None for maps and missions.
     """
 
     specs: Sequence[str] = ()
@@ -149,6 +155,7 @@ class Settings:
     pictures: int | None = None
     highlight: str | None = None
     metrics: Sequence[str] = ()
+    graphs: options.PairOptions | None = None
 
     @property
     def given(self) -> list[str]:
@@ -157,6 +164,7 @@ class Settings:
         named = [f"--{name}" for name in names if getattr(self, name) is not None]
         named += ["--refine"] if self.refine else []
         named += ["--metrics"] if self.metrics else []
+        named += [] if self.graphs in {None, options.PairOptions()} else ["a choice of nodes"]
         return [*named, *self.maps.given, *([] if self.certify else ["--no-certificate"])]
 
 
@@ -206,12 +214,17 @@ def read_request(asked: Settings, how: RunOptions | None = None) -> Request:
 def _study(asked: Settings, command: str) -> Study:
     """Make a study of settings."""
     bound = options.read_tolerance(asked.tolerance, certify=asked.certify)
-    entrants = options.read_entrants(asked.solvers, budget=asked.budget, refine=asked.refine)
-    for_maps = [*asked.maps.given, *(["--refine"] if asked.refine else [])]
-    named, missions = split_specs(asked.specs or ["paper"], for_maps)
+    named, missions, scenarios = list(asked.specs), list[MissionFile](), list[AnyScenario]()
+    if asked.graphs is not None:
+        scenarios += asked.graphs.open(asked.specs)
+    else:
+        for_maps = [*asked.maps.given, *(["--refine"] if asked.refine else [])]
+        named, missions = split_specs(asked.specs or ["paper"], for_maps)
+        scenarios += options.open_all(named, asked.maps)
+    entrants = options.read_entrants(asked.solvers, budget=asked.budget, refine=asked.refine, scenarios=scenarios)
     flown = mission_compare.mission_entrants(entrants, chosen=asked.solvers is not None) if missions else ()
     return Study(
-        scenarios=options.number_names(options.open_all(named, asked.maps)),
+        scenarios=options.number_names(scenarios),
         entrants=entrants,
         seeds=range(1, (3 if asked.seeds is None else asked.seeds) + 1),
         tolerance=bound,
@@ -299,7 +312,7 @@ def compare_all(request: Request, how: RunOptions) -> Compared:
             solvers=execution.solvers_of(study),
         )
         try:
-            proven = [] if study.tolerance is None else [scenario.problem.model for scenario in study.scenarios]
+            proven = [] if study.tolerance is None else [one.problem.model for one in maps_of(study)]
             with console.running_solvers(proven), console.progress(total) as tick, closing(made):
                 for task, result in made:
                     if isinstance(result, Run):
@@ -397,6 +410,11 @@ def write_study(
     return load(home)
 
 
+def maps_of(study: Study) -> list[Scenario]:
+    """List the scenarios of a study that are maps."""
+    return [one for one in study.scenarios if isinstance(one, Scenario)]
+
+
 def _store(study: Study, how: RunOptions, workers: int) -> StudyStore | None:
     if how.folder is None:
         return None
@@ -423,11 +441,17 @@ def print_compared(request: Request, done: Compared) -> None:
     """Print the tables of each scenario, unless a file names them; what they amount to; and those of missions."""
     single = len(request.study.scenarios) == 1
     if not request.is_file or single:
-        study_output.print_comparison(done.runs, request.study.entrants)
+        study_output.print_comparison(_in_tables(request.study, done.runs), request.study.entrants)
     if done.runs and not single:
         print_leaderboard(done.runs, leaderboard_of(done.runs))
     if done.missions:
         print_flights(done.missions, done.flights)
+
+
+def _in_tables(study: Study, runs: Sequence[Run]) -> list[Run]:
+    """Leave out the runs on pairs of nodes, if these are more than a few: the leaderboard sums them up."""
+    many = sum(isinstance(one, GraphScenario) for one in study.scenarios) > MOST_PAIR_TABLES
+    return [run for run in runs if not (many and isinstance(run.scenario, GraphScenario))]
 
 
 def kept_note(request: Request, how: RunOptions, done: Compared) -> str:

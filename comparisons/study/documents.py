@@ -16,6 +16,8 @@ from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
+from scipy import sparse
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import shown
@@ -25,14 +27,18 @@ from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.metric import Better, Measure, Metric, forgotten
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError, StudyError
+from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.failure_model import FailureModel
+from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.problem import Problem
+from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.rasters.crs import CoordinateSystem, CrsPlane
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.model.weights import DenseWeights, SparseWeights
+from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
 from cgla_graph.scenarios.scenario import Scenario
 
 #: An object that `json` reads and writes.
@@ -192,7 +198,7 @@ _READERS: Mapping[str, Callable[[Any], Any]] = {
 }
 
 
-def scenario_document(scenario: Scenario) -> Document:
+def scenario_document(scenario: AnyScenario) -> Document:
     """
     Turn a scenario into a document.
 
@@ -207,8 +213,9 @@ def scenario_document(scenario: Scenario) -> Document:
     >>> scenario_document(load_scenario("paper"))["problem"]["goal"]
     [0.9, 0.9]
     """
+    if isinstance(scenario, GraphScenario):
+        return _on_graph_document(scenario)
     problem = scenario.problem
-    rasters = [_raster_document(raster) for raster in problem.field.rasters]
     return {
         "name": scenario.name,
         "title": scenario.title,
@@ -219,10 +226,7 @@ def scenario_document(scenario: Scenario) -> Document:
             "goal": list(problem.goal),
             "k": problem.k,
             "bounds": list(problem.bounds),
-            "threats": [[threat.x, threat.y, threat.spread, threat.peak] for threat in problem.field.threats],
-            # without rasters the document equals that of earlier versions
-            **({"rasters": rasters} if rasters else {}),
-            "improper": problem.field.improper,
+            **_field_document(problem.field),
             "no_fly": None if problem.no_fly is None else _hexadecimal(problem.no_fly),
             **({"clearance": problem.clearance} if problem.clearance > 0.0 else {}),
         },
@@ -230,14 +234,112 @@ def scenario_document(scenario: Scenario) -> Document:
         **({"areas": [[name, _hexadecimal(area)] for name, area in scenario.areas]} if scenario.areas else {}),
         "lattice": lattice_document(scenario.lattice),
         "projection": None if scenario.projection is None else _projection_document(scenario.projection),
-        "settings": {
-            str(solver): _settings_document(settings, f"{scenario.name}: solvers.{solver}")
-            for solver, settings in scenario.settings.items()
-        },
+        "settings": _all_settings(scenario),
     }
 
 
-def scenario_from(document: Document) -> Scenario:
+def _all_settings(scenario: AnyScenario) -> Document:
+    return {
+        str(solver): _settings_document(settings, f"{scenario.name}: solvers.{solver}")
+        for solver, settings in scenario.settings.items()
+    }
+
+
+def _field_document(field: RiskField) -> Document:
+    rasters = [_raster_document(raster) for raster in field.rasters]
+    return {
+        "threats": [[threat.x, threat.y, threat.spread, threat.peak] for threat in field.threats],
+        # without rasters the document equals that of earlier versions
+        **({"rasters": rasters} if rasters else {}),
+        "improper": field.improper,
+    }
+
+
+def _on_graph_document(scenario: GraphScenario) -> Document:
+    problem = scenario.problem
+    return {
+        "name": scenario.name,
+        "title": scenario.title,
+        "notes": scenario.notes,
+        "graph_name": scenario.graph_name,
+        "graph": graph_text(problem.graph),
+        "source": encode(problem.source),
+        "target": encode(problem.target),
+        "settings": _all_settings(scenario),
+    }
+
+
+@lru_cache(maxsize=4)
+def graph_text(graph: GeometricGraph) -> str:
+    """
+    Write a graph as JSON in one line, exact to the last bit; pairs of one graph share the text.
+
+    Raises
+    ------
+    StudyError
+        If a label has a type that no document holds.
+    """
+    model, weights = graph.model, None
+    if not graph.is_implicit:
+        rows = graph.to_csgraph()
+        entries = rows.tocoo()
+        tails, heads = entries.coords
+        weights = {
+            "tails": _packed(np.asarray(tails)),
+            "heads": _packed(np.asarray(heads)),
+            "weights": _packed(entries.data),
+            "dense": not graph.is_sparse,
+        }
+    # (numbers from 0 on need no list)
+    labels = len(graph.labels) if graph.labels == range(len(graph.labels)) else encode(list(graph.labels))
+    return dumps({
+        "labels": labels,
+        "positions": None if graph.positions is None else _packed(graph.positions),
+        "directed": bool(graph.directed),
+        "weights": weights,
+        "lattice": None if graph.lattice is None else lattice_document(graph.lattice),
+        "model": None if model is None else {
+            **_field_document(model.field),
+            "k": model.k,
+            "no_fly": None if model.area.is_empty else _hexadecimal(model.area.geometry),
+        },
+    })  # fmt: skip
+
+
+@lru_cache(maxsize=4)
+def _graph(text: str) -> GeometricGraph:
+    """Read a graph; scenarios on one graph share one object."""
+    given = json.loads(text)
+    labels = range(given["labels"]) if isinstance(given["labels"], int) else tuple(decode(given["labels"]))
+    n, model, lattice = len(labels), given["model"], given["lattice"]
+    positions = None if given["positions"] is None else _unpacked(given["positions"], [n, 2])
+    found: dict[str, Any] = {
+        "labels": labels,
+        "positions": positions,
+        "directed": bool(given["directed"]),
+        "lattice": None if lattice is None else lattice_from(lattice),
+        "model": None if model is None else _model(model),
+    }
+    if given["weights"] is None:
+        made = GeometricGraph(**found, weights=SparseWeights(sparse.csr_array((n, n)))).under(found["model"])
+        return dataclasses.replace(made, labels=labels, directed=found["directed"])
+    tails, heads = (_unpacked(given["weights"][axis], [-1, 1]).ravel().astype(np.int64) for axis in ("tails", "heads"))
+    entries = _unpacked(given["weights"]["weights"], [-1, 1]).ravel()
+    rows = sparse.csr_array((entries, (tails, heads)), shape=(n, n))
+    if not given["weights"]["dense"]:
+        return GeometricGraph(**found, weights=SparseWeights(rows))
+    dense = np.full((n, n), np.inf)
+    np.fill_diagonal(dense, 0.0)
+    dense[tails, heads] = entries
+    return GeometricGraph(**found, weights=DenseWeights(dense))
+
+
+def _model(document: Document) -> CostModel:
+    area = None if document["no_fly"] is None else _geometry(_text(document["no_fly"]))
+    return CostModel(_field(document), document["k"], area)
+
+
+def scenario_from(document: Document) -> AnyScenario:
     """
     Build the scenario of a document; areas of equal documents are one geometry, and so are rasters one object.
 
@@ -256,22 +358,35 @@ def scenario_from(document: Document) -> Scenario:
     return _built("scenario", document, _scenario)
 
 
-def _scenario(document: Document) -> Scenario:
-    given = document["problem"]
+def _field(given: Document) -> RiskField:
     threats = [Threat(x, y, spread=spread, peak=peak) for x, y, spread, peak in given["threats"]]
     # the warning of an improper field was given when the scenario was made
     rasters = [_raster(dumps(raster)) for raster in given.get("rasters", ())]
     improper = bool(given["improper"])
-    field = RiskField(rasters=rasters, improper=improper).with_only(threats)
     if not improper:
-        field = RiskField(threats, rasters=rasters)
+        return RiskField(threats, rasters=rasters)
+    return RiskField(rasters=rasters, improper=improper).with_only(threats)
+
+
+def _scenario(document: Document) -> AnyScenario:
+    if "graph" in document:
+        graph = _graph(_text(document["graph"]))
+        return GraphScenario(
+            name=_text(document["name"]),
+            title=_text(document["title"]),
+            problem=GraphProblem(graph, decode(document["source"]), decode(document["target"])),
+            settings={solver: _settings(settings) for solver, settings in document["settings"].items()},
+            notes=_text(document["notes"]),
+            graph_name=_text(document["graph_name"]),
+        )
+    given = document["problem"]
     return Scenario(
         name=_text(document["name"]),
         title=_text(document["title"]),
         problem=Problem(
             start=given["start"],
             goal=given["goal"],
-            field=field,
+            field=_field(given),
             k=given["k"],
             bounds=given["bounds"],
             no_fly=None if given["no_fly"] is None else _geometry(_text(given["no_fly"])),
@@ -398,7 +513,7 @@ def run_document(run: Run) -> Document:
     """
     Turn a run into a document, without its scenario, entrant and certificate.
 
-    Nodes are left out: the path says the same.
+    Nodes are left out on a map, where the path says the same; of a graph they are kept, by their labels.
 
     Raises
     ------
@@ -418,6 +533,7 @@ def run_document(run: Run) -> Document:
         "megabytes": encode(float(run.megabytes)),
         "host": str(run.host),
         **({"measures": [[*one[:3], encode(one.value)] for one in run.measures]} if run.measures else {}),
+        **({"nodes": encode(list(solution.nodes))} if isinstance(run.scenario, GraphScenario) else {}),
         "path": encode(np.asarray(solution.path, dtype=np.float64).reshape(-1, 2).tolist()),
         "trace": encode([[point.seconds, point.evaluations, point.cost] for point in solution.trace]),
     }
@@ -425,7 +541,7 @@ def run_document(run: Run) -> Document:
 
 def run_from(
     document: Document,
-    scenario: Scenario,
+    scenario: AnyScenario,
     entrant: Entrant,
     seed: int | None,
     certificate: Certificate | None,
@@ -445,6 +561,7 @@ def run_from(
     solution = Solution(
         status=status,
         path=np.array(decode(document["path"]), dtype=np.float64).reshape(-1, 2),
+        nodes=tuple(decode(document.get("nodes", []))),
         solver=_text(document["solver"]),
         evaluations=int(document["evaluations"]),
         trace=tuple([TracePoint(*point) for point in decode(document["trace"])]),
@@ -543,7 +660,7 @@ def _raster_document(raster: RasterRisk) -> Document:
     }
 
 
-def _packed(values: FloatArray) -> str:
+def _packed(values: NDArray[Any]) -> str:
     # the same bytes for both byte orders of machines
     data = np.ascontiguousarray(values, dtype="<f8").tobytes()
     return base64.b64encode(zlib.compress(data, 6)).decode("ascii")

@@ -3,16 +3,16 @@
 import ast
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import NoneType
 from typing import Any, cast, get_args, get_type_hints
 
 from cgla_graph._text import cut, shown
-from cgla_graph.errors import CglaError, ScenarioError, SolverSettingError
+from cgla_graph.errors import CglaError, ScenarioError, SolverSettingError, SolverUnavailableError, StudyError
 from cgla_graph.model.solver import Solver
-from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
 from cgla_graph.solvers import own, registry
 from cgla_graph.solvers.own import OwnSolver
 
@@ -194,7 +194,7 @@ class Entrant:
         """Return a copy whose paths are refined and whose label says so."""
         return dataclasses.replace(self, label=f"{self.label}+refine", refine=True)
 
-    def settings_on(self, scenario: Scenario | None) -> dict[str, Any]:
+    def settings_on(self, scenario: AnyScenario | None) -> dict[str, Any]:
         """
         Merge all settings: the scenario's, then the budget, then the user's own, which win.
 
@@ -269,9 +269,56 @@ def as_entrant(given: object) -> Entrant:
     raise SolverSettingError(msg)
 
 
-def every_solver() -> list[Entrant]:
-    """Enter every solver, also those that are not installed, whose rows say why."""
-    return [Entrant(name, name) for name in registry.names(installed=False)]
+def every_solver(scenarios: Iterable[AnyScenario] = ()) -> list[Entrant]:
+    """Enter every solver that can take these scenarios, also those that are not installed, whose rows say why."""
+    names = graph_solvers() if any(isinstance(one, GraphScenario) for one in scenarios) else None
+    return [Entrant(name, name) for name in (registry.names(installed=False) if names is None else names)]
+
+
+def graph_solvers() -> list[str]:
+    """
+    List the solvers that plan on graphs.
+
+    Examples
+    --------
+    >>> "cgla" in graph_solvers(), "rrt-star" in graph_solvers()
+    (True, False)
+    """
+    return [name for name in registry.names(installed=False) if _is_for_graphs(name)]
+
+
+def _is_for_graphs(name: str) -> bool:
+    """Return whether a solver plans on graphs; of a plug-in that cannot be imported, that is not known."""
+    try:
+        return registry.traits(name).domain == "graph"
+    except SolverUnavailableError:
+        return False
+
+
+def check_domain(scenarios: Iterable[AnyScenario], entrants: Sequence[Entrant]) -> None:
+    """
+    Refuse solvers that plan in the plane, and refinement, where a scenario is a pair of nodes of a graph.
+
+    Raises
+    ------
+    StudyError
+        With the names of the solvers for graphs.
+
+    Examples
+    --------
+    >>> check_domain([], [Entrant.parse("rrt-star")])
+    """
+    on_graph = next((one for one in scenarios if isinstance(one, GraphScenario)), None)
+    if on_graph is None:
+        return
+    for entrant in entrants:
+        if entrant.is_available and registry.traits(entrant.name).domain != "graph":
+            others = ", ".join(graph_solvers())
+            msg = f"{entrant.label} plans in the plane, not on a graph as {on_graph.name} is; on graphs plan {others}"
+            raise StudyError(msg)
+        if entrant.refine:
+            msg = f"{entrant.label}: a path on a graph ({on_graph.name}) keeps to its edges; leave out refine"
+            raise StudyError(msg)
 
 
 def parse_budget(text: str) -> dict[str, float]:
@@ -324,7 +371,7 @@ def _amount(key: str, text: str) -> float:
     return int(amount) if whole else amount
 
 
-def check_settings(scenario: Scenario) -> None:
+def check_settings(scenario: AnyScenario) -> None:
     """
     Check the settings of solvers in a scenario.
 

@@ -32,10 +32,11 @@ from cgla_graph.isolation.limits import Limits, limited
 from cgla_graph.isolation.outcome import Failure, Outcome
 from cgla_graph.isolation.worker import use_up
 from cgla_graph.model.cost_model import MapKind
+from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.isolated import lost
-from cgla_graph.model.problem import FULL_UP_TO
+from cgla_graph.model.problem import FULL_UP_TO, GraphProblem
 from cgla_graph.model.solution import Solution, Status, TracePoint
-from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
 
 #: The least limits of a proof: it belongs to no solver, and gets time and memory also where runs have little.
 PROOF_LIMITS = Limits()
@@ -44,6 +45,12 @@ PRELOAD = (__name__,)
 #: Kernels that are warm in this process: of entrants by label, for small lattices and for large ones, on a kind of map;
 #: and of proofs (None).
 _ready: set[tuple[str, bool, MapKind] | tuple[None, MapKind]] = set()
+#: The same on graphs: labels of entrants, and whether the graph is sparse and directed.
+_ready_on_graphs: set[tuple[object, ...]] = set()
+#: Scenarios and graphs that were sent to this process, by their keys, and how many of them are kept.
+_unpacked: dict[str, AnyScenario] = {}
+_graphs: dict[str, GeometricGraph] = {}
+_MOST_KEPT = 4
 #: The scenario of the last run in this process, by its key.
 _last: dict[str, runner.SharedGraph] = {}
 
@@ -146,7 +153,7 @@ def _proof_task(name: str, packed: Callable[[str], "Packed"], tolerance: float) 
 
 def _run_task(
     cell: Cell,
-    scenario: Scenario,
+    scenario: AnyScenario,
     entrant: Entrant,
     packed: Callable[[str], "Packed"],
     proof: list[tuple[str, str]],
@@ -209,13 +216,24 @@ def check_lacking_here(entrant: Entrant, message: str) -> None:
 
 
 class Packed(NamedTuple):
-    """A pickled scenario, and its digest."""
+    """
+    A pickled scenario, and its digest; pairs of one graph share the pickled graph.
+
+    Attributes
+    ----------
+    key, data
+        Of the scenario, of a pair of nodes without its graph.
+    graph_key, graph
+        Of the graph of a pair; empty for a map.
+    """
 
     key: str
     data: bytes
+    graph_key: str = ""
+    graph: bytes = b""
 
 
-def pack(scenario: Scenario) -> Packed:
+def pack(scenario: AnyScenario) -> Packed:
     """
     Pickle a scenario for workers.
 
@@ -225,8 +243,20 @@ def pack(scenario: Scenario) -> Packed:
     >>> unpacked(pack(load_scenario("paper"))).name
     'paper'
     """
+    if isinstance(scenario, GraphScenario):
+        key, graph = _packed_graph(scenario.problem.graph)
+        ends = scenario.problem.source, scenario.problem.target
+        data = pickle.dumps((scenario.name, scenario.title, dict(scenario.settings), scenario.graph_name, ends))
+        return Packed(hashlib.sha256(key.encode() + data).hexdigest(), data, key, graph)
     data = pickle.dumps(scenario)
     return Packed(hashlib.sha256(data).hexdigest(), data)
+
+
+@lru_cache(maxsize=2)
+def _packed_graph(graph: GeometricGraph) -> tuple[str, bytes]:
+    """Pickle a graph once for all its pairs."""
+    data = pickle.dumps(graph)
+    return hashlib.sha256(data).hexdigest(), data
 
 
 # ---- in a worker ----
@@ -240,18 +270,44 @@ class Answer(NamedTuple):
     host: str
 
 
-@lru_cache(maxsize=4)
-def unpacked(packed: Packed) -> Scenario:
+def unpacked(packed: Packed) -> AnyScenario:
     """Return the scenario; the same object for the same data, so that its cached results are reused."""
-    scenario: Scenario = pickle.loads(packed.data)  # noqa: S301 - from the process that started this one
-    return scenario
+    if packed.key not in _unpacked:
+        scenario: AnyScenario
+        if packed.graph_key:
+            name, title, settings, graph_name, ends = _loaded(packed.data)
+            problem = GraphProblem(_graph(packed), *ends)
+            scenario = GraphScenario(name, problem, title, settings, graph_name=graph_name)
+        else:
+            scenario = _loaded(packed.data)
+        _keep(_unpacked, packed.key, scenario)
+    return _unpacked[packed.key]
+
+
+def _graph(packed: Packed) -> GeometricGraph:
+    if packed.graph_key not in _graphs:
+        _keep(_graphs, packed.graph_key, _loaded(packed.graph))
+    return _graphs[packed.graph_key]
+
+
+def _loaded(data: bytes) -> Any:  # noqa: ANN401 - a scenario, or a graph
+    return pickle.loads(data)  # noqa: S301 - from the process that started this one
+
+
+def _keep(kept: dict[str, Any], key: str, value: object) -> None:
+    """Keep a few values, the newest ones."""
+    while len(kept) >= _MOST_KEPT:
+        del kept[next(iter(kept))]
+    kept[key] = value
 
 
 def prove(packed: Packed, tolerance: float, least: Limits, limits: Limits) -> Certificate:
     """Bound the cost of a scenario's paths; a proof that reaches a limit gives no bound, but the reason."""
     scenario, limits = unpacked(packed), limits.at_least(least)
-    kind = MapKind.of(scenario.problem.model)
-    if (None, kind) not in _ready:
+    kind = runner.kind_of(scenario)
+    if isinstance(scenario, GraphScenario):
+        _warm_up_on_graph([], scenario)
+    elif (None, kind) not in _ready:
         runner.warm_up_proof(kind)
         _ready.add((None, kind))
     with limited(limits.seconds, limits.megabytes):
@@ -269,19 +325,29 @@ def run(packed: Packed, entrant: Entrant, seed: int | None, limits: Limits) -> A
     ground = _shared_graph(packed)
     if not entrant.is_built_in:
         use_up()
-        _last.clear()
-        unpacked.cache_clear()
-    # start and goal may be two more nodes
-    n_nodes = ground.scenario.lattice.n_points + 2
-    kind = MapKind.of(ground.scenario.problem.model)
+        for kept in (_last, _unpacked, _graphs):
+            kept.clear()
+    n_nodes, kind = runner.most_nodes(ground.scenario), runner.kind_of(ground.scenario)
     if (entrant.label, n_nodes > FULL_UP_TO, kind) not in _ready:
         runner.warm_up([entrant], kind, n_nodes)
         _ready.add((entrant.label, n_nodes > FULL_UP_TO, kind))
+    on_graph = isinstance(ground.scenario, GraphScenario)
+    if isinstance(ground.scenario, GraphScenario):
+        _warm_up_on_graph([entrant], ground.scenario)
     with limited(limits.seconds, limits.megabytes) as usage:
-        solution = runner.answer_of(entrant, lambda: plain(runner.run(ground, entrant, seed)))
+        solution = runner.answer_of(entrant, lambda: plain(runner.run(ground, entrant, seed), on_graph=on_graph))
     if solution.status is Status.OUT_OF_MEMORY:
         solution = dataclasses.replace(solution, message=limits.spent_memory(solution.message))
     return Answer(solution, usage.megabytes, socket.gethostname())
+
+
+def _warm_up_on_graph(entrants: Sequence[Entrant], scenario: GraphScenario) -> None:
+    """Warm up on a graph of this kind, once in a process."""
+    graph = scenario.problem.graph
+    key = (*(one.label for one in entrants), graph.is_sparse, graph.directed)
+    if key not in _ready_on_graphs:
+        runner.warm_up_on_graph(entrants, graph)
+        _ready_on_graphs.add(key)
 
 
 def _shared_graph(packed: Packed) -> runner.SharedGraph:
@@ -294,9 +360,9 @@ def _shared_graph(packed: Packed) -> runner.SharedGraph:
     return ground
 
 
-def plain(solution: Solution) -> Solution:
+def plain(solution: Solution, *, on_graph: bool = False) -> Solution:
     r"""
-    Copy an answer as plain numbers and text, without nodes.
+    Copy an answer as plain numbers and text, with its nodes only `on_graph`, where the judge has checked them.
 
     Values that are no numbers become NaN (counts: 0), because a solver may answer anything.
 
@@ -314,6 +380,7 @@ def plain(solution: Solution) -> Solution:
     return Solution(
         status=Status(solution.status),
         path=np.array(solution.path, dtype=np.float64).reshape(-1, 2),
+        nodes=tuple(solution.nodes) if on_graph else (),
         solver=str(solution.solver),
         evaluations=_count(solution.evaluations),
         trace=tuple(_trace(solution.trace)),

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar, get_args
 
 from cgla_graph._text import ShortRepr, shown
-from cgla_graph._types import FloatArray
 from cgla_graph._validate import choice
 from cgla_graph.errors import StudyError
 from cgla_graph.isolation.shared import call_apart
-from cgla_graph.model.problem import Problem
+from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.solvers import own
 
@@ -61,7 +60,8 @@ class Metric(ShortRepr):
     name
         Its name in tables and files.
     function
-        Computes it from the path, shape ``(m, 2)`` in map units, and the problem.
+        Computes it from the path and the problem: of a `Problem`, waypoints of shape ``(m, 2)`` in map units; of a
+        `GraphProblem`, the tuple of the labels of its nodes.
     unit
         Unit of its values; may be empty.
     better
@@ -71,7 +71,7 @@ class Metric(ShortRepr):
     """
 
     name: str
-    function: Callable[[FloatArray, Problem], float]
+    function: Callable[[Any, Any], float]
     unit: str = ""
     better: Better = "less"
     digest: str = ""
@@ -83,7 +83,7 @@ class Metric(ShortRepr):
 
 def metric(*, unit: str = "", better: Better = "less", name: str = "") -> Callable[[FunctionT], FunctionT]:
     """
-    Mark a function of a path and a problem as a metric.
+    Mark a function of a path (on a graph the labels of its nodes) and a problem as a metric.
 
     Parameters
     ----------
@@ -165,7 +165,9 @@ def read_metrics(names: Iterable[str], folder: Path | None = None) -> list[Metri
     return found
 
 
-def measures(metrics: Sequence[Metric], solution: Solution, problem: Problem) -> tuple[tuple[Measure, ...], str]:
+def measures(
+    metrics: Sequence[Metric], solution: Solution, problem: Problem | GraphProblem
+) -> tuple[tuple[Measure, ...], str]:
     """
     Compute metrics of a path, in a process of their own.
 
@@ -175,10 +177,11 @@ def measures(metrics: Sequence[Metric], solution: Solution, problem: Problem) ->
         Values, NaN without a path or where a metric failed, and why metrics failed, in one line.
     """
     found, notes = [], []
+    path = solution.nodes if isinstance(problem, GraphProblem) else solution.path
     for one in metrics:
         value = math.nan
         if solution.status.has_path:
-            outcome = call_apart(_value, (one.function, solution.path, problem), LONGEST)
+            outcome = call_apart(_value, (one.function, path, problem), LONGEST)
             if outcome.failure is None:
                 value = outcome.value
             else:
@@ -193,7 +196,7 @@ def forgotten(*_: object) -> float:
     raise StudyError(msg)
 
 
-def _value(function: Callable[[FloatArray, Problem], float], path: FloatArray, problem: Problem) -> float:
+def _value(function: Callable[[Any, Any], float], path: object, problem: Problem | GraphProblem) -> float:
     return float(function(path, problem))
 
 

@@ -15,6 +15,7 @@ from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios.area_tables import OF_TERRAIN
+from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario, graph_pairs
 from cgla_graph.scenarios.loading import AREAS, GIVE_ENDS, RASTERS, holds_areas, open_scenarios
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.scenarios.text_files import require_file
@@ -22,21 +23,25 @@ from cgla_graph.scenarios.text_files import require_file
 if TYPE_CHECKING:
     from cgla_graph.scenarios.mission_file import MissionFile
 
-NamedT = TypeVar("NamedT", Scenario, "MissionFile")
+NamedT = TypeVar("NamedT", Scenario, GraphScenario, AnyScenario, "MissionFile")
 
 
-def read_entrants(text: str | None, *, budget: str | None = None, refine: bool = False) -> list[Entrant]:
+def read_entrants(
+    text: str | None, *, budget: str | None = None, refine: bool = False, scenarios: Iterable[AnyScenario] = ()
+) -> list[Entrant]:
     """
     Read ``--solvers``; give every entrant the budget and the refinement.
 
     Parameters
     ----------
     text
-        Solvers as in `Entrant.parse`, separated by commas; None for all. Duplicates enter once.
+        Solvers as in `Entrant.parse`, separated by commas; None for all that take `scenarios`. Duplicates enter once.
     budget
         As in `parse_budget`, or None.
     refine
         Whether paths are refined.
+    scenarios
+        Those that they are compared on.
 
     Raises
     ------
@@ -48,7 +53,7 @@ def read_entrants(text: str | None, *, budget: str | None = None, refine: bool =
     >>> [entrant.label for entrant in read_entrants("cgla,dijkstra,cgla", refine=True)]
     ['cgla+refine', 'dijkstra+refine']
     """
-    chosen = every_solver() if text is None else [Entrant.parse(part) for part in _parts(text)]
+    chosen = every_solver(scenarios) if text is None else [Entrant.parse(part) for part in _parts(text)]
     if not chosen:
         msg = "--solvers names no solver; cgla solvers lists them"
         raise CglaError(msg)
@@ -259,6 +264,44 @@ class MapOptions:
                 raise
             remedy = "write a scenario file with start, goal and no_fly.zones, and give that"
             raise ScenarioError(str(error).replace(GIVE_ENDS, remedy).replace(" (--lines closed)", "")) from error
+
+
+@dataclass(frozen=True)
+class PairOptions:
+    """
+    Pairs of nodes of graph files that the command line asks for.
+
+    Attributes
+    ----------
+    source, target
+        ``--from`` and ``--to``: texts of labels.
+    pairs
+        ``--pairs``: a number, or a file of pairs.
+    weight, directed
+        As `cgla_graph.scenarios.graph_file.read_graph` takes them.
+    """
+
+    source: str | None = None
+    target: str | None = None
+    pairs: str | None = None
+    weight: str | None = None
+    directed: bool = False
+
+    def open(self, specs: Sequence[str]) -> list[GraphScenario]:
+        """
+        Open the pairs of each of some files.
+
+        Raises
+        ------
+        CglaError
+            If a file or an option is invalid.
+        """
+        pairs: int | Path | None = None
+        if self.pairs is not None:
+            pairs = int(self.pairs) if re.fullmatch(r"[+-]?\d{1,18}", self.pairs, re.ASCII) else Path(self.pairs)
+        how: dict[str, Any] = {"source": self.source, "target": self.target, "pairs": pairs}
+        how |= {"weight": self.weight, "directed": self.directed}
+        return [one for spec in specs for one in graph_pairs(spec, **how)]
 
 
 def is_raster(spec: str) -> bool:

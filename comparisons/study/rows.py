@@ -12,8 +12,10 @@ from cgla_graph._text import duration, figure, json_number, rounded_down
 from cgla_graph.comparisons.statistics.intervals import path_cost
 from cgla_graph.comparisons.study.metric import Measure
 from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.model.adjacency import Node
 from cgla_graph.model.earth import degrees_of
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.graph_scenario import GraphScenario
 
 Kind: TypeAlias = Literal["word", "whole", "number", "flag"]
 Format: TypeAlias = Literal[
@@ -81,7 +83,29 @@ def _gap(run: Run, _: float) -> float:
 
 
 def _waypoints(run: Run, _: float) -> int:
+    if isinstance(run.scenario, GraphScenario):
+        return len(run.solution.nodes) if run.solution.status.has_path else 0
     return np.size(run.solution.path, 0) if run.solution.status.has_path else 0
+
+
+def _ends(run: Run) -> tuple[Node, Node] | None:
+    scenario = run.scenario
+    return (scenario.problem.source, scenario.problem.target) if isinstance(scenario, GraphScenario) else None
+
+
+def _source(run: Run, _: float) -> str:
+    ends = _ends(run)
+    return "" if ends is None else str(ends[0])
+
+
+def _target(run: Run, _: float) -> str:
+    ends = _ends(run)
+    return "" if ends is None else str(ends[1])
+
+
+def _nodes(run: Run, _: float) -> str:
+    on_graph = isinstance(run.scenario, GraphScenario)
+    return json.dumps([str(node) for node in run.solution.nodes], ensure_ascii=False) if on_graph else ""
 
 
 def _settings(run: Run, _: float) -> str:
@@ -102,6 +126,19 @@ def metric_columns(runs: Iterable[Run]) -> list[RunColumn]:
     """Return a column for each metric of these runs."""
     known = {one.name: one.head for run in runs for one in run.measures}
     return [RunColumn(name, "number", _measured(name), head, "figure", 4) for name, head in known.items()]
+
+
+#: Columns of runs between two nodes of a graph: the texts of labels, of the path's nodes as a JSON list.
+_ON_GRAPH = (
+    RunColumn("from", "word", _source),
+    RunColumn("to", "word", _target),
+    RunColumn("nodes", "word", _nodes),
+)
+
+
+def graph_columns(runs: Iterable[Run]) -> Sequence[RunColumn]:
+    """Return the columns of runs on graphs, where one of these runs is."""
+    return _ON_GRAPH if any(isinstance(run.scenario, GraphScenario) for run in runs) else ()
 
 
 _NUMBER = RunColumn("number", "whole", lambda run, _: run.number, "number", spare=None)
@@ -138,13 +175,14 @@ _CLEARANCE = next(place for place, column in enumerate(COMPARED) if column.key =
 
 
 def compared(runs: Sequence[Run]) -> list[RunColumn]:
-    """Return the columns of a comparison of these runs: `COMPARED`, and their metrics after the clearance."""
-    return [*COMPARED[: _CLEARANCE + 1], *metric_columns(runs), *COMPARED[_CLEARANCE + 1 :]]
+    """Return the columns of a comparison of these runs: `COMPARED`, metrics after the clearance; those of graphs."""
+    behind = COMPARED[_CLEARANCE + 1 :]
+    return [*COMPARED[: _CLEARANCE + 1], *metric_columns(runs), *behind, *graph_columns(runs)]
 
 
 def exported(runs: Sequence[Run]) -> list[RunColumn]:
-    """Return the columns of exports of these runs: `EXPORTED`, and their metrics."""
-    return [*EXPORTED, *metric_columns(runs)]
+    """Return the columns of exports of these runs: `EXPORTED`, their metrics, and those of graphs."""
+    return [*EXPORTED, *metric_columns(runs), *graph_columns(runs)]
 
 
 #: The first columns of tables; other numbers follow, then other words, which are widest.
@@ -458,12 +496,13 @@ def certificate_document(run: Run) -> dict[str, Any] | None:
 
 def plan_document(run: Run) -> dict[str, Any]:
     """Return one path as JSON: its row, waypoints (in degrees too on such maps) and certificate."""
-    projection, path = run.scenario.projection, run.solution.path
+    scenario, path = run.on_map, run.solution.path
+    projection = scenario.projection
     in_degrees = {} if projection is None or not len(path) else {"path_lonlat": degrees_of(path, projection).tolist()}
     return {
         **row(run),
         "path": path.tolist(),
         **in_degrees,
         "certificate": certificate_document(run),
-        "stretch": json_number(run.scenario.problem.stretch(run.solution.path)),
+        "stretch": json_number(scenario.problem.stretch(run.solution.path)),
     }

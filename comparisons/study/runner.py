@@ -1,4 +1,4 @@
-"""Every solver on every scenario: the runs of a comparison, one after the other."""
+"""Every solver on every scenario, a map or a pair of nodes of a graph: the runs of a comparison, one by one."""
 
 import dataclasses
 import importlib
@@ -7,21 +7,26 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
+
+from scipy import sparse
 
 from cgla_graph._progress import waiting
 from cgla_graph._text import ShortRepr
 from cgla_graph.certificate.certificate import Certificate, load_kernels, prove
-from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
+from cgla_graph.comparisons.study.entrant import Entrant, as_entrant, check_domain
+from cgla_graph.comparisons.study.graph_bound import certify_on_graph, held
 from cgla_graph.comparisons.study.metric import Measure
-from cgla_graph.errors import CglaError
+from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.isolation.limits import is_expendable
 from cgla_graph.isolation.outcome import failure_by, one_line
 from cgla_graph.model.cost_model import MapKind
+from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.isolated import STATUS_OF
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import TOLERANCE, Solution, Status, refuted
-from cgla_graph.scenarios.scenario import Scenario, as_scenario
+from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario, as_any_scenario
+from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.continuous.hybrid import Hybrid
 from cgla_graph.solvers.solving import bounded, hold_affordable_weights, solve
@@ -62,7 +67,7 @@ class Run(ShortRepr):
         Values of the study's metrics.
     """
 
-    scenario: Scenario
+    scenario: AnyScenario
     solver: str
     seed: int | None
     exact: bool
@@ -74,13 +79,34 @@ class Run(ShortRepr):
     number: int | None = None
     measures: Sequence[Measure] = ()
 
+    @property
+    def on_map(self) -> Scenario:
+        """
+        The scenario, where it is a map.
+
+        Raises
+        ------
+        ScenarioError
+            If it is a pair of nodes of a graph.
+        """
+        if isinstance(self.scenario, GraphScenario):
+            msg = f"{self.scenario.name} is on a graph, not on a map; take run.scenario"
+            raise ScenarioError(msg)
+        return self.scenario
+
+    @property
+    def has_answer(self) -> bool:
+        """Whether it found a path, or says that there is none where that is proven."""
+        status, proof = self.solution.status, self.certificate
+        return status.has_path or (status is Status.NO_PATH and proof is not None and proof.lower_bound == math.inf)
+
     def measure(self, name: str) -> float:
         """Return the value of a metric of the study; NaN where it has none."""
         return next((one.value for one in self.measures if one.name == name), math.nan)
 
 
 def compare(
-    scenarios: Iterable[Scenario],
+    scenarios: Iterable[AnyScenario],
     entrants: Sequence[Entrant],
     n_seeds: int = 3,
     *,
@@ -119,15 +145,18 @@ def compare(
 
 
 def _runs(
-    scenarios: Iterable[Scenario], given_entrants: Sequence[Entrant], n_seeds: int, tolerance: float | None
+    scenarios: Iterable[AnyScenario], given_entrants: Sequence[Entrant], n_seeds: int, tolerance: float | None
 ) -> Iterator[Run]:
     entrants = [as_entrant(entrant) for entrant in given_entrants]
     ground = None
     for number, given in enumerate(scenarios, start=1):
-        scenario = as_scenario(given, f"problem-{number}")
-        kind = MapKind.of(scenario.problem.model)
+        scenario = as_any_scenario(given, f"problem-{number}")
+        check_domain([scenario], entrants)
+        kind = kind_of(scenario)
         warm_up(entrants, kind)
-        if tolerance is not None:
+        if isinstance(scenario, GraphScenario):
+            warm_up_on_graph(entrants, scenario.problem.graph)
+        if tolerance is not None and not isinstance(scenario, GraphScenario):
             warm_up_proof(kind)
         ground = SharedGraph.lay(scenario, ground)
         alone = len(entrants) == 1 and tolerance is not None and _is_own(entrants[0], scenario)
@@ -188,12 +217,12 @@ def _held_against(best: Mapping[int, Run], one: Run) -> Run:
     return dataclasses.replace(one, solution=refuted(one.solution, known.solution.cost, f"that of {known.solver}"))
 
 
-def _is_own(entrant: Entrant, scenario: Scenario) -> bool:
+def _is_own(entrant: Entrant, scenario: AnyScenario) -> bool:
     """Return whether an entrant is the solver whose path the certificate uses; then it runs once."""
     return entrant.name == "hybrid" and not entrant.refine and entrant.settings_on(scenario) == {"tolerance": None}
 
 
-def seeds_of(scenario: Scenario | None, entrant: Entrant, seeds: Sequence[int]) -> Sequence[int | None]:
+def seeds_of(scenario: AnyScenario | None, entrant: Entrant, seeds: Sequence[int]) -> Sequence[int | None]:
     """
     List the seeds of an entrant: `None`, the one that the user or the scenario set, or those of the comparison.
 
@@ -206,7 +235,7 @@ def seeds_of(scenario: Scenario | None, entrant: Entrant, seeds: Sequence[int]) 
 
 
 def run_of(
-    scenario: Scenario,
+    scenario: AnyScenario,
     entrant: Entrant,
     seed: int | None,
     solution: Solution,
@@ -217,18 +246,25 @@ def run_of(
     settings = entrant.settings_on(scenario) if entrant.is_available else {}
     settings.pop("seed", None)
     answer = bounded(solution, certificate)
+    known = math.inf if certificate is None else certificate.upper_bound
+    if isinstance(scenario, GraphScenario) and answer.status is Status.NO_PATH and known < math.inf:
+        message = f"the solver says that there is no path, and there is one that costs {known:.9g}"
+        answer = dataclasses.replace(answer, status=Status.FAILED, message=message)
     names = (scenario, entrant.label, seed, entrant.is_exact)
     return Run(*names, solution=answer, certificate=certificate, settings=settings, **how)
 
 
-def certify(scenario: Scenario, tolerance: float, known: Solution | None = None) -> Certificate:
+def certify(scenario: AnyScenario, tolerance: float, known: Solution | None = None) -> Certificate:
     """
     Bound the cost of every path from below; an error gives a certificate without a bound that states the reason.
 
-    The proof uses the path `known` of the hybrid solver, or finds one; the time of either counts.
+    The proof uses the path `known` of the hybrid solver, or finds one; the time of either counts. On a graph, the bound
+    is the least cost (see `certify_on_graph`).
     """
     began = time.perf_counter()
     try:
+        if isinstance(scenario, GraphScenario):
+            return certify_on_graph(scenario.problem, tolerance)
         if known is not None and known.status.has_path:
             best = known
             began -= known.seconds
@@ -266,13 +302,16 @@ def reason(error: BaseException) -> str:
 class SharedGraph:
     """A scenario and the graph that its graph solvers share, built on first use."""
 
-    scenario: Scenario
+    scenario: AnyScenario
     graph_problem: GraphProblem | None = None
     build_seconds: float = 0.0
 
     @classmethod
-    def lay(cls, scenario: Scenario, before: "SharedGraph | None") -> "SharedGraph":
-        """Start a scenario; rows of one grid map reuse the graph of the row before."""
+    def lay(cls, scenario: AnyScenario, before: "SharedGraph | None") -> "SharedGraph":
+        """Start a scenario; rows of one grid map reuse the graph of the row before, and pairs share their graph."""
+        if isinstance(scenario, GraphScenario):
+            graph, seconds = held(scenario.problem.graph)
+            return cls(scenario, dataclasses.replace(scenario.problem, graph=graph), seconds)
         ground = cls(scenario)
         if before is None or before.graph_problem is None:
             return ground
@@ -288,20 +327,24 @@ class SharedGraph:
         """Return the shared graph with its weights."""
         if self.graph_problem is None:
             began = time.perf_counter()
-            self.graph_problem = hold_affordable_weights(self.scenario.problem.on_lattice(self.scenario.lattice))
+            scenario = cast("Scenario", self.scenario)
+            self.graph_problem = hold_affordable_weights(scenario.problem.on_lattice(scenario.lattice))
             self.build_seconds = time.perf_counter() - began
         return self.graph_problem
 
 
 def run(ground: SharedGraph, entrant: Entrant, seed: int | None) -> Solution:
     """Run one solver (errors as in `answer_of`)."""
-    problem, lattice = ground.scenario.problem, ground.scenario.lattice
+    scenario = ground.scenario
 
     def answer() -> Solution:
-        settings = entrant.settings_on(ground.scenario) | ({} if seed is None else {"seed": seed})
-        if registry.traits(entrant.name).domain == "plane":
-            return _solve(problem, entrant, settings, resolution=lattice)
-        solution = _solve(problem, entrant, settings, on=ground.graph())
+        settings = entrant.settings_on(scenario) | ({} if seed is None else {"seed": seed})
+        if isinstance(scenario, GraphScenario):
+            solution = _solve(ground.graph(), entrant, settings)
+        elif registry.traits(entrant.name).domain == "plane":
+            return _solve(scenario.problem, entrant, settings, resolution=scenario.lattice)
+        else:
+            solution = _solve(scenario.problem, entrant, settings, on=ground.graph())
         return dataclasses.replace(solution, build_seconds=ground.build_seconds + solution.build_seconds)
 
     return answer_of(entrant, answer)
@@ -331,9 +374,23 @@ def status_by(error: BaseException) -> Status:
     return STATUS_OF[failure_by(error)]
 
 
-def _solve(problem: Problem, entrant: Entrant, settings: dict[str, Any], **how: Any) -> Solution:  # noqa: ANN401 - as `solve`
+def _solve(problem: Problem | GraphProblem, entrant: Entrant, settings: dict[str, Any], **how: Any) -> Solution:  # noqa: ANN401 - as `solve`
     solver, isolated = registry.get(entrant.name, **settings), not registry.is_built_in(entrant.name)
     return solve(problem, solver, refine=entrant.refine, isolated=isolated, **how)
+
+
+def kind_of(scenario: AnyScenario) -> MapKind:
+    """Return the kind of map of a scenario, for the kernels that its runs need."""
+    problem = scenario.problem
+    return MapKind.of(problem.graph.model if isinstance(problem, GraphProblem) else problem.model)
+
+
+def most_nodes(scenario: AnyScenario) -> int:
+    """Return how many nodes the graph of a scenario has at most."""
+    if isinstance(scenario, GraphScenario):
+        return scenario.problem.graph.n_nodes
+    # start and goal may be two more nodes
+    return scenario.lattice.n_points + 2
 
 
 def warm_up(entrants: Iterable[Entrant], kind: MapKind, n_nodes: int = 0) -> None:
@@ -350,6 +407,21 @@ def warm_up(entrants: Iterable[Entrant], kind: MapKind, n_nodes: int = 0) -> Non
             solver = registry.get(entrant.name, **entrant.settings_on(None))
             warm_up_solver(solver, kind, refine=entrant.refine)
             warm_up_restricted(solver, n_nodes, kind)
+
+
+def warm_up_on_graph(entrants: Iterable[Entrant], graph: GeometricGraph) -> None:
+    """Run the solvers of this package, and the search of proofs, on two nodes joined by an edge of the same kind."""
+    weights = sparse.csr_array([[0.0, 1.0], [1.0, 0.0]])
+    small = GeometricGraph.from_sparse(weights, directed=graph.directed)
+    if not graph.is_sparse:
+        small = GeometricGraph.from_matrix(weights.toarray())
+    problem = GraphProblem(small, 0, 1)
+    certify_on_graph(problem, 1.0)
+    for entrant in entrants:
+        # the solver's own run reports its faults
+        with suppress(Exception):
+            if entrant.is_built_in and entrant.is_available:
+                registry.get(entrant.name, **entrant.settings_on(None)).solve(problem)  # type: ignore[arg-type]
 
 
 def warm_up_proof(kind: MapKind) -> None:

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Self
 
@@ -38,8 +39,8 @@ from cgla_graph.comparisons.workers.tasks import Key
 from cgla_graph.errors import CglaError, OutputError, StudyError
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.solution import Status
+from cgla_graph.scenarios.graph_scenario import AnyScenario
 from cgla_graph.scenarios.mission_file import load_mission
-from cgla_graph.scenarios.scenario import Scenario
 
 #: The file's name in the folder of a study, and what its first line says.
 FILE, WHAT = "study.jsonl", "study"
@@ -85,7 +86,7 @@ class Stored:
     folder: Path
     title: str
     runs: list[Run]
-    scenarios: list[Scenario]
+    scenarios: list[AnyScenario]
     solvers: list[str]
     n_cells: int
     sessions: list[Session]
@@ -263,7 +264,8 @@ class Content:
         flying = set(asked["mission_entrants"])
         return Study(
             scenarios=[
-                _scenario(document, asked["areas"], asked.get("rasters", {})) for document in asked["scenarios"]
+                _scenario(document, asked["areas"], asked.get("rasters", {}), asked.get("graphs", {}))
+                for document in asked["scenarios"]
             ],
             entrants=entrants,
             seeds=tuple(asked["seeds"]),
@@ -564,7 +566,7 @@ def _differing(old: Document, new: Document) -> list[str]:
     """Name the keys that differ between two documents, except title and notes."""
     # one of them may lack a key, such as that of rasters
     keys = [key for key in {**new, **old} if key not in {"title", "notes"}]
-    differing = [key for key in keys if dumps(old.get(key)) != dumps(new.get(key))]
+    differing = [key for key in keys if old.get(key) != new.get(key) and dumps(old.get(key)) != dumps(new.get(key))]
     if "problem" in differing:
         differing.remove("problem")
         differing += [f"problem.{key}" for key in _differing(old["problem"], new["problem"])]
@@ -598,7 +600,8 @@ def _session_line(
             raise StudyError(msg)
     areas: dict[str, str] = {}
     rasters: dict[str, str] = {}
-    scenarios = [_with_maps_apart(scenario_document(scenario), areas, rasters) for scenario in study.scenarios]
+    graphs: dict[str, str] = {}
+    scenarios = [_with_maps_apart(scenario_document(scenario), areas, rasters, graphs) for scenario in study.scenarios]
     return {
         "kind": SESSION,
         "key": number,
@@ -610,6 +613,7 @@ def _session_line(
         "megabytes": encode(study.limits.megabytes),
         "areas": areas,
         **({"rasters": rasters} if rasters else {}),
+        **({"graphs": graphs} if graphs else {}),
         "scenarios": scenarios,
         "entrants": [entrant_document(entrant) for entrant in study.entrants],
         **({"metrics": [metric_document(metric) for metric in study.metrics]} if study.metrics else {}),
@@ -623,8 +627,12 @@ def _session_line(
     }
 
 
-def _with_maps_apart(document: Document, areas: dict[str, str], rasters: dict[str, str]) -> Document:
-    """Move no-fly area and raster values out of a scenario's document, because scenarios on one map share them."""
+def _with_maps_apart(
+    document: Document, areas: dict[str, str], rasters: dict[str, str], graphs: dict[str, str]
+) -> Document:
+    """Move no-fly area, raster values and graph out of a scenario's document, because scenarios share them."""
+    if "graph" in document:
+        return {**document, "graph": _put_apart(document["graph"], graphs)}
     problem = dict(document["problem"])
     if problem["no_fly"] is not None:
         problem["no_fly"] = _put_apart(problem["no_fly"], areas)
@@ -634,12 +642,21 @@ def _with_maps_apart(document: Document, areas: dict[str, str], rasters: dict[st
 
 
 def _put_apart(text: str, apart: dict[str, str]) -> str:
-    digest = hashlib.sha256(text.encode()).hexdigest()
+    digest = _digest(text)
     apart[digest] = text
     return digest
 
 
-def _scenario(document: Document, areas: Mapping[str, str], rasters: Mapping[str, str]) -> Scenario:
+@lru_cache(maxsize=16)
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _scenario(
+    document: Document, areas: Mapping[str, str], rasters: Mapping[str, str], graphs: Mapping[str, str]
+) -> AnyScenario:
+    if "graph" in document:
+        return scenario_from({**document, "graph": graphs[document["graph"]]})
     problem = dict(document["problem"])
     if problem["no_fly"] is not None:
         problem["no_fly"] = areas[problem["no_fly"]]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from cgla_graph._display import NotebookRepr
 from cgla_graph._lazy import function_above
-from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
+from cgla_graph.comparisons.study.entrant import Entrant, as_entrant, check_domain
 from cgla_graph.comparisons.study.flight_run import ComparedMission
 from cgla_graph.comparisons.study.metric import Metric, as_metric
 from cgla_graph.comparisons.study.rows import EXPORTED
@@ -14,8 +14,8 @@ from cgla_graph.comparisons.study.runner import seeds_of
 from cgla_graph.errors import StudyError
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.solution import TOLERANCE
+from cgla_graph.scenarios.graph_scenario import AnyScenario, as_any_scenario
 from cgla_graph.scenarios.mission_file import MissionFile
-from cgla_graph.scenarios.scenario import Scenario, as_scenario
 
 #: The seeds of a study that names none.
 SEEDS = (1, 2, 3)
@@ -46,7 +46,8 @@ class Study(NotebookRepr):
     Attributes
     ----------
     scenarios
-        With distinct names. A `Problem` is named after its position; a text is a name or a path.
+        With distinct names, in the plane or pairs of nodes of graphs (`cgla_graph.comparisons.graph_pairs`). A
+        `Problem` or `GraphProblem` is named after its position; a text is a name or a path.
     entrants
         With distinct labels; a text is read by `Entrant.parse`.
     seeds
@@ -62,11 +63,11 @@ class Study(NotebookRepr):
     missions, mission_entrants
         Missions with distinct names, and the entrants that fly them.
     metrics
-        With distinct names, computed of each path: functions of a path and a problem (see
+        With distinct names, computed of each path: functions of a path (on a graph its nodes) and a problem (see
         `cgla_graph.comparisons.metric`).
     """
 
-    scenarios: Sequence[Scenario]
+    scenarios: Sequence[AnyScenario]
     entrants: Sequence[Entrant]
     seeds: Sequence[int] = SEEDS
     tolerance: float | None = TOLERANCE
@@ -79,9 +80,10 @@ class Study(NotebookRepr):
 
     def __post_init__(self) -> None:
         """Turn problems and names into scenarios and entrants."""
-        scenarios = [as_scenario(given, f"problem-{number}") for number, given in enumerate(self.scenarios, start=1)]
+        scenarios = [as_any_scenario(given, f"problem-{at}") for at, given in enumerate(self.scenarios, start=1)]
         object.__setattr__(self, "scenarios", scenarios)
         object.__setattr__(self, "entrants", [as_entrant(given) for given in self.entrants])
+        check_domain(self.scenarios, self.entrants)
         metrics = [as_metric(given) for given in self.metrics]
         taken = [one.name for one in metrics if one.name in {column.key for column in EXPORTED}]
         if taken:

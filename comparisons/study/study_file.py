@@ -12,13 +12,22 @@ from cgla_graph.comparisons.study.entrant import Entrant, every_solver
 from cgla_graph.comparisons.study.metric import read_metrics
 from cgla_graph.comparisons.study.options import MapOptions, number_names, open_all
 from cgla_graph.comparisons.study.study import Study
-from cgla_graph.comparisons.study.study_tables import FunctionTable, RandomTable, SolverTable, StudyTable, seed_list
+from cgla_graph.comparisons.study.study_tables import (
+    FunctionTable,
+    GraphTable,
+    RandomTable,
+    SolverTable,
+    StudyTable,
+    seed_list,
+)
 from cgla_graph.errors import CglaError, StudyError
 from cgla_graph.isolation.limits import Limits
+from cgla_graph.scenarios.graph_endings import is_graph_file
+from cgla_graph.scenarios.graph_scenario import AnyScenario
 from cgla_graph.scenarios.map_tables import read_table
 from cgla_graph.scenarios.mission_file import is_mission_file
 from cgla_graph.scenarios.mission_tables import MissionTable
-from cgla_graph.scenarios.scenario import Scenario, ScenarioTable
+from cgla_graph.scenarios.scenario import ScenarioTable
 from cgla_graph.scenarios.text_files import read_text
 from cgla_graph.solvers import registry
 
@@ -31,7 +40,8 @@ title = "risk maps, easy and hard"
 
 # Names of shipped scenarios, files (paths start at this file's folder): .toml, .geojson, .map, FILE.scen:FIRST-LAST,
 # patterns of files ("maps/*.toml"), and tables of random maps, or of maps that a function of yours makes of seeds:
-# { generate = "./maps.py:maze", seeds = 20 }, a function seed -> Problem.
+# { generate = "./maps.py:maze", seeds = 20 }, a function seed -> Problem or GraphProblem. Instead of maps, pairs of
+# nodes of graphs in files: { graph = "roads/*.csv", pairs = 100 }, or source and target, or pairs = [["A", "B"]].
 scenarios = [
     "paper",
     "maze",
@@ -147,9 +157,10 @@ def study_from_toml(text: str, folder: Path | None = None, *, where: str = "stud
     with _error_context(where):
         seeds = seed_list(table.seeds)
         home = Path() if folder is None else folder
-        entrants = _entrants(table, seeds, home)
+        scenarios = number_names(_scenarios(table, home))
+        entrants = _entrants(table, seeds, home, scenarios)
         return Study(
-            scenarios=number_names(_scenarios(table, home)),
+            scenarios=scenarios,
             entrants=entrants,
             seeds=seeds,
             tolerance=table.tolerance or None,
@@ -191,7 +202,7 @@ def is_study_file(spec: str | Path) -> bool:
     return "scenarios" in document or bool(document.keys() & (own - others) and not document.keys() & (others - own))
 
 
-def _scenarios(table: StudyTable, folder: Path) -> Iterator[Scenario]:
+def _scenarios(table: StudyTable, folder: Path) -> Iterator[AnyScenario]:
     """Open and draw the scenarios."""
     for number, entry in enumerate(table.scenarios):
         with _error_context(f"scenarios.{number}"):
@@ -201,6 +212,12 @@ def _scenarios(table: StudyTable, folder: Path) -> Iterator[Scenario]:
             if isinstance(entry, FunctionTable):
                 yield from entry.build(table.resolution, folder)
                 continue
+            if isinstance(entry, GraphTable):
+                yield from entry.build(_found(entry.graph, folder), folder)
+                continue
+            if is_graph_file(str(folder / entry)):
+                msg = f"{entry!r} is a graph; name pairs of its nodes: {{ graph = {entry!r}, pairs = 100 }}"
+                raise StudyError(msg)
             specs = _from_folder(entry, folder)
             missions = [spec for spec in specs if is_mission_file(spec)]
             if missions:
@@ -214,6 +231,11 @@ def _from_folder(spec: str, folder: Path) -> list[str]:
     """Let the path of a file start at the study's folder, and a pattern be all its files; shipped names stay."""
     if not re.search(r"\.(toml|geojson|json|map|scen)(:.*)?$", spec, re.IGNORECASE | re.DOTALL):
         return [spec]
+    return _found(spec, folder)
+
+
+def _found(spec: str, folder: Path) -> list[str]:
+    """List the files of a pattern, or the one that is named."""
     path = folder / spec
     if not set("*?[") & set(spec) or path.exists():
         return [str(path)]
@@ -225,9 +247,9 @@ def _from_folder(spec: str, folder: Path) -> list[str]:
     return [str(one) for one in found]
 
 
-def _entrants(table: StudyTable, seeds: Sequence[int], folder: Path) -> list[Entrant]:
+def _entrants(table: StudyTable, seeds: Sequence[int], folder: Path, scenarios: Sequence[AnyScenario]) -> list[Entrant]:
     """Enter the solvers, each under a label of its own; paths of files start at the folder."""
-    entries = every_solver() if table.solvers is None else table.solvers
+    entries = every_solver(scenarios) if table.solvers is None else table.solvers
     places: dict[str, str] = {}
     found = []
     for number, entry in enumerate(entries):

@@ -20,9 +20,17 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios import random_map
 from cgla_graph.scenarios.area_tables import Pair, Table
+from cgla_graph.scenarios.graph_scenario import (
+    MOST_PAIRS,
+    SEED,
+    AnyScenario,
+    GraphScenario,
+    as_any_scenario,
+    graph_pairs,
+)
 from cgla_graph.scenarios.map_tables import Range
 from cgla_graph.scenarios.mission_tables import Line
-from cgla_graph.scenarios.scenario import Scenario, as_scenario
+from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import own
 
 #: More seeds than this are a mistake.
@@ -37,9 +45,15 @@ def _table_or_text(value: object) -> str:
 
 
 def _map_entry(value: object) -> str:
-    """Choose the member for a text, a table of random maps, or one that names a function in a file."""
+    """Choose the member for a text, or a table: of random maps, of a function in a file, or of a graph."""
+    if (isinstance(value, dict) and "graph" in value) or isinstance(value, GraphTable):
+        return "=graph"
     of_function = isinstance(value, dict) and own.is_in_file(str(value.get("generate")))
     return "=function" if of_function or isinstance(value, FunctionTable) else _table_or_text(value)
+
+
+def _pairs_entry(value: object) -> str:
+    return "=text" if isinstance(value, str) else _list_or_number(value)
 
 
 def _list_or_number(value: object) -> str:
@@ -89,6 +103,7 @@ Memory: TypeAlias = Annotated[
     float, BeforeValidator(_megabytes), WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string"}]})
 ]
 Setting: TypeAlias = Annotated[Any, AfterValidator(_plain)]
+Label: TypeAlias = str | int
 
 
 class RandomTable(Table):
@@ -135,27 +150,59 @@ class RandomTable(Table):
         )
 
 
-class FunctionTable(Table):
-    """Maps that a function in a file makes of seeds."""
+class GraphTable(Table):
+    """Pairs of nodes of graphs in files."""
 
-    generate: str = Field(description="function of a seed that returns a Problem or a Scenario, as ./maps.py:maze")
-    seeds: Seeds = Field(description="one map for each of 1 to this, or of a list")
+    graph: str = Field(min_length=1, description="file of a graph, or a pattern, as roads/*.csv")
+    pairs: (
+        Annotated[
+            Annotated[Annotated[int, Field(ge=1, le=MOST_PAIRS)], Tag("=number")]
+            | Annotated[str, Tag("=text")]
+            | Annotated[list[Annotated[list[Label], Field(min_length=2, max_length=2)]], Tag("=list")],
+            Discriminator(_pairs_entry),
+        ]
+        | None
+    ) = Field(None, description="how many pairs to draw, a CSV file of them, or a list of pairs")
+    source: Label | None = Field(None, description="node to start at; beside a number of pairs, that of all of them")
+    target: Label | None = Field(None, description="node to get to; in the same way")
+    seed: Seed = Field(SEED, description="of the pairs that are drawn")
+    weight: str | None = Field(None, description="column or attribute of weights (default: weight)")
+    directed: bool = Field(default=False, description="of a .csv: its edges lead from source to target only")
+
+    def build(self, files: Sequence[str], folder: Path) -> list[GraphScenario]:
+        """Make the pairs of each of some files; a file of pairs starts at the folder."""
+        pairs = folder / self.pairs if isinstance(self.pairs, str) else self.pairs
+        how: dict[str, Any] = {"source": self.source, "target": self.target, "seed": self.seed}
+        how |= {"weight": self.weight, "directed": self.directed, "pairs": pairs}
+        return [one for file in files for one in graph_pairs(file, **how)]
+
+
+class FunctionTable(Table):
+    """Scenarios that a function in a file makes of seeds."""
+
+    generate: str = Field(
+        description="function of a seed that returns a Problem, a Scenario or a GraphProblem, as ./maps.py:maze"
+    )
+    seeds: Seeds = Field(description="one scenario for each of 1 to this, or of a list")
     resolution: int | None = Field(None, ge=2, description="points a side of the lattice (default: the study's, or 20)")
 
-    def build(self, resolution: int | None, folder: Path) -> list[Scenario]:
-        """Make the maps; the path of the file starts at the folder."""
+    def build(self, resolution: int | None, folder: Path) -> list[AnyScenario]:
+        """Make the scenarios; the path of the file starts at the folder."""
         make, _, _ = own.load(str(folder / self.generate), f"generate is {shown(self.generate)}, which")
         name, points = self.generate.rpartition(":")[2], self.resolution or resolution
         if not callable(make):
-            msg = f"{self.generate} is no function; give one that makes a Problem of a seed"
+            msg = f"{self.generate} is no function; give one that makes a Problem or a GraphProblem of a seed"
             raise StudyError(msg)
-        found = []
+        found: list[AnyScenario] = []
         for seed in seed_list(self.seeds):
             try:
-                made = as_scenario(make(seed), f"{name}-{seed}")
+                made = as_any_scenario(make(seed), f"{name}-{seed}")
             except Exception as error:
                 msg = f"{self.generate} on seed {seed}: {one_line(error)}"
                 raise StudyError(msg) from error
+            if isinstance(made, GraphScenario):
+                found.append(made)
+                continue
             lattice = made.lattice if points is None else Lattice(points, bounds=made.problem.bounds)
             found.append(replace(made, lattice=lattice))
         return found
@@ -212,10 +259,13 @@ class StudyTable(Table):
         Annotated[
             Annotated[str, Tag("=text")]
             | Annotated[RandomTable, Tag("=table")]
-            | Annotated[FunctionTable, Tag("=function")],
+            | Annotated[FunctionTable, Tag("=function")]
+            | Annotated[GraphTable, Tag("=graph")],
             Discriminator(_map_entry),
         ]
-    ] = Field(min_length=1, description="shipped names, files, patterns of files, and tables of maps that are made")
+    ] = Field(
+        min_length=1, description="shipped names, files, patterns of files, and tables of made maps and of graphs"
+    )
     solvers: (
         Annotated[
             list[

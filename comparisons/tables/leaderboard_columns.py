@@ -52,8 +52,8 @@ COLUMNS = (
     ),
     Column(
         "success",
-        "runs with a path; the interval by Clopper and Pearson",
-        lambda one: rate_cell(one.n_paths, one.n_runs, one.success),
+        "runs with a path, or that say rightly that there is none; the interval by Clopper and Pearson",
+        lambda one: rate_cell(one.n_answers, one.n_runs, one.success),
     ),
     Column(
         f"to {NEAR_PERCENT} %",
@@ -72,7 +72,7 @@ COLUMNS = (
     ),
     Column(
         "failed",
-        "runs without a path that may be flown",
+        "runs without a path that may be flown, where it is not proven that there is none",
         lambda one: Cell(f"{sum(one.failures.values()):,}" if one.failures else DASH),
     ),
 )

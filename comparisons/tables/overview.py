@@ -47,7 +47,7 @@ class Overview:
     caution: str = ""
 
 
-def overview(found: Sequence[LeaderboardRow], n_scenarios: int) -> Overview:
+def overview(found: Sequence[LeaderboardRow], n_scenarios: int, sampled: str = "") -> Overview:
     """
     Answer the four questions.
 
@@ -57,6 +57,8 @@ def overview(found: Sequence[LeaderboardRow], n_scenarios: int) -> Overview:
         The leaderboard, best first.
     n_scenarios
         Number of scenarios of the study, run or not.
+    sampled
+        What is independent among them (`cgla_graph.scenarios.graph_scenario.sampling_note`); may be empty.
 
     Examples
     --------
@@ -76,7 +78,10 @@ def overview(found: Sequence[LeaderboardRow], n_scenarios: int) -> Overview:
     if not any(one.n_paths for one in found):
         return Overview(f"None of {len(found)} solvers found a path on {counted(n_instances, 'scenario')}.", [where])
     answers = [_who(found), *_how_much(found[1:]), _how_confident(found), where]
-    return Overview(_headline(found), answers, _caution(n_instances, n_scenarios))
+    caution = " ".join(
+        filter(None, [_caution(n_instances, n_scenarios), sampled and f"{sampled[0].upper()}{sampled[1:]}."])
+    )
+    return Overview(_headline(found), answers, caution)
 
 
 def _headline(found: Sequence[LeaderboardRow]) -> str:
@@ -170,13 +175,14 @@ def _strength(p: float) -> str:
 
 
 def _failing(found: Sequence[LeaderboardRow]) -> tuple[str, str]:
-    n_runs, n_failed = sum(one.n_runs for one in found), sum(one.n_runs - one.n_paths for one in found)
+    n_runs, n_failed = sum(one.n_runs for one in found), sum(one.n_runs - one.n_answers for one in found)
     if not n_failed:
-        return "nowhere", "the one run found a path" if n_runs == 1 else f"each of the {n_runs:,} runs found a path"
-    worst = sorted(found, key=lambda one: one.n_paths / one.n_runs)
-    failing = [one for one in worst if one.n_paths < one.n_runs]
+        none = "" if all(one.n_paths == one.n_answers for one in found) else ", or that there is none"
+        return "nowhere", f"{'the one run' if n_runs == 1 else f'each of the {n_runs:,} runs'} found a path{none}"
+    worst = sorted(found, key=lambda one: one.n_answers / one.n_runs)
+    failing = [one for one in worst if one.n_answers < one.n_runs]
     parts = [
-        f"{one.solver} in {one.n_runs - one.n_paths:,} of {one.n_runs:,} (on {listed(list(one.failed_on), 2)})"
+        f"{one.solver} in {one.n_runs - one.n_answers:,} of {one.n_runs:,} (on {listed(list(one.failed_on), 2)})"
         for one in failing[:3]
     ]
     more = f"; {len(failing) - 3} more solvers" if len(failing) > 3 else ""  # noqa: PLR2004 - those named above

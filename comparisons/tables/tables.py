@@ -12,7 +12,7 @@ from cgla_graph.comparisons.study.rows import Summary, bound_note, claims_note, 
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.people.units import risk_unit
-from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
 
 #: The columns of numbers of one solver on one scenario.
 SUMMARY_COLUMNS: Mapping[str, Callable[[Summary], str]] = {
@@ -32,27 +32,37 @@ SUMMARY_COLUMNS: Mapping[str, Callable[[Summary], str]] = {
 _SPARE = ("evaluations", "clearance", "seed spread", "build", "excess", "risk", "length", "time", "gap")
 
 
-def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[str] = ()) -> FittedTable:
+def comparison_table(scenario: AnyScenario, runs: Sequence[Run], notes: Sequence[str] = ()) -> FittedTable:
     """Show one scenario: a line a solver, the least gap first; below, what the columns say, and `notes`."""
-    unit = "m" if scenario.projection else "map units"
-    title = f"{scenario.full_title} (k = {scenario.problem.k:g}, lengths in {unit})"
+    if isinstance(scenario, GraphScenario):
+        title, unit_of_risk, optimum = scenario.full_title, "", "least cost that an exact solver found"
+    else:
+        unit = "m" if scenario.projection else "map units"
+        title = f"{scenario.full_title} (k = {scenario.problem.k:g}, lengths in {unit})"
+        unit_of_risk, optimum = risk_unit(scenario.problem.field), "best exact optimum on the lattice"
     found = summaries(runs)
     quiet = {"optimal", "found"}
     remarks = [f"{one.solver}: {one.message}" for one in found if one.message and one.status not in quiet]
     explained = [
         f"gap: {bound_note(runs) or 'not known, as no lower bound was asked for'}",
-        "excess: over the best exact optimum on the lattice; time: to solve; build: to weigh and hand over the graph",
+        f"excess: over the {optimum}; time: to solve; build: to weigh and hand over the graph",
         "evaluations: pairs of points whose cost was asked for",
         "of several seeds: the median run; seed spread: how much more the most expensive costs than the cheapest",
     ]
-    unit_of_risk = risk_unit(scenario.problem.field)
     explained += [f"risk in {unit_of_risk}"] if unit_of_risk else []
     words = {"solver": lambda one: one.solver, "status": lambda one: one.status}
-    numbers = {head: write for head, write in SUMMARY_COLUMNS.items() if head != "runs"}
+    left_out = {"runs", *(_unknown(found) if isinstance(scenario, GraphScenario) else ())}
+    numbers = {head: write for head, write in SUMMARY_COLUMNS.items() if head not in left_out}
     for place, one in enumerate(found[0].measures if found else ()):
         numbers[one.head] = partial(_measured, place)
     claims = [note for note in [claims_note(runs)] if note]
     return FittedTable.of(title, found, words, numbers, _SPARE, [*explained, *claims, *notes, *remarks])
+
+
+def _unknown(found: Sequence[Summary]) -> list[str]:
+    """Name the columns of which a graph knows nothing: without positions lengths, without a risk field risk."""
+    known = {"length": [one.length for one in found], "risk": [one.risk for one in found]}
+    return ["clearance", *(head for head, values in known.items() if not any(map(math.isfinite, values)))]
 
 
 def _measured(place: int, one: Summary) -> str:
@@ -78,7 +88,7 @@ def performance_table(found: Sequence[Performance]) -> FittedTable:
         cells = [
             one.solver,
             str(one.n_runs),
-            rate_cell(one.n_paths, one.n_runs, one.success).lines,
+            rate_cell(one.n_answers, one.n_runs, one.success).lines,
             *(estimate_cell(time, or_never(lambda seconds: figure(1e3 * seconds, 3))).lines for time in one.seconds),
             estimate_cell(one.evaluations[-1], or_never("{:,.0f}".format)).lines,
             estimate_cell(one.cost, or_never(lambda cost: figure(cost, 6))).lines,

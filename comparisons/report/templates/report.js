@@ -71,7 +71,19 @@
   function mapPicture(box) {
     const here = scenario();
     if (!here) return { traces: [], layout: {}, label: 'Map: no run is done yet', empty: 'No run is done yet.' };
-    const map = state.data.maps[here.map], [xMin, yMin, xMax, yMax] = map.bounds;
+    const map = state.data.maps[here.map];
+    riskBar(map.risk);
+    $('#risk-note').hidden = here.on_graph;
+    $('#graph-note').hidden = !here.on_graph;
+    $('#margin-note').hidden = !map.margin.length;
+    if (!map.bounds) {
+      box.style.height = '90px';
+      return {
+        traces: [], layout: { height: 90, xaxis: { visible: false }, yaxis: { visible: false } }, label: `${here.name}: no picture; the paths are in the table below`,
+        empty: 'The nodes of this graph have no positions, so there is no picture: the paths are in the table below.',
+      };
+    }
+    const [xMin, yMin, xMax, yMax] = map.bounds;
     const side = Math.max(xMax - xMin, yMax - yMin), points = flat => pointsOf(flat, map.bounds);
     // so that a long straight segment answers to the pointer everywhere
     const dense = list => list.flatMap(([x, y], i) => {
@@ -84,7 +96,7 @@
     const traces = drawn.reverse().map((cell, i) => {
       const line = dense(points(cell.path)), wide = drawn.length > 1 ? 2.4 + 2.6 * (1 - i / (drawn.length - 1)) : 3;
       const text = `<b>${label(cell.solver)}</b><br>${plotlyHtml(cell.status)}, ${cell.paths} of ${cell.runs} runs have a path<br>` +
-        `cost ${figure(cell.cost[0])} · gap ${percent(cell.gap)}<br>length ${figure(cell.length)} · risk ${figure(cell.risk)}<br>time ${seconds(cell.seconds)}`;
+        `cost ${figure(cell.cost[0])} · gap ${percent(cell.gap)}<br>${here.on_graph ? plotlyHtml(cell.nodes) : `length ${figure(cell.length)} · risk ${figure(cell.risk)}`}<br>time ${seconds(cell.seconds)}`;
       return {
         type: 'scatter', mode: 'lines', x: line.map(p => p[0]), y: line.map(p => p[1]), name: label(cell.solver),
         line: { ...look(cell.solver, wide), ...(isOut(cell) ? { color: infeasible(), dash: 'dot' } : {}) },
@@ -96,10 +108,10 @@
       type: 'scatter', mode: 'markers', x: [start[0], goal[0]], y: [start[1], goal[1]], text: ['start', 'goal'], hoverinfo: 'text', cliponaxis: false,
       marker: { symbol: ['circle', 'star'], size: [10, 14], color: css('paper'), line: { color: css('ink'), width: 2 } },
     });
-    riskBar(map.risk);
     const ring = flat => 'M' + points(flat).map(([x, y]) => `${plain(x)},${plain(y)}`).join('L') + 'Z';
     const rings = map.no_fly.map(ring), margins = map.margin.map(ring);
-    $('#margin-note').hidden = !margins.length;
+    const edges = points(map.edges), net = which => edges.flatMap((end, i) => i % 2 ? [end[which], null] : [end[which]]);
+    if (edges.length) traces.unshift({ type: 'scatter', mode: 'lines+markers', x: net(0), y: net(1), hoverinfo: 'skip', line: { color: css('soft'), width: 0.7 }, marker: { color: css('soft'), size: 4 }, opacity: 0.6 });
     const width = state.print ? PAPER : box.clientWidth || 600, height = Math.min(Math.max((width - 60) * (yMax - yMin) / (xMax - xMin) + 78, 280), 640);
     box.style.height = `${height}px`;
     const labels = which => map.axes ? { tickvals: map.axes[which][0], ticktext: map.axes[which][1] } : {};
@@ -179,7 +191,7 @@
       traces, label: `Cost over time on ${here.name} for ${drawn.length} solvers; the numbers are in the table below`,
       layout: {
         height: 380, uirevision: here.name, xaxis: timeAxis(),
-        yaxis: { title: { text: isGap ? 'median gap (%)' : `median cost (${here.unit})` }, type: isLog ? 'log' : 'linear', range: isLog ? [Math.log10(bottom), Math.log10(top)] : [bottom, top], tickformat: '~g' },
+        yaxis: { title: { text: isGap ? 'median gap (%)' : `median cost${here.unit && ` (${here.unit})`}` }, type: isLog ? 'log' : 'linear', range: isLog ? [Math.log10(bottom), Math.log10(top)] : [bottom, top], tickformat: '~g' },
         shapes: here.bound && !isGap ? [{ type: 'line', xref: 'paper', x0: 0, x1: 1, y0: here.bound, y1: here.bound, line: { color: css('soft'), width: 1, dash: 'dot' } }] : [],
         annotations: here.bound && !isGap ? [{ xref: 'paper', x: 0.005, y: isLog ? Math.log10(here.bound) : here.bound, xanchor: 'left', yanchor: 'top', showarrow: false, text: 'proven lower bound', font: { size: 11 } }] : [],
       },
@@ -211,7 +223,8 @@
   // ---- the same numbers as tables
   const at = (x, y, where, before = null) => x.reduce((found, moment, i) => moment <= where ? y[i] : found, before);
   const NUMBERS = {
-    map: () => [['solver', 'status', 'runs with a path', 'median cost [95 %]', 'gap', 'length', 'risk', 'clearance', 'time'], cells().map(cell => [
+    map: () => scenario()?.on_graph ? [['solver', 'status', 'runs with a path', 'median cost [95 %]', 'gap', 'time', 'path'], cells().map(cell => [
+      state.data.solvers[cell.solver], cell.status, `${cell.paths}/${cell.runs}`, range(cell.cost, figure), percent(cell.gap), seconds(cell.seconds), cell.nodes || '–'])] : [['solver', 'status', 'runs with a path', 'median cost [95 %]', 'gap', 'length', 'risk', 'clearance', 'time'], cells().map(cell => [
       state.data.solvers[cell.solver], cell.status, `${cell.paths}/${cell.runs}`, range(cell.cost, figure), percent(cell.gap), figure(cell.length), figure(cell.risk), figure(cell.clearance, 3), seconds(cell.seconds)])],
     curves: () => [['solver', 'time to first path [95 %]', 'first median cost', 'last median cost', 'last change'], cells().map(cell => {
       const costs = cell.curve ? cell.curve.median : [], from = costs.findIndex(isNumber);
@@ -244,7 +257,7 @@
       const name = state.data.solvers[place];
       const box = el('input', { type: 'checkbox', checked: shown(place), value: name });
       box.dataset.key = `${group} ${name}`;
-      const words = !cell ? [] : cell.paths && cell.path.length && !isOut(cell) ? [isNumber(cell.gap) ? percent(cell.gap) : figure(cell.cost[0])] : [el('span', { className: 'none' }, cell.status)];
+      const words = !cell ? [] : cell.paths && (cell.path.length || cell.nodes) && !isOut(cell) ? [isNumber(cell.gap) ? percent(cell.gap) : figure(cell.cost[0])] : [el('span', { className: 'none' }, cell.status)];
       const parts = group === 'map' ? [el('span', {}, ...words)] : [];
       return el('li', {}, el('label', { title: name }, box, swatch(place, cell && isOut(cell)), el('span', {}, name), ...parts));
     };
@@ -264,11 +277,12 @@
     $('#scenario').value = String(place);
     $('#previous').disabled = place <= 0;
     $('#next').disabled = place >= list.length - 1;
-    $('#scenario-facts').textContent = !here ? '' : [here.title, `k = ${figure(here.k, 4).replace(/\.?0+$/, '')}`,
+    $('#scenario-facts').textContent = !here ? '' : [here.title, isNumber(here.k) && `k = ${figure(here.k, 4).replace(/\.?0+$/, '')}`,
       here.unit_of_risk && `risk in ${here.unit_of_risk}`,
-      here.unsolvable ? 'proven to have no path' : isNumber(here.bound) ? `lower bound ${figure(here.bound, 6)} ${here.unit}` : 'no lower bound', here.claims].filter(Boolean).join(' · ');
+      here.unsolvable ? 'proven to have no path' : isNumber(here.bound) ? `lower bound ${figure(here.bound, 6)} ${here.unit}`.trim() : 'no lower bound', here.claims].filter(Boolean).join(' · ');
     fillLegends();
     redraw('map', 'curves');
+    if (here && !state.data.maps[here.map].bounds) $('[data-numbers="map"]').open = true;
     for (const details of all('[data-numbers]')) if (details.open) fillNumbers(details);
   }
   const options = (select, words, first) => {
