@@ -12,8 +12,8 @@ from cgla_graph.comparisons.study.runner import Run as Run
 from cgla_graph.comparisons.study.runner import compare as compare
 from cgla_graph.comparisons.study.store import load as load
 from cgla_graph.comparisons.study.study import Study as Study
-from cgla_graph.scenarios.graph_scenario import GraphScenario as GraphScenario
-from cgla_graph.scenarios.graph_scenario import graph_pairs as graph_pairs
+from cgla_graph.scenarios.graphs.graph_scenario import GraphScenario as GraphScenario
+from cgla_graph.scenarios.graphs.graph_scenario import graph_pairs as graph_pairs
 
 Contender = Entrant
 standings = leaderboard_of

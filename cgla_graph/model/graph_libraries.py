@@ -103,7 +103,7 @@ def graph_wanted(value: object) -> str:
         if hasattr(value, attribute):
             return wanted
     if isinstance(value, str | PathLike):
-        return "a GeometricGraph; cgla_graph.scenarios.graph_file.read_graph(path).graph() reads one from a file"
+        return "a GeometricGraph; cgla_graph.scenarios.graphs.graph_file.read_graph(path).graph() reads one from a file"
     return "GeometricGraph.from_matrix(weights)"
 
 

@@ -38,7 +38,7 @@ from cgla_graph.plots.map import draw_map, map_figure
 from cgla_graph.plots.page import style
 from cgla_graph.plots.scene import TitledProblem
 from cgla_graph.plots.volumes import draw_volumes, volumes_figure
-from cgla_graph.scenarios.graph_scenario import GraphScenario
+from cgla_graph.scenarios.graphs.graph_scenario import GraphScenario
 from cgla_graph.scenarios.mission_file import MissionFile
 from cgla_graph.scenarios.scenario import Scenario
 

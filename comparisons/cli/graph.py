@@ -43,8 +43,8 @@ def plan(
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.results import graph_run
     from cgla_graph.comparisons.study.options import read_entrants
-    from cgla_graph.scenarios.graph_file import read_graph
-    from cgla_graph.scenarios.graph_scenario import graph_pairs
+    from cgla_graph.scenarios.graphs.graph_file import read_graph
+    from cgla_graph.scenarios.graphs.graph_scenario import graph_pairs
 
     entrants = read_entrants(solver)
     opened = read_graph(Path(graph), weight=options.weight, directed=options.directed)
@@ -115,7 +115,7 @@ def check(
     from cgla_graph.comparisons.results.graph_run import graph_document, graph_title
     from cgla_graph.cost_to_go.theorem_1 import check_theorem_1
     from cgla_graph.model.adjacency import label_text
-    from cgla_graph.scenarios.graph_file import read_graph
+    from cgla_graph.scenarios.graphs.graph_file import read_graph
 
     with console.running_solvers():
         opened = read_graph(Path(graph), weight=options.weight, directed=options.directed)

@@ -752,7 +752,7 @@ def naming_graphs(command: str, specs: Sequence[str]) -> Iterator[None]:
     try:
         yield
     except CglaError as error:
-        from cgla_graph.scenarios.graph_endings import is_graph_file
+        from cgla_graph.scenarios.graphs.graph_endings import is_graph_file
         from cgla_graph.scenarios.text_files import is_file
 
         for spec in specs:

@@ -10,7 +10,7 @@ from cgla_graph.comparisons.statistics.intervals import SAME_COST, path_cost
 from cgla_graph.comparisons.statistics.paired import Paired, compare_costs, holm
 from cgla_graph.comparisons.study.documents import graph_text
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
+from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario, GraphScenario
 
 #: An adjusted p-value below this is a difference.
 SIGNIFICANT = 0.05

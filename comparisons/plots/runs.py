@@ -15,7 +15,7 @@ from cgla_graph.plots.graph import graph_figure
 from cgla_graph.plots.looks import LabelledPath, labelled_paths
 from cgla_graph.plots.map import map_figure
 from cgla_graph.plots.scene import TitledProblem
-from cgla_graph.scenarios.graph_scenario import GraphScenario
+from cgla_graph.scenarios.graphs.graph_scenario import GraphScenario
 
 
 def paths_of(runs: Sequence[Run], named: Collection[str] = ()) -> list[LabelledPath]:

@@ -36,7 +36,7 @@ from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.comparisons.tables.overview import overview
 from cgla_graph.plots.standing_out import standing_out
-from cgla_graph.scenarios.graph_scenario import sampling_note
+from cgla_graph.scenarios.graphs.graph_scenario import sampling_note
 
 NOTES = (
     ("cost", "Length plus k times the risk of a path, re-evaluated by the oracle; no solver is trusted about its own."),

@@ -17,7 +17,7 @@ from cgla_graph.comparisons.study.rows import by_solver, claims_note, median_run
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.people.units import risk_unit
-from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
+from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario, GraphScenario
 from cgla_graph.scenarios.scenario import Scenario
 
 #: Most points of a curve of one solver on one scenario, and of one over all scenarios.

@@ -15,7 +15,7 @@ from cgla_graph.comparisons.study.store import FILE, Stored
 from cgla_graph.comparisons.tables.latex import booktabs
 from cgla_graph.comparisons.tables.leaderboard_columns import leaderboard_cells, leaderboard_heads, leaderboard_notes
 from cgla_graph.errors import CglaError, OutputError
-from cgla_graph.scenarios.graph_scenario import sampling_note
+from cgla_graph.scenarios.graphs.graph_scenario import sampling_note
 
 #: The columns of a run of a study.
 RUN_COLUMNS = tuple(column.key for column in EXPORTED)

@@ -15,8 +15,8 @@ from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.model.solution import Solution
-from cgla_graph.scenarios.graph_file import GraphFile
-from cgla_graph.scenarios.graph_scenario import GraphScenario
+from cgla_graph.scenarios.graphs.graph_file import GraphFile
+from cgla_graph.scenarios.graphs.graph_scenario import GraphScenario
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,7 +29,7 @@ from cgla_graph.comparisons.study.store import Stored, load
 from cgla_graph.comparisons.tables.flights import print_flights
 from cgla_graph.comparisons.tables.overview import overview
 from cgla_graph.errors import CglaError
-from cgla_graph.scenarios.graph_scenario import sampling_note
+from cgla_graph.scenarios.graphs.graph_scenario import sampling_note
 
 #: Tables of single solvers are shown up to so many lines, unless solvers are asked for by name.
 MOST_LINES = 120

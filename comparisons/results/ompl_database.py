@@ -25,7 +25,7 @@ from cgla_graph.comparisons.study.provenance import Session, visible
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
+from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario, GraphScenario
 
 #: Marks the file as ours ("CGLA"): the field of SQLite's header for that.
 APPLICATION_ID = 0x43474C41

@@ -19,7 +19,7 @@ from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.scenarios.graph_scenario import GraphScenario
+from cgla_graph.scenarios.graphs.graph_scenario import GraphScenario
 from cgla_graph.solvers.solving import bounded
 
 #: Runs that something stopped from outside.

@@ -26,7 +26,7 @@ from cgla_graph.comparisons.tables.flights import print_flights
 from cgla_graph.comparisons.workers.tasks import run_tasks
 from cgla_graph.errors import CglaError, WorkerError
 from cgla_graph.model.cost_model import n_cores
-from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
+from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario, GraphScenario
 from cgla_graph.scenarios.mission_file import MissionFile, is_mission_file, load_mission
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import own

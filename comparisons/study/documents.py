@@ -38,7 +38,7 @@ from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.model.weights import DenseWeights, SparseWeights
-from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
+from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario, GraphScenario
 from cgla_graph.scenarios.scenario import Scenario
 
 #: An object that `json` reads and writes.

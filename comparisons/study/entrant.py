@@ -12,7 +12,7 @@ from typing import Any, cast, get_args, get_type_hints
 from cgla_graph._text import cut, shown
 from cgla_graph.errors import CglaError, ScenarioError, SolverSettingError, SolverUnavailableError, StudyError
 from cgla_graph.model.solver import Solver
-from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
+from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario, GraphScenario
 from cgla_graph.solvers import own, registry
 from cgla_graph.solvers.own import OwnSolver
 

@@ -36,7 +36,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.isolated import lost
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem
 from cgla_graph.model.solution import Solution, Status, TracePoint
-from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
+from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario, GraphScenario
 
 #: The least limits of a proof: it belongs to no solver, and gets time and memory also where runs have little.
 PROOF_LIMITS = Limits()

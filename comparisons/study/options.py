@@ -15,7 +15,7 @@ from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios.area_tables import OF_TERRAIN
-from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario, graph_pairs
+from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario, GraphScenario, graph_pairs
 from cgla_graph.scenarios.loading import AREAS, GIVE_ENDS, RASTERS, holds_areas, open_scenarios
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.scenarios.text_files import require_file
@@ -278,7 +278,7 @@ class PairOptions:
     pairs
         ``--pairs``: a number, or a file of pairs.
     weight, directed
-        As `cgla_graph.scenarios.graph_file.read_graph` takes them.
+        As `cgla_graph.scenarios.graphs.graph_file.read_graph` takes them.
     """
 
     source: str | None = None

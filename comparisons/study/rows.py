@@ -15,7 +15,7 @@ from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.adjacency import Node
 from cgla_graph.model.earth import degrees_of
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.scenarios.graph_scenario import GraphScenario
+from cgla_graph.scenarios.graphs.graph_scenario import GraphScenario
 
 Kind: TypeAlias = Literal["word", "whole", "number", "flag"]
 Format: TypeAlias = Literal[

@@ -25,7 +25,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.isolated import STATUS_OF
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import TOLERANCE, Solution, Status, refuted
-from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario, as_any_scenario
+from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario, GraphScenario, as_any_scenario
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.continuous.hybrid import Hybrid

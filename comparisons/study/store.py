@@ -39,7 +39,7 @@ from cgla_graph.comparisons.workers.tasks import Key
 from cgla_graph.errors import CglaError, OutputError, StudyError
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.solution import Status
-from cgla_graph.scenarios.graph_scenario import AnyScenario
+from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario
 from cgla_graph.scenarios.mission_file import load_mission
 
 #: The file's name in the folder of a study, and what its first line says.

@@ -14,7 +14,7 @@ from cgla_graph.comparisons.study.runner import seeds_of
 from cgla_graph.errors import StudyError
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.solution import TOLERANCE
-from cgla_graph.scenarios.graph_scenario import AnyScenario, as_any_scenario
+from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario, as_any_scenario
 from cgla_graph.scenarios.mission_file import MissionFile
 
 #: The seeds of a study that names none.

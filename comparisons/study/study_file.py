@@ -22,8 +22,8 @@ from cgla_graph.comparisons.study.study_tables import (
 )
 from cgla_graph.errors import CglaError, StudyError
 from cgla_graph.isolation.limits import Limits
-from cgla_graph.scenarios.graph_endings import is_graph_file
-from cgla_graph.scenarios.graph_scenario import AnyScenario
+from cgla_graph.scenarios.graphs.graph_endings import is_graph_file
+from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario
 from cgla_graph.scenarios.map_tables import read_table
 from cgla_graph.scenarios.mission_file import is_mission_file
 from cgla_graph.scenarios.mission_tables import MissionTable

@@ -20,7 +20,7 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios import random_map
 from cgla_graph.scenarios.area_tables import Pair, Table
-from cgla_graph.scenarios.graph_scenario import (
+from cgla_graph.scenarios.graphs.graph_scenario import (
     MOST_PAIRS,
     SEED,
     AnyScenario,

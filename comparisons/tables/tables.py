@@ -12,7 +12,7 @@ from cgla_graph.comparisons.study.rows import Summary, bound_note, claims_note, 
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.people.units import risk_unit
-from cgla_graph.scenarios.graph_scenario import AnyScenario, GraphScenario
+from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario, GraphScenario
 
 #: The columns of numbers of one solver on one scenario.
 SUMMARY_COLUMNS: Mapping[str, Callable[[Summary], str]] = {

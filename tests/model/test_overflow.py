@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import cgla_graph as cg
 from cgla_graph.errors import GraphError
-from cgla_graph.scenarios.graph_file import read_graph
+from cgla_graph.scenarios.graphs.graph_file import read_graph
 
 SAYS = r"the weights along a path add up to more than 1.8e\+308, the largest float; divide all weights by one number"
 ON_GRAPHS = [name for name in cg.solvers.names() if cg.solvers.traits(name).exact]

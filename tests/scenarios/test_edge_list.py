@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from strategies import damaged, few, usual
 
 from cgla_graph.errors import ScenarioError
-from cgla_graph.scenarios.graph_file import read_graph
+from cgla_graph.scenarios.graphs.graph_file import read_graph
 
 Edges = dict[tuple[str, str], float]
 

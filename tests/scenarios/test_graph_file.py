@@ -25,8 +25,8 @@ from cgla_graph.comparisons.study.options import MapOptions
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.scenarios import graph_file
-from cgla_graph.scenarios.graph_endings import is_graph_file
-from cgla_graph.scenarios.graph_file import read_graph
+from cgla_graph.scenarios.graphs.graph_endings import is_graph_file
+from cgla_graph.scenarios.graphs.graph_file import read_graph
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.scenarios.scenario import load_scenario

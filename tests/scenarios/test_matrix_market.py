@@ -14,7 +14,7 @@ from strategies import damaged, few, usual
 
 from cgla_graph.errors import ScenarioError
 from cgla_graph.scenarios import matrix_market
-from cgla_graph.scenarios.graph_file import read_graph
+from cgla_graph.scenarios.graphs.graph_file import read_graph
 
 Edges = dict[tuple[int, int], float]
 HEAD = "%%MatrixMarket matrix coordinate "

@@ -15,7 +15,7 @@ from strategies import few, usual
 
 from cgla_graph.errors import CglaError, FileFormatError, ProblemError, ScenarioError
 from cgla_graph.model.risk_raster import RasterRisk
-from cgla_graph.scenarios.graph_file import read_graph
+from cgla_graph.scenarios.graphs.graph_file import read_graph
 from cgla_graph.untrusted.arrays import archive_names, read_archive, read_elements, read_header
 
 KINDS = ["<f8", ">f4", "<i4", "u1", "?", "<f2", "<i8"]

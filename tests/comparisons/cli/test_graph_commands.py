@@ -17,7 +17,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.results import graph_run
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.solution import Solution
-from cgla_graph.scenarios.graph_file import read_graph
+from cgla_graph.scenarios.graphs.graph_file import read_graph
 
 ROADS = "source,target,weight,minutes\ndepot,bridge,2,4\nbridge,tower,0,1\ndepot,tower,5,2\ntower,hill,3,3\n"
 WAY = ["depot", "bridge", "tower", "hill"]

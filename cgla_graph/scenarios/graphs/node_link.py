@@ -7,7 +7,7 @@ from typing import cast
 
 from cgla_graph._text import cut, listed, shown
 from cgla_graph.model.adjacency import Node, label_text
-from cgla_graph.scenarios.edge_list import EdgeList, fail, read_weight
+from cgla_graph.scenarios.graphs.edge_list import EdgeList, fail, read_weight
 from cgla_graph.untrusted.json_files import json_value
 
 #: Limits of a document: 200 MB of edges have fewer.

@@ -21,10 +21,10 @@ from cgla_graph.errors import FileFormatError, ScenarioError
 from cgla_graph.model.adjacency import Node, compressed, label_text
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.weights import SparseWeights
-from cgla_graph.scenarios.edge_list import EdgeList, fail, read_edge_list, read_weight
-from cgla_graph.scenarios.graph_endings import ENDINGS, MOST_TEXT
-from cgla_graph.scenarios.matrix_market import read_entries, read_head
-from cgla_graph.scenarios.node_link import read_node_link
+from cgla_graph.scenarios.graphs.edge_list import EdgeList, fail, read_edge_list, read_weight
+from cgla_graph.scenarios.graphs.graph_endings import ENDINGS, MOST_TEXT
+from cgla_graph.scenarios.graphs.matrix_market import read_entries, read_head
+from cgla_graph.scenarios.graphs.node_link import read_node_link
 from cgla_graph.scenarios.text_files import read_text, require_file
 from cgla_graph.untrusted.arrays import read_archive
 from cgla_graph.untrusted.numbers import decimal

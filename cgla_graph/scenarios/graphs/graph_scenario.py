@@ -17,12 +17,12 @@ from cgla_graph.errors import ScenarioError
 from cgla_graph.model.adjacency import Node, label_text
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
-from cgla_graph.scenarios.graph_endings import is_graph_file
+from cgla_graph.scenarios.graphs.graph_endings import is_graph_file
 from cgla_graph.scenarios.scenario import Scenario, as_scenario
 from cgla_graph.scenarios.text_files import read_text
 
 if TYPE_CHECKING:
-    from cgla_graph.scenarios.graph_file import GraphFile
+    from cgla_graph.scenarios.graphs.graph_file import GraphFile
 
 #: The seed of pairs that are drawn.
 SEED = 1
@@ -135,7 +135,7 @@ def graph_pairs(
     Parameters
     ----------
     graph
-        A graph, or the path of its file, read or not (see `cgla_graph.scenarios.graph_file.read_graph`).
+        A graph, or the path of its file, read or not (see `cgla_graph.scenarios.graphs.graph_file.read_graph`).
     source, target
         The two nodes. With `pairs`, one of them may be given: every pair begins or ends there. Nodes of a file are
         named by the text of their labels.
@@ -193,7 +193,7 @@ def _opened(graph: object, weight: str | None, *, directed: bool) -> "GraphFile 
             msg = f"{'weight' if weight is not None else 'directed'} is for files of graphs; a graph knows its weights"
             raise ScenarioError(msg)
         return graph
-    from cgla_graph.scenarios.graph_file import GraphFile, read_graph  # noqa: PLC0415 - loads networkx
+    from cgla_graph.scenarios.graphs.graph_file import GraphFile, read_graph  # noqa: PLC0415 - loads networkx
 
     if isinstance(graph, GraphFile):
         return graph

@@ -1,0 +1,1 @@
+"""Graphs in files: their formats, and pairs of their nodes as scenarios."""
