@@ -1,7 +1,6 @@
 """Graphs on the command line: plans between nodes, comparisons, and the check of Theorem 1."""
 
 import csv
-import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,7 @@ from scipy import sparse
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.results import graph_run
 from cgla_graph.model.graph import GeometricGraph
-from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.graphs.graph_file import read_graph
 
 ROADS = "source,target,weight,minutes\ndepot,bridge,2,4\nbridge,tower,0,1\ndepot,tower,5,2\ntower,hill,3,3\n"
@@ -118,21 +115,6 @@ def test_start_is_goal(cgla: Call) -> None:
     assert (run["status"], run["cost"], run["path"]) == ("optimal", 0.0, ["a"])
 
 
-@pytest.mark.usefixtures("cgla")
-def test_a_solver_that_fails_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    errors = iter([RuntimeError("broken\nfor good"), MemoryError("too much")])
-
-    def fail(problem: object, solver: object) -> Solution:
-        raise next(errors)
-
-    problem = graph_run.open_problems("roads.csv", "depot", "hill", weight=None, directed=False)[1][0]
-    (entrant,) = graph_run.read_graph_entrants("cgla")
-    monkeypatch.setattr(graph_run, "solve", fail)
-    first, second = (graph_run._answer(problem, entrant) for _ in range(2))
-    assert (first.status.label, first.message) == ("failed", "RuntimeError: broken")
-    assert (second.status.label, second.message) == ("out-of-memory", "MemoryError: too much")
-
-
 def test_a_long_path_is_shortened(cgla: Call, tmp_path: Path) -> None:
     (tmp_path / "long.csv").write_text("".join(f"{i},{i + 1},1\n" for i in range(30)), encoding="utf-8")
     answer = cgla("graph", "plan", "long.csv", "--from", 0, "--to", 30)
@@ -166,6 +148,11 @@ ENDS = ("--from", "depot", "--to", "hill")
             ["graph", "compare", "roads.csv", *ENDS, "--pairs", "2"], "--pairs draws nodes", id="pairs and nodes"
         ),
         pytest.param(["graph", "compare", "one.csv", "--pairs", "2"], "a single node", id="no pairs"),
+        pytest.param(["graph", "compare", "roads.csv", "--pairs", "0"], "pairs is 0", id="pairs"),
+        pytest.param(["graph", "compare", "roads.csv", "--pairs", "way.csv"], "no such file", id="file of pairs"),
+        pytest.param(
+            ["graph", "compare", "roads.csv", *ENDS, "--solvers", "rrt-star"], "on graphs plan cgla", id="rrt"
+        ),
         pytest.param(["graph", "check", "roads.csv"], "--target", id="no target"),
         pytest.param(["graph", "check", "roads.csv", "--target", "x"], "none of the 4 nodes", id="target"),
         pytest.param(
@@ -195,47 +182,67 @@ def test_old_names_of_commands_do_the_same_and_say_the_new_one(old: list[str], n
 
 
 def test_compare_between_two_nodes_takes_all_solvers_for_graphs(cgla: Call) -> None:
-    runs = cgla("graph", "compare", "roads.csv", *ENDS, "--json").document()["runs"]
-    assert {"cgla", "dijkstra", "networkx", "networkx-astar"} <= {run["solver"] for run in runs}
-    assert {(run["status"], run["cost"]) for run in runs} == {("optimal", 5.0)}
+    rows = cgla("graph", "compare", "roads.csv", *ENDS, "--workers", 0, "--json").document()["rows"]
+    assert {"cgla", "dijkstra", "networkx", "networkx-astar"} <= {row["solver"] for row in rows}
+    assert {(row["status"], row["cost"], row["lower_bound"]) for row in rows} == {("optimal", 5.0, 5.0)}
+    assert {(row["from"], row["to"], row["nodes"]) for row in rows} == {("depot", "hill", json.dumps(WAY))}
 
 
-def test_compare_over_pairs(cgla: Call, tmp_path: Path) -> None:
-    words = ("graph", "compare", "roads.csv", "--pairs", 30, "--solvers", "cgla,dijkstra")
-    runs = cgla(*words, "--json").document()["runs"]
-    assert len(runs) == 60
-    assert [(run["from"], run["to"], run["cost"]) for run in runs[:30]] == [
-        (run["from"], run["to"], run["cost"]) for run in runs[30:]
-    ]
-    assert all(run["from"] != run["to"] and run["path"][0] == run["from"] for run in runs)
+def test_compare_over_pairs_writes_what_a_study_of_maps_writes(cgla: Call, tmp_path: Path) -> None:
+    words = ("graph", "compare", "roads.csv", "--pairs", 30, "--solvers", "cgla,dijkstra", "--workers", 0)
+    rows = cgla(*words, "--json").document()["rows"]
+    ends = [(row["from"], row["to"]) for row in rows if row["solver"] == "cgla"]
+    assert len({frozenset(pair) for pair in ends}) == len(ends) == 6  # all that 4 nodes have
+    assert all(json.loads(row["nodes"])[0] == row["from"] for row in rows)
 
     answer = cgla(*words, "--out", "results")
-    assert "30 pairs of nodes" in " ".join(answer.out.split())
-    rows = [[cell.strip() for cell in line.split("│")[1:4]] for line in answer.out.splitlines() if "│" in line]
-    assert rows == [["cgla", "30", "+0.00 %"], ["dijkstra", "30", "+0.00 %"]]
-    with (tmp_path / "results" / "roads-rows.csv").open(encoding="utf-8", newline="") as file:
+    assert "6 pairs of one graph" in " ".join(answer.out.split())
+    written = {file.name for file in (tmp_path / "results").iterdir()}
+    assert {"study.jsonl", "report.html", "study.db", "rows.csv", "rows.jsonl", "summary.csv"} <= written
+    with (tmp_path / "results" / "rows.csv").open(encoding="utf-8", newline="") as file:
         table = [*csv.DictReader(file)]
-    assert tuple(table[0]) == graph_run.COLUMNS
-    assert [(row["from"], float(row["cost"])) for row in table] == [(run["from"], run["cost"]) for run in runs]
+    assert [(row["from"], float(row["cost"])) for row in table] == [(row["from"], row["cost"]) for row in rows]
+
+    again = cgla("compare", "--resume", "--out", "results", "--workers", 0, "--json").document()
+    lines = (tmp_path / "results" / "rows.jsonl").read_text(encoding="utf-8").splitlines()
+    assert again["rows"] == [json.loads(line) for line in lines]
+    cgla("results", "results", "--export", "table.tex")
+    assert "6 pairs of one graph" in (tmp_path / "table.tex").read_text(encoding="ascii")
+    assert cgla("results", "results", "--rerun", 1, "--json").document()["identical"]
+    cgla(*words, "--seeds", 2, "--out", "results", "--resume")
+    cgla("graph", "compare", "roads.csv", *ENDS, "--weight", "minutes", "--out", "results", "--resume").refused(
+        "graph differ"
+    )
+
+
+def test_compare_takes_graphs_under_both_names(cgla: Call) -> None:
+    how = ("roads.csv", "--solvers", "cgla", "--workers", 0, "--no-certificate", "--json")
+    answers = [
+        cgla(*words, *how).document()["rows"]
+        for words in (
+            ("graph", "compare", *ENDS),
+            ("compare", "--from", "depot", "--to", "hill"),
+            ("compare", "--source", "depot", "--target", "hill"),
+        )
+    ]
+    assert {tuple((row["from"], row["to"], row["cost"]) for row in rows) for rows in answers} == {
+        (("depot", "hill", 5.0),)
+    }
+
+
+def test_no_path_is_an_answer_and_not_a_failure(cgla: Call) -> None:
+    words = ("graph", "compare", "island.csv", "--pairs", 6, "--solvers", "cgla,dijkstra", "--workers", 0)
+    answer = cgla(*words)
+    assert "each of the 12 runs found a path, or that there is none" in answer.out
+    summary = cgla(*words, "--json").document()["summary"]
+    assert {(one["paths"], one["success"]) for one in summary} == {(0, 1.0), (1, 1.0)}
 
 
 def test_compare_exits_with_1_if_strict_and_a_path_is_missing(cgla: Call) -> None:
-    words = ("graph", "compare", "island.csv", "--from", "a", "--to", "d", "--solvers", "cgla,dijkstra")
+    how = ("--solvers", "cgla", "--workers", 0)
+    words = ("graph", "compare", "island.csv", "--from", "a", "--to", "d", *how)
     assert (cgla(*words).code, cgla(*words, "--strict").code) == (0, 1)
-    assert cgla("graph", "compare", "roads.csv", *ENDS, "--strict").code == 0
-
-
-@pytest.mark.usefixtures("cgla")
-def test_excess_is_above_the_cheapest_path_of_each_pair() -> None:
-    """A path of cost 0 cannot be undercut, and the excess of any other over it is infinite."""
-    opened, problems = graph_run.open_problems("roads.csv", None, None, 2, weight=None, directed=False)
-    run = graph_run.plan_all(opened, problems, graph_run.read_graph_entrants("cgla,dijkstra"))
-    good = [dataclasses.replace(one, cost=cost) for one, cost in zip(run.solutions["cgla"], (2.0, 4.0), strict=True)]
-    bad = [dataclasses.replace(one, cost=cost) for one, cost in zip(run.solutions["cgla"], (3.0, 4.4), strict=True)]
-    free = [dataclasses.replace(one, cost=0.0) for one in good]
-    for solutions, said in [((good, bad), "+50.00 %"), ((free, free), "+0.00 %"), ((free, bad), "-")]:
-        mixed = dataclasses.replace(run, solutions=dict(zip("ab", solutions, strict=True)))
-        assert graph_run._many_pairs(mixed, ()).rows[1][2] == said
+    assert cgla("graph", "compare", "roads.csv", *ENDS, *how, "--strict").code == 0
 
 
 # graph check
