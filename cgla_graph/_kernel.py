@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache, wraps
 from pathlib import Path
 from types import FunctionType
@@ -51,6 +51,8 @@ _import_numpy_functions()
 #: Longest wait for another process that compiles the same kernel before it is compiled here too, and the interval of
 #: looking for it, in seconds.
 PATIENCE, GLANCE = 60.0, 0.02
+#: A lock that is held for longer than this, in seconds, is that of a process that compiles, not of one that loads.
+LOADING = 0.5
 
 #: Held while numba's cache folder is set.
 _settings_lock = threading.Lock()
@@ -168,16 +170,17 @@ def _locked(file: Path) -> Iterator[None]:
 
 def _lock(file: IO[bytes]) -> None:
     """Lock a file as soon as other processes let go of it, or else when the wait has been long enough."""
-    with suppress(BlockingIOError):
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        return
-    latest = time.monotonic() + PATIENCE
-    with _progress.while_compiling():
-        while time.monotonic() < latest:
-            time.sleep(GLANCE)
+    began = time.monotonic()
+    with ExitStack() as stack:
+        is_said = False
+        while (waited := time.monotonic() - began) < PATIENCE:
             with suppress(BlockingIOError):
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 return
+            if waited > LOADING and not is_said:
+                stack.enter_context(_progress.while_compiling())
+                is_said = True
+            time.sleep(GLANCE)
 
 
 def is_kept(compiled: Callable[..., object], *arguments: object) -> bool:

@@ -63,7 +63,9 @@ def draw_graph(graph: GeometricGraph, axes: Axes, *, edges: bool = True) -> None
     if edges:
         axes.add_collection(LineCollection(list(drawn_edges(graph)), colors="0.85", linewidths=0.6, zorder=1.0))
     drawn = graph.positions[drawn_nodes(graph)]
-    axes.scatter(drawn[:, 0], drawn[:, 1], s=6.0, color="0.6", zorder=2.0)
+    # (points squared: dots of many nodes would cover the map)
+    size = min(6.0, max(0.3, 6000.0 / len(drawn)))
+    axes.scatter(drawn[:, 0], drawn[:, 1], s=size, color="0.6", zorder=2.0)
     if len(drawn) < graph.n_nodes:
         axes.set_title(f"{len(drawn):,} of {graph.n_nodes:,} nodes are drawn", fontsize=9.0, loc="left")
     axes.set(aspect="equal", xlabel="x", ylabel="y")

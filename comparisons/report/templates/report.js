@@ -223,8 +223,8 @@
   // ---- the same numbers as tables
   const at = (x, y, where, before = null) => x.reduce((found, moment, i) => moment <= where ? y[i] : found, before);
   const NUMBERS = {
-    map: () => scenario()?.on_graph ? [['solver', 'status', 'runs with a path', 'median cost [95 %]', 'gap', 'time', 'path'], cells().map(cell => [
-      state.data.solvers[cell.solver], cell.status, `${cell.paths}/${cell.runs}`, range(cell.cost, figure), percent(cell.gap), seconds(cell.seconds), cell.nodes || '–'])] : [['solver', 'status', 'runs with a path', 'median cost [95 %]', 'gap', 'length', 'risk', 'clearance', 'time'], cells().map(cell => [
+    map: () => scenario()?.on_graph ? [['solver', 'path', 'status', 'runs with a path', 'median cost [95 %]', 'gap', 'time'], cells().map(cell => [
+      state.data.solvers[cell.solver], cell.nodes || '–', cell.status, `${cell.paths}/${cell.runs}`, range(cell.cost, figure), percent(cell.gap), seconds(cell.seconds)])] : [['solver', 'status', 'runs with a path', 'median cost [95 %]', 'gap', 'length', 'risk', 'clearance', 'time'], cells().map(cell => [
       state.data.solvers[cell.solver], cell.status, `${cell.paths}/${cell.runs}`, range(cell.cost, figure), percent(cell.gap), figure(cell.length), figure(cell.risk), figure(cell.clearance, 3), seconds(cell.seconds)])],
     curves: () => [['solver', 'time to first path [95 %]', 'first median cost', 'last median cost', 'last change'], cells().map(cell => {
       const costs = cell.curve ? cell.curve.median : [], from = costs.findIndex(isNumber);
