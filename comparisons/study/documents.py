@@ -15,9 +15,9 @@ from functools import lru_cache
 from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
+import scipy  # (its modules are imported when they are first used)
 import shapely
 from numpy.typing import NDArray
-from scipy import sparse
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import shown
@@ -321,11 +321,11 @@ def _graph(text: str) -> GeometricGraph:
         "model": None if model is None else _model(model),
     }
     if given["weights"] is None:
-        made = GeometricGraph(**found, weights=SparseWeights(sparse.csr_array((n, n)))).under(found["model"])
+        made = GeometricGraph(**found, weights=SparseWeights(scipy.sparse.csr_array((n, n)))).under(found["model"])
         return dataclasses.replace(made, labels=labels, directed=found["directed"])
     tails, heads = (_unpacked(given["weights"][axis], [-1, 1]).ravel().astype(np.int64) for axis in ("tails", "heads"))
     entries = _unpacked(given["weights"]["weights"], [-1, 1]).ravel()
-    rows = sparse.csr_array((entries, (tails, heads)), shape=(n, n))
+    rows = scipy.sparse.csr_array((entries, (tails, heads)), shape=(n, n))
     if not given["weights"]["dense"]:
         return GeometricGraph(**found, weights=SparseWeights(rows))
     dense = np.full((n, n), np.inf)

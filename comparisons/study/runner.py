@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, cast
 
-from scipy import sparse
+import scipy  # (its modules are imported when they are first used)
 
 from cgla_graph._progress import waiting
 from cgla_graph._text import ShortRepr
@@ -411,7 +411,7 @@ def warm_up(entrants: Iterable[Entrant], kind: MapKind, n_nodes: int = 0) -> Non
 
 def warm_up_on_graph(entrants: Iterable[Entrant], graph: GeometricGraph) -> None:
     """Run the solvers of this package, and the search of proofs, on two nodes joined by an edge of the same kind."""
-    weights = sparse.csr_array([[0.0, 1.0], [1.0, 0.0]])
+    weights = scipy.sparse.csr_array([[0.0, 1.0], [1.0, 0.0]])
     small = GeometricGraph.from_sparse(weights, directed=graph.directed)
     if not graph.is_sparse:
         small = GeometricGraph.from_matrix(weights.toarray())

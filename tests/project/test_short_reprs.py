@@ -76,6 +76,7 @@ def instances() -> dict[str, Any]:
         *(cg.Sharing(), cg.VirtualObstacle(), cg.Status.FOUND, cg.MissionStatus.ARRIVED, cg.CglaError("wrong")),
         *(scenario, entrant, comparisons.Run(scenario, "hybrid", None, exact=False, solution=solution)),
         comparisons.Study([scenario] * 30, [entrant] * 30),
+        comparisons.graph_pairs(grid, pairs=1)[0],
         cg.Aircraft(12.0, power=300.0, battery=90.0),
         cg.load_mission("fig8"),
         comparisons.Metric("length", lambda path, problem: problem.evaluate(path).length, "m"),

@@ -24,7 +24,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.study.options import MapOptions
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.graph import GeometricGraph
-from cgla_graph.scenarios import graph_file
+from cgla_graph.scenarios.graphs import graph_file
 from cgla_graph.scenarios.graphs.graph_endings import is_graph_file
 from cgla_graph.scenarios.graphs.graph_file import read_graph
 from cgla_graph.scenarios.loading import open_scenarios

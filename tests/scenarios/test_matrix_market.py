@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from strategies import damaged, few, usual
 
 from cgla_graph.errors import ScenarioError
-from cgla_graph.scenarios import matrix_market
+from cgla_graph.scenarios.graphs import matrix_market
 from cgla_graph.scenarios.graphs.graph_file import read_graph
 
 Edges = dict[tuple[int, int], float]

@@ -166,7 +166,7 @@ def graph_pairs(
     --------
     >>> roads = GeometricGraph.from_matrix([[0, 2, 9], [2, 0, 1], [9, 1, 0]], labels=["depot", "bridge", "tower"])
     >>> [one.name for one in graph_pairs(roads, source="depot", pairs=2, name="roads")]
-    ['roads: depot to tower', 'roads: depot to bridge']
+    ['roads: depot to bridge', 'roads: depot to tower']
     """
     opened = _opened(graph, weight, directed=directed)
     stem = name or ("graph" if isinstance(opened, GeometricGraph) else opened.file.stem)
