@@ -38,7 +38,7 @@ class SolverCheck:
     Attributes
     ----------
     name
-        What is checked, and on which problem.
+        The check, and its problem.
     run
         Raises `AssertionError` if the solver breaks the contract.
     """

@@ -143,7 +143,7 @@ def _in_file(name: str) -> OwnSolver:
 
 def load(name: str, where: str) -> tuple[Any, Path, str]:
     """
-    Run a file of the user's, once in a process, and return what has a name in it.
+    Run a file of the user's, once in a process, and return its names.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def load_module(path: str | Path, where: str) -> ModuleType:
 
 def check_kind(kind: object, where: str) -> None:
     """
-    Refuse what is no class of solvers.
+    Refuse an object that is no class of solvers.
 
     Raises
     ------

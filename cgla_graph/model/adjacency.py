@@ -100,7 +100,7 @@ def matrix_entries(matrix: Any) -> tuple[IntArray, IntArray, NDArray[Any], tuple
     """
     List all stored entries of a sparse matrix, zeros and repeated ones too: rows, columns, values and the shape.
 
-    scipy adds up what is stored in one place when it converts a matrix. Here the entries stay apart, and `compressed`
+    scipy adds up entries of one place when it converts a matrix. Here the entries stay apart, and `compressed`
     keeps the lightest.
 
     Raises

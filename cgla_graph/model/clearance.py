@@ -418,7 +418,7 @@ def joined_with(no_fly: BaseGeometry, boxes: list[Polygon]) -> BaseGeometry:
 def _gathered(polygons: Sequence[Polygon] | NDArray[np.object_], like: BaseGeometry) -> BaseGeometry:
     """Gather polygons: if those of `like` may overlap, in a collection, else in a multipolygon."""
     parts = list(polygons)
-    # (what is no polygon is refused with the whole area)
+    # (other geometries are refused with the whole area)
     is_flat = not isinstance(like, GeometryCollection) and all(isinstance(part, Polygon) for part in parts)
     return MultiPolygon(parts) if is_flat else GeometryCollection(parts)
 

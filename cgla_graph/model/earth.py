@@ -455,7 +455,7 @@ def _beyond(box: Bounds, projection: LocalProjection) -> float:
 
 def require_area(area: BaseGeometry) -> None:
     """
-    Check an area in degrees, before it is projected: what is wrong with it is named in degrees.
+    Check an area in degrees, before it is projected, so that errors are in degrees.
 
     Raises
     ------

@@ -782,7 +782,7 @@ def _refuse_other_kinds(matrix: object, constructor: str) -> None:
 
 
 def _without_masks(matrix: Any) -> Any:  # noqa: ANN401 - sparse, or anything that scipy makes sparse
-    """Return a matrix for scipy, which reads what is below a mask: masked weights are no edges."""
+    """Return a matrix for scipy, which ignores masks: masked weights are no edges."""
     if isinstance(matrix, np.ma.MaskedArray):
         # in a dense matrix, scipy reads a zero as no edge
         return np.ma.filled(matrix, 0)

@@ -71,7 +71,7 @@ def ground_risk(
 
 def people_of(problem: Problem) -> RasterRisk | None:
     """
-    Return the layer of people below a problem, people per km2, whatever the scale of its risk.
+    Return the layer of people below a problem, people per km2, for any scale of its risk.
 
     Raises
     ------

@@ -81,8 +81,8 @@ class RasterRisk:
         The coordinate reference system of the bounds, if they are on its plane: that of a file. A problem on it without
         a `projection` is on that plane.
     covers
-        What the raster is known of, and half a cell more, if that is not the same as its bounds; None for all of them.
-        Beyond it, nothing is known; on cells without data inside of it, `nodata` is what is known.
+        The area with values, and half a cell more, if it differs from the bounds; None for all of the bounds.
+        Beyond it, values are unknown; cells without data inside it have the value `nodata`.
     peaks
         Shape of `values`: of a raster laid on another grid, the greatest value that each cell meets, where its own is
         an average. Limits of the density hold for these. None: the values.
@@ -295,7 +295,7 @@ class RasterRisk:
 
     @cached_property
     def people(self) -> "RasterRisk | None":
-        """The people that the risk is of, people per km2, whatever its scale; None if the values are no people."""
+        """The people behind the risk, people per km2, for any scale; None if the values are no people."""
         if self.unit not in PER_KM2:
             return None
         per_km2 = PER_KM2[self.unit]
@@ -331,7 +331,7 @@ class RasterRisk:
 
     @cached_property
     def filled(self) -> BoolArray:
-        """Which cells have no data and count as `nodata`, in the shape of `cells`: none beyond what is `known`."""
+        """Which cells have no data and count as `nodata`, in the shape of `cells`: none beyond `known`."""
         gone = np.ascontiguousarray(self.missing[::-1] if self.origin == "upper" else self.missing)
         if self.covers is None or not gone.any():
             return gone

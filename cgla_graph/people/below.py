@@ -104,7 +104,7 @@ def limited_layers(problem: Problem) -> tuple[list[RasterRisk], str]:
     """
     Return the layers whose density a limit is about, and its unit.
 
-    These are the people, people per km2, if they are known, whatever the scale of their risk; else all rasters.
+    These are the people, people per km2, if they are known, for any scale of their risk; else all rasters.
 
     Raises
     ------

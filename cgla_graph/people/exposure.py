@@ -121,7 +121,7 @@ class Exposure(ShortRepr):
 
     @property
     def faults(self) -> list[str]:
-        """What is asked for and not met, or not known, one sentence each."""
+        """Limits that are not met, or unknown, one sentence each."""
         found = []
         if self.limit is not None and self.meets_limit is False:
             found.append(
@@ -309,7 +309,7 @@ def exposure(
 
 
 def _fatalities(field: RiskField, path: FloatArray) -> float:
-    """Return the expected fatalities along a path, whatever the scale of the risk; NaN if they are not known."""
+    """Return the expected fatalities along a path, for any scale of the risk; NaN if they are unknown."""
     rasters = [raster for raster in field.rasters if is_fatalities(raster)]
     if not rasters:
         return math.nan

@@ -624,7 +624,7 @@ class MapBuilder:
         return raster
 
     def _with_origins(self, raster: RasterRisk, entry: RasterTable) -> RasterRisk:
-        """Return a raster with what is kept of the file that it was laid from."""
+        """Return a raster with the metadata of its file."""
         if not self.is_plane:
             msg = "covers and peaks are for maps in the plane, as cg.write_scenario writes them; leave them out"
             raise ValueError(msg)

@@ -96,7 +96,7 @@ def at_best(
 
 
 def _print(found: "BestAltitude", above: str) -> None:
-    """Print a table with a row an altitude, and what is proven over all of them."""
+    """Print a table with one row per altitude, and the proven bound over all of them."""
     rows = list(found.rows())
     console.out_table(console.listing(f"altitudes ({above})", list(rows[0]), rows))
     for one in found.paths:

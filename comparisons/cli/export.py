@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 ABOVE: tuple[Reference, ...] = tuple(one for one in get_args(Reference) if one != "ellipsoid")
 Word = TypeVar("Word", bound=str)
 
-#: What is said of a tolerance that is not given.
+#: Suffix of the line of a default tolerance.
 DEFAULT: Final = " (default tolerance: ours; --terrain-tolerance M gives another)"
 #: Autopilots need an altitude.
 _AUTOPILOTS = (".plan", ".waypoints")

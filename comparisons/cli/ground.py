@@ -69,7 +69,7 @@ def priced(scenario: "Scenario", ground: GroundRiskOptions) -> "Scenario":
     from cgla_graph.people.exposure import exposure
     from cgla_graph.people.units import at_prices
 
-    # (what is asked for and has no meaning on this map is refused before any work)
+    # (options without a meaning on this map are refused before any work)
     exposure(scenario.problem, [scenario.problem.start], target=ground.target)
     if ground.prevented_fatality is None or ground.metre_price is None:
         return scenario

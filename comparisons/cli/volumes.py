@@ -173,7 +173,7 @@ class Laid:
     fenced: str
 
     def lines(self) -> dict[str, str]:
-        """Return what is printed."""
+        """Return the printed lines."""
         volumes = self.report.volumes
         assumed = "; ".join((*volumes.settings.assumptions(), *volumes.notes()))
         return {**self.report.lines(), "assumed": f"{assumed} ({GUIDANCE})"}

@@ -201,7 +201,7 @@ def read_answer(text: str) -> AnswerDocument:
     Raises
     ------
     CglaError
-        If it is no answer; the message says what was read instead.
+        If it is no answer; the message shows the text that was read.
 
     Examples
     --------

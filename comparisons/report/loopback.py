@@ -211,7 +211,7 @@ class LoopbackHandler(BaseHTTPRequestHandler):
         self.rfile = cast("BufferedReader", _BoundedLines(self.rfile))
 
     def parse_request(self) -> bool:
-        """Read the headers; what has no body waits for us then."""
+        """Read the headers; a request without a body then waits for the answer."""
         is_whole = super().parse_request()
         if is_whole and self.command != "POST":
             self.server.waits(self.connection, is_ours=True)

@@ -324,7 +324,7 @@ def compare_all(request: Request, how: RunOptions) -> Compared:
         except KeyboardInterrupt:
             done.interrupted = True
         except WorkerError as error:
-            # (what is done is shown first)
+            # (finished runs are shown first)
             done.failure = error
     if done.failure is not None and not (done.runs or done.flights):
         raise done.failure

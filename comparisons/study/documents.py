@@ -654,7 +654,7 @@ def _raster_document(raster: RasterRisk) -> Document:
         # without people the document equals that of earlier versions
         **({} if raster.unit is None else {"unit": raster.unit}),
         **({} if raster.failures is None else {"failures": dataclasses.asdict(raster.failures)}),
-        # (what is known of files in degrees, and the greatest density of their cells)
+        # (the known area of files in degrees, and the greatest density of their cells)
         **({} if raster.covers is None else {"covers": shapely.to_wkb(raster.covers, hex=True)}),
         **({} if raster.peaks is None else {"peaks": _packed(raster.peaks)}),
     }

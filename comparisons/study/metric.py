@@ -77,7 +77,7 @@ class Metric(ShortRepr):
     digest: str = ""
 
     def measured(self, value: float) -> Measure:
-        """Return a value with what is said of it."""
+        """Return a value with its name, unit and direction."""
         return Measure(self.name, self.unit, self.better, value)
 
 
@@ -148,7 +148,7 @@ def read_metrics(names: Iterable[str], folder: Path | None = None) -> list[Metri
     SolverUnavailableError
         If a file cannot be read or run, or has no such function.
     StudyError
-        If a file has no metric, or what is named is no function.
+        If a file has no metric, or the name is no function.
     """
     found: list[Metric] = []
     for name in names:

@@ -43,7 +43,7 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
 
     OMPL's informed sampler (of Informed RRT*, SORRT* and BIT*) draws states until a bound of the way over one, from the
     start to the goal, is below the best cost. For it, OMPL adds the bound from the start to the state and a cost-to-go,
-    which is 0, because Python cannot set it: nearly all of the map would pass, and BIT* would refuse what is nearer to
+    which is 0, because Python cannot set it: nearly all of the map would pass, and BIT* would refuse states nearer to
     the start than the goal is. So the bound of the whole way is returned when the sampler asks. It asks from the start
     of the problem definition, and planners from their own copy of it: `mark_sampler` tells one from the other.
 

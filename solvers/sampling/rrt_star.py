@@ -76,7 +76,7 @@ class InformedRrtStar(RrtStar):
 
     Once it has a path of cost ``c``, it samples in the ellipse with foci at start and goal whose points lie on paths of
     length at most ``c``. Where risk makes the cost far greater than the length, the ellipse covers the map and nothing
-    is gained. OMPL draws from the map and rejects what is outside; after 1000 draws outside, it adds no sample in this
+    is gained. OMPL draws from the map and rejects samples outside; after 1000 of them, it adds no sample in this
     iteration.
 
     OMPL's pruning of the tree is off, as it is in that paper: it takes the cost of the straight segment from the start

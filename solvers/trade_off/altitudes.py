@@ -141,8 +141,8 @@ def best_altitude(
     """
     Plan a flight at each of several altitudes, with a bound of the cost of every path at any of them.
 
-    Zones and terrain are closed at some altitudes only, so each altitude has a map of its own. What is closed at one
-    altitude may be the start or the goal: then there is no path at it.
+    Zones and terrain are closed at some altitudes only, so each altitude has a map of its own. An area closed at one
+    altitude may contain the start or the goal: then there is no path at it.
 
     Parameters
     ----------

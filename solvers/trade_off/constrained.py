@@ -78,7 +78,7 @@ def plan_within_risk(
     -------
     plan
         Judged by the oracle. If no path within the budget is found, the status says so, and the message says how much
-        of the budget's use is needed, and what is proven. `PlanWithin.no_path` tells whether none exists.
+        of the budget's use is needed, and the proven bound. `PlanWithin.no_path` tells whether none exists.
 
     Raises
     ------

@@ -43,7 +43,7 @@ def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> P
     problem
         With rasters.
     level
-        At least 0: people per km2 where people are known (`RasterRisk.people`), whatever the scale of their risk; else
+        At least 0: people per km2 where people are known (`RasterRisk.people`), for any scale of their risk; else
         in the raster's own unit.
     corridor
         Whole width, map units, at least 0.

@@ -1,4 +1,4 @@
-"""The answer to a budget of risk or length: a path, and what is proven of all that keep the budget."""
+"""The answer to a budget of risk or length: a path, and a proven bound for all that keep the budget."""
 
 import math
 from dataclasses import dataclass

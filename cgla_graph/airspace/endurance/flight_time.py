@@ -56,7 +56,7 @@ class FlightTime(ShortRepr):
     climbing, circling, staying
         Time of climbs and descents apart from legs, of circles, and of stays, seconds.
     unknown
-        What is left out of all these numbers because it is not known, and what to give.
+        Unknown parts, which all these numbers leave out, and the options that supply them.
 
     Examples
     --------
@@ -174,7 +174,7 @@ class FlightTime(ShortRepr):
         return lines
 
     def document(self) -> dict[str, Any]:
-        """Return all numbers as JSON; None for what is not known."""
+        """Return all numbers as JSON; None for unknown ones."""
         return {
             "seconds": json_number(self.seconds),
             "least_seconds": json_number(self.least_seconds),

@@ -101,7 +101,7 @@ def check(
     k, clearance
         Risk weight and clearance instead of the map's own; 0 without a map.
     corridor, max_density, target
-        What is asked for of the people below the plan, as in `cgla_graph.exposure`; the map needs rasters.
+        Limits on the people below the plan, as in `cgla_graph.exposure`; the map needs rasters.
     tolerance
         Wanted width of the proven bracket of the least cost, as a ratio; None for no proof.
     through

@@ -217,7 +217,7 @@ class PlanCheck(Plottable):
 
     @property
     def is_clean(self) -> bool:
-        """Whether the plan has no fault, it is known everywhere where it flies, and meets what is asked for."""
+        """Whether the plan has no fault, has no unknown part, and meets all limits."""
         return self.is_straight and not self.unknown and not self._not_flyable
 
     @property

@@ -63,7 +63,7 @@ class TerrainArea:
     ground: Ground | None = None
 
     def summary(self) -> str:
-        """Return the altitude, the clearance with its source, and what is closed, in one line."""
+        """Return the altitude, the clearance with its source, and the closed cells, in one line."""
         kept = f"{self.clearance:g} m above the ground ({SOURCE if self.is_default else 'as given'})"
         if self.altitude is None:
             return f"not compared, as the flight has no altitude (--altitude M gives one); it would have to stay {kept}"
@@ -74,7 +74,7 @@ class TerrainArea:
         return f"{at}{sea}, {self.closed} of {counted(self.cells, 'cell')} closed, to stay {kept}"
 
     def notes(self) -> list[str]:
-        """Return what is closed because the elevation is unknown."""
+        """Return the areas that are closed because their elevation is unknown."""
         found = []
         if self.unknown:
             found.append(f"terrain: {counted(self.unknown, 'cell')} closed, as an elevation there or beside is unknown")
@@ -157,7 +157,7 @@ def terrain_area(
 
     A cell is closed if the greatest elevation of the cell and its neighbours plus the clearance is above the least
     possible height of the flight: elevations are known only at points and the ground varies between them. A cell with
-    an unknown one is closed, and so is what is outside the raster. A flight above ground follows it, so that nothing is
+    an unknown one is closed, and so is the map outside the raster. A flight above ground follows it, so that nothing is
     closed.
 
     Parameters
@@ -237,7 +237,7 @@ def _within(surface: Surface, box: Bounds) -> tuple[slice, slice]:
 
 
 def _closed_cells(surface: Surface, box: Bounds, level: float) -> AreaShape | None:
-    """Return the cells in a box with an elevation above a level around, and what is outside the raster, degrees."""
+    """Return the cells in a box with an elevation above a level around, and the box outside the raster, degrees."""
     rows, columns = surface.values.shape
     x = surface.west + surface.cell[0] * np.arange(columns + 1)
     y = surface.north - surface.cell[1] * np.arange(rows, -1.0, -1.0)

@@ -51,7 +51,7 @@ class Followed:
     clearance: float
 
     def summary(self) -> str:
-        """Return what was added, and what the legs keep, in one line."""
+        """Return the number of added waypoints and the heights that legs keep, in one line."""
         return (
             f"{self.added} waypoint{'s' * (self.added != 1)} added to follow the ground: straight legs stay within "
             f"{self.tolerance:g} m of the altitude, and {self.clearance:g} m above the ground"

@@ -1,4 +1,4 @@
-"""Heights of the legs of a plan above the ground, on the safe side of what is not known."""
+"""Heights of the legs of a plan above the ground, on the safe side of unknown values."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -73,7 +73,7 @@ class LegsAboveGround:
         ]
 
     def summary(self) -> str:
-        """Return the least height above the ground, where it is, and what is asked for, in one line."""
+        """Return the least height above the ground, its position and the required height, in one line."""
         asked = f"required: at least {self.clearance:g} m ({SOURCE if self.is_default else 'as given'})"
         known = np.isfinite(self.least)
         if not known.any():

@@ -90,7 +90,7 @@ class Surface:
         margin: float = _MARGIN,
     ) -> "Surface":
         """
-        Cut a raster to what is near the legs of a route.
+        Cut a raster to the surroundings of the legs of a route.
 
         Parameters
         ----------

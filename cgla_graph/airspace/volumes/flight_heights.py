@@ -13,7 +13,7 @@ _GIVE = "give height, metres above ground, or elevations (ground)"
 
 def above_ground(plan: FlightPlan, under: AreaShape | None, ground: Ground | None) -> tuple[float, tuple[str, ...]]:
     """
-    Return the greatest height of a plan above the ground under it, metres, and what was assumed.
+    Return the greatest height of a plan above the ground under it, metres, and the assumptions.
 
     Parameters
     ----------

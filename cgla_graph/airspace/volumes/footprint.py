@@ -63,7 +63,7 @@ def footprint_density(
     base = 0.0 if fill is None else fill
     upright = people.values[::-1] if people.origin == "upper" else people.values
     values = np.where(np.isnan(upright), 0.0 if people.nodata is None else people.nodata, upright)
-    # (cells beyond what is known)
+    # (cells beyond the known area)
     values = np.where(np.isnan(upright) & ~people.filled, base, values)
     most = float(values.max())
     # (rounding must not go beyond the values)

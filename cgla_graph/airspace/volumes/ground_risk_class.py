@@ -120,7 +120,7 @@ def density_under(area: BaseGeometry, people: RasterRisk | None, *, without_data
     values = [*people.highest[counting].tolist(), *([] if stands is None else [stands])]
     outside = not shapely.box(*people.bounds).covers(area)
     if people.covers is not None and not outside:
-        # (cells on the edge of the data are averaged with what is not there)
+        # (cells on the edge of the data are averaged with missing ones)
         outside = not (people.known.covers(area) and shapely.covers(people.known, boxes).all())
     if outside and fill is not None:
         return Density(max([*values, fill]), filled=stands)
@@ -169,7 +169,7 @@ class GroundRiskClass:
     reason
         How it follows from the table, or why there is none.
     at_least
-        The class of what is known, where not all is known.
+        The class of the known part, where a part is unknown.
 
     Examples
     --------

@@ -110,7 +110,7 @@ def volume_report(
     Returns
     -------
     report
-        Densities, class and verdict. What is not known is never clean, and never a class.
+        Densities, class and verdict. Unknown parts are never clean, and have no class.
 
     Raises
     ------

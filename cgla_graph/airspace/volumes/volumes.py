@@ -89,7 +89,7 @@ class Volumes(Plottable):
     projection
         Projection of the map; None in the plane.
     remarks
-        What was assumed.
+        Assumptions.
     """
 
     name: str
@@ -206,7 +206,7 @@ class Volumes(Plottable):
         }
 
     def notes(self) -> list[str]:
-        """Return what was assumed, and what is left open."""
+        """Return assumptions and open points."""
         return [*self.remarks, *self.settings.notes]
 
     def document(self) -> dict[str, Any]:
@@ -370,7 +370,7 @@ class _Placed:
 
     @property
     def corners(self) -> list[BaseGeometry]:
-        """What is flown over if corners are cut: from a distance before each waypoint straight to the next one."""
+        """Areas flown over if corners are cut: from a distance before each waypoint straight to the next one."""
         route, found = self.routes[0], []
         for number, cut in enumerate(self.cuts):
             if cut > 0.0 and 0 < number < len(route) - 1:

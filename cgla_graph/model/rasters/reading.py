@@ -162,7 +162,7 @@ def _geotiff(file: Path, most: int | None) -> _Raw:
         import rasterio  # noqa: PLC0415 - slow to import, and an extra
     except ImportError:
         fail(file, "GeoTIFF needs rasterio, which is not installed", "pip install 'cgla-graph[geo]'")
-    # (GDAL would read what is beside the file without bounds)
+    # (GDAL would read the files beside it without bounds)
     aside = Aux.beside(file)
     with warnings.catch_warnings(), rasterio.Env(GDAL_PAM_ENABLED="NO"):
         warnings.simplefilter("ignore")
@@ -194,7 +194,7 @@ def _require_band(file: Path, opened: Any, most: int) -> None:  # noqa: ANN401 -
 
 
 def _band(opened: Any, aside: Aux) -> FloatArray:  # noqa: ANN401 - rasterio has no types
-    """Return the values of the only band, of what the file says and what is beside it."""
+    """Return the values of the only band, from the file and the files beside it."""
     # (1 and 0 are what a file has that says nothing)
     scale = aside.settled("scale", None if opened.scales[0] == 1.0 else float(opened.scales[0]), aside.scale)
     offset = aside.settled("offset", None if opened.offsets[0] == 0.0 else float(opened.offsets[0]), aside.offset)

@@ -50,7 +50,7 @@ class EdgeList:
 
 
 def fail(path: Path, wrong: str, remedy: str) -> NoReturn:
-    """Raise the error of a file: what is wrong, and the remedy."""
+    """Raise the error of a file, with the fault and the remedy."""
     msg = f"{path}: {wrong}; {remedy}"
     raise ScenarioError(msg)
 

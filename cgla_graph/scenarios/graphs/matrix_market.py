@@ -153,7 +153,7 @@ def read_entries(path: Path, stream: IO[bytes], head: MarketHead) -> MarketEntri
 
 
 def _fast(block: bytes, head: MarketHead) -> tuple[Any, Any, Any] | None:
-    """Parse lines that are all well-formed; None if they are not, or hold numbers beyond what is allowed."""
+    """Parse lines that are all well-formed; None if they are not, or hold numbers out of range."""
     if not _BLOCKS[head.field].fullmatch(block):
         return None
     n, count, field = head.shape[0], block.count(b"\n"), "pattern" if head.field == "pattern" else "real"
