@@ -11,6 +11,9 @@ from cgla_graph.model.risk import RiskField
 
 #: Lines nearer than this part of the least cell are one line, and sides of cells that differ by less are equal.
 SAME = 1e-9
+#: The outer edges of a raster belong to it. Beside them the risk may be less, so that no path is best: lines lie
+#: outside of the edges, by this part of a cell, where paths along them have the lesser cost.
+BESIDE = 1e-7
 #: Different widths of columns times heights of rows, at most: there is a table of distances for each.
 MOST_SHAPES = 256
 
@@ -135,7 +138,9 @@ def _lines(problem: Problem, axis: int, parts: int) -> FloatArray:
     every, least = [np.array([low, high])], high - low
     for raster in problem.field.rasters:
         count, size = raster.values.shape[1 - axis], raster.cell_size[axis]
-        every.append(raster.bounds[axis] + np.arange(count + 1) * size)
+        edges = raster.bounds[axis] + np.arange(count + 1) * size
+        edges[[0, -1]] = raster.bounds[axis] - BESIDE * size, raster.bounds[axis + 2] + BESIDE * size
+        every.append(edges)
         least = min(least, size)
     lines = np.unique(np.concatenate(every))
     # (the bounds stay as they are)

@@ -291,7 +291,8 @@ def slide(
                 if r == 0.0 or q == 0.0:
                     break
                 slope = weights[n - 1] * u / r + weights[n] * v / q
-                bend = weights[n - 1] * d_before * d_before / (r * r * r) + weights[n] * d_after * d_after / (q * q * q)
+                # (a third power of a tiny distance would be 0)
+                bend = weights[n - 1] * (d_before / r) ** 2 / r + weights[n] * (d_after / q) ** 2 / q
                 if slope > 0.0:
                     high = at
                 else:

@@ -49,6 +49,21 @@ def several(seed: int) -> cg.Problem:
     return cg.Problem(tuple(clipped[0]), tuple(clipped[1]), field, 10.0 ** rng.uniform(-1.0, 1.0), bounds)
 
 
+def test_along_the_edge_of_a_raster_it_flies_outside() -> None:
+    """The edge belongs to the raster, and beside it there is no risk."""
+    raster = cg.RasterRisk([[9.0]], (0.3, 0.0, 0.7, 0.5), interpolation="nearest")
+    problem = cg.Problem((0.1, 0.1), (0.9, 0.1), cg.RiskField(rasters=[raster]), k=10.0)
+    answer = cg.solve(problem, "weighted-regions")
+
+    assert problem.evaluate([(0.3, 0.5), (0.7, 0.5)]).cost > 30.0
+    assert answer.cost == pytest.approx(2.0 * math.hypot(0.2, 0.4) + 0.4, rel=1e-5)
+
+
+def test_waypoints_next_to_each_other_are_moved_too() -> None:
+    problem = several(36)
+    assert cg.solve(problem, "weighted-regions", points=63).status.has_path
+
+
 @examples(20)
 @given(st.integers(0, 10**6))
 def test_each_cell_costs_what_the_oracle_says(seed: int) -> None:
