@@ -296,6 +296,9 @@ class PairOptions:
         CglaError
             If a file or an option is invalid.
         """
+        if not specs:
+            msg = "no graph is named; give files, as cgla graph compare roads.csv --from A --to B, or --pairs N"
+            raise CglaError(msg)
         pairs: int | Path | None = None
         if self.pairs is not None:
             pairs = int(self.pairs) if re.fullmatch(r"[+-]?\d{1,18}", self.pairs, re.ASCII) else Path(self.pairs)

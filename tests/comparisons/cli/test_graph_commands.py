@@ -144,6 +144,7 @@ ENDS = ("--from", "depot", "--to", "hill")
         pytest.param(["compare", "paper", "roads.csv"], "cgla graph compare roads.csv", id="compare a graph"),
         pytest.param(["graph", "plan", "paper", *ENDS], "paper: this is no file of a graph", id="a map"),
         pytest.param(["graph", "compare", "roads.csv"], "or --pairs N", id="compare without nodes"),
+        pytest.param(["graph", "compare"], "no graph is named", id="compare without a graph"),
         pytest.param(
             ["graph", "compare", "roads.csv", *ENDS, "--pairs", "2"], "--pairs draws nodes", id="pairs and nodes"
         ),
