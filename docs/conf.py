@@ -29,6 +29,7 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
     "excerpts",
+    "gallery",
     "mathml",
     "section_pages",
     "solver_pages",
@@ -82,6 +83,7 @@ html_theme = "furo"
 html_title = "CGLA Graph"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = ["tables.js"]
 html_show_sphinx = False
 html_copy_source = False
 # what a block prints is not for copying

@@ -13,6 +13,8 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.typing import ExtensionMetadata
 
+#: What is not text to read: signatures have an entry of their own in the index.
+LEFT_OUT = {"comment", "desc_signature", "raw", "title", "toctree"}
 SCRIPTS = ("_static/page_texts.js", "_static/excerpts.js")
 
 
@@ -20,7 +22,7 @@ def _text(node: nodes.Node) -> str:
     """Write a page's sections and their text, without what is not shown."""
     if isinstance(node, nodes.Text):
         return escape(node.astext())
-    if isinstance(node, nodes.comment | nodes.raw | nodes.title) or type(node).__name__ == "toctree":
+    if type(node).__name__ in LEFT_OUT or (isinstance(node, nodes.Element) and "sd-stretched-link" in node["classes"]):
         return ""
     inner = "".join(_text(child) for child in node.children)
     if isinstance(node, nodes.section):

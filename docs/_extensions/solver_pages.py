@@ -84,8 +84,16 @@ def page(name: str, when: str) -> str:
     return "\n".join(lines)
 
 
-def index(names: list[str]) -> str:
-    """Write the page that lists them."""
+def alike(names: list[str], folder: Path) -> list[list[str]]:
+    """Group solvers with equal pictures."""
+    groups: dict[bytes, list[str]] = {}
+    for name in names:
+        groups.setdefault((folder / f"{name}.png").read_bytes(), []).append(name)
+    return list(groups.values())
+
+
+def index(names: list[str], folder: Path) -> str:
+    """Write the page that lists them, with equal pictures once."""
     lines = ["All solvers", "===========", ""]
     lines += [
         f"The {len(names)} solvers of the registry, each with its path on three shipped maps: ``paper`` (threats),",
@@ -96,10 +104,15 @@ def index(names: list[str]) -> str:
     for chapter in dict.fromkeys(CHAPTERS.values()):
         members = [name for name in names if chapter_of(name) == chapter]
         lines += [chapter, "-" * len(chapter), ""]
-        for name in members:
-            lines += [f":doc:`{name}`: {registry.traits(name).summary}", ""]
-            lines += [f".. image:: {name}.png", f"   :alt: The path of {name} on three shipped maps"]
-            lines += ["   :width: 420", f"   :target: {name}.html", ""]
+        lines += [".. grid:: 1 1 2 2", "   :gutter: 3", ""]
+        for same in alike(members, folder):
+            lines += ["   .. grid-item-card::", ""]
+            lines += [
+                f"      .. image:: {same[0]}.png",
+                f"         :alt: The path of {', '.join(same)} on three shipped maps",
+            ]
+            lines += [f"         :target: {same[0]}.html", ""]
+            lines += [line for name in same for line in (f"      :doc:`{name}`: {registry.traits(name).summary}", "")]
         lines += [".. toctree::", "   :hidden:", "", *(f"   {name}" for name in members), ""]
     return "\n".join(lines)
 
@@ -116,7 +129,7 @@ def generate(app: Sphinx) -> None:
     solver_pictures.draw(names, folder)
     for name in names:
         write(folder / f"{name}.rst", page(name, when[name].strip()))
-    write(folder / "index.rst", index(names))
+    write(folder / "index.rst", index(names, folder))
 
 
 def setup(app: Sphinx) -> ExtensionMetadata:

@@ -7,3 +7,10 @@ window.fetch = (address) => {
   const text = `<div role="main">${PAGE_TEXTS[name] || ""}</div>`;
   return Promise.resolve({ text: () => Promise.resolve(text) });
 };
+
+// Sphinx looks for stems ("batteri"), which no text has: an excerpt begins at the first word of the query that is there.
+document.addEventListener("DOMContentLoaded", () => {
+  const ofStems = Search.makeSearchSummary;
+  const words = (new URLSearchParams(location.search).get("q") || "").split(/\s+/).filter((word) => word);
+  Search.makeSearchSummary = (text, stems, anchor) => ofStems(text, [...stems, ...words.reverse()], anchor);
+});
