@@ -13,7 +13,7 @@ import numba
 import pytest
 from kept_kernels import kept_but_for
 
-from cgla_graph import _kernel
+from cgla_graph import _kernel, _progress
 from cgla_graph._kernel import kernel
 
 INNER = """
@@ -212,6 +212,19 @@ def test_waiting_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert not caller.is_alive()
     let_go()
     assert len(thrice.overloads) == 1
+
+
+def test_a_short_wait_is_for_a_process_that_loads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two workers that load one kernel at once say nothing of compiling."""
+    fcntl, said = pytest.importorskip("fcntl"), list[str]()
+    monkeypatch.setattr(_progress._State, "when_compiling", lambda: said.append("compiling"))
+    with (tmp_path / "lock").open("ab") as mine, (tmp_path / "lock").open("ab") as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        ends = threading.Timer(0.1, fcntl.flock, (other, fcntl.LOCK_UN))
+        ends.start()
+        _kernel._lock(mine)
+        ends.join(10.0)
+    assert not said
 
 
 def test_without_locks_kernels_are_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,6 +15,7 @@ from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph._text import figure as digits_of
+from cgla_graph.plots.graph import drawn_edges
 from cgla_graph.testing import strategies as drawn
 
 PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.5, 0.5, 0.1)]), k=10.0)
@@ -122,3 +123,13 @@ def test_without_axes_a_figure_of_pyplot_is_made_and_headed_by_the_weight() -> N
         assert "k = 10" in [text.get_text() for text in axes.figure.texts]
     finally:
         plt.close(axes.figure)
+
+
+def test_edges_are_drawn_where_they_are_few() -> None:
+    """Also of graphs whose weights were given, of which no pair is weighed."""
+    for n, count in ((30, 870), (70, 0)):
+        weights = np.ones((n, n))
+        graph = cg.GeometricGraph.from_sparse(
+            cg.GeometricGraph.from_matrix(weights).to_csgraph(), positions=np.random.default_rng(1).random((n, 2))
+        )
+        assert len(drawn_edges(graph)) == count

@@ -3,7 +3,7 @@
 import csv
 import dataclasses
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -174,17 +174,28 @@ def graph_pairs(
     where = stem if isinstance(opened, GeometricGraph) else str(opened.file)
     ends = [None if given is None else _node(opened, given) for given in (source, target)]
     found = list(_chosen(opened, made, (ends[0], ends[1]), pairs, seed, where))
+    names = _numbered(f"{stem}: {label_text(one)} to {label_text(other)}" for one, other in found)
     title = f"{counted(made.n_nodes, 'node')}, {'directed' if made.directed else 'undirected'}"
     return [
         GraphScenario(
-            f"{stem}: {label_text(one)} to {label_text(other)}",
+            name_of_pair,
             GraphProblem(made, one, other),
             title,
             notes=where,
             graph_name=stem,
         )
-        for one, other in found
+        for name_of_pair, (one, other) in zip(names, found, strict=True)
     ]
+
+
+def _numbered(names: Iterable[str]) -> list[str]:
+    """Add numbers to names that come again: of a pair that is given twice, or of labels with the same text."""
+    counts: dict[str, int] = {}
+    found: list[str] = []
+    for name in names:
+        counts[name] = counts.get(name, 0) + 1
+        found.append(name if counts[name] == 1 else f"{name}-{counts[name]}")
+    return found
 
 
 def _opened(graph: object, weight: str | None, *, directed: bool) -> "GraphFile | GeometricGraph":

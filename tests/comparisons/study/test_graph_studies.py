@@ -23,6 +23,7 @@ from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.graph_bound import certify_on_graph
 from cgla_graph.comparisons.study.study_file import study_from_toml
 from cgla_graph.errors import NodeNotFoundError, ScenarioError, StudyError
+from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import Solution, Status
@@ -265,6 +266,50 @@ def test_workers_give_the_same_answers_as_this_process() -> None:
         runs = {(run.scenario.name, run.solver, run.seed): run.solution for run in run_study(study, workers=workers)}
         found.append([(runs[cell].status, runs[cell].cost, runs[cell].nodes) for cell in order])
     assert found[0] == found[1]
+
+
+OWN = """
+import os
+import time
+from dataclasses import dataclass
+from typing import ClassVar
+
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Traits
+
+
+@dataclass(frozen=True)
+class Awkward:
+    traits: ClassVar[Traits] = Traits("awkward", "hangs, crashes or answers", domain="graph")
+    mode: str = "answers"
+
+    def solve(self, problem):
+        if self.mode == "hangs":
+            time.sleep(60)
+        if self.mode == "crashes":
+            os._exit(3)
+        return Solution(Status.FOUND, nodes=(problem.source, problem.target))
+"""
+
+
+@pytest.mark.slow
+def test_own_solvers_from_files_hang_and_crash_alone(tmp_path: Path) -> None:
+    (tmp_path / "own.py").write_text(OWN, encoding="utf-8")
+    names = [f"{tmp_path}/own.py:Awkward:mode={mode}" for mode in ("hangs", "crashes", "answers")]
+    study = Study(
+        graph_pairs(roads(), pairs=[("depot", "tower")]), [*names, "cgla"], limits=Limits(2.0), metrics=[hops]
+    )
+    stored = comparisons.write_study(study, tmp_path / "results", workers=2, pictures=0)
+    assert [(run.solution.status.label, run.solution.cost) for run in stored.runs] == [
+        *(("timed-out", math.inf), ("crashed", math.inf), ("found", 5.0), ("optimal", 2.0))
+    ]
+    assert [run.measure("hops") for run in stored.runs[2:]] == [1.0, 2.0]
+    assert stored.runs[2].solution.gap == pytest.approx(1.5)
+
+
+def test_pairs_that_come_twice_have_names_of_their_own() -> None:
+    pairs = graph_pairs(roads(), pairs=[("depot", "tower")] * 2, name="roads")
+    assert [one.name for one in pairs] == ["roads: depot to tower", "roads: depot to tower-2"]
 
 
 # study files
