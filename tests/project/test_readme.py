@@ -155,6 +155,13 @@ def test_blocks_have_a_language_and_notes_that_are_known() -> None:
             json.loads(block.text)
 
 
+def test_code_of_the_manual_fits_the_site() -> None:
+    """88 columns are 700 pixels there; outputs and files of data may scroll."""
+    for block in BLOCKS:
+        if block.page not in {PAGES[0], ROOT / "docs" / "claims.md"} and block.language in {"python", "sh"}:
+            assert max(map(len, block.text.splitlines())) <= 88, f"{block.place}: over 88 columns"
+
+
 def test_commands_are_real() -> None:
     """Every command exists and has the options that a page gives it; scenarios are shipped, or files."""
     known = {*shipped(), *shipped_missions()}
