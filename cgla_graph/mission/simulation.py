@@ -171,7 +171,7 @@ class Simulation:
     def _hindrance(self, agent: Agent) -> dict[str, Any]:
         """Return what keeps a UAV from taking off: an area over its start, or the nearest UAV that is too near."""
         for number, area in self.mission.world.areas_at(self.tick).items():
-            if indexed_area(area).contains(agent.position):
+            if indexed_area(closed_area(area, self.mission.world.bounds)).contains(agent.position):
                 return {"area": number}
         near = [
             (distance, other.name)

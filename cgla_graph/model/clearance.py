@@ -1,9 +1,11 @@
 """
 No-fly areas on a map: widened by a clearance, and joined with the outside where they meet the border of the map.
 
-The border is no passage. A path may run along the free border, and it may pass between two areas that meet in a point.
-It may not pass between an area and the border where they meet, be it in a point, or where the gap is below `GAP` of the
-map's longer side.
+The border is no passage, as areas at the border of a map commonly go on outside. A path may run along the free border,
+and it may pass between two areas that meet in a point inside the map. It may not pass between an area and the border
+where they meet, be it in a point, or where the gap is below `GAP` of the map's longer side. So an area's side on the
+border is closed. A path may begin and end at the two ends of such a side, unless they are at a corner of the map or
+another area meets the border there. This is a rule of maps: a `NoFlyArea` alone knows no border.
 """
 
 import math
@@ -19,7 +21,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
 from cgla_graph.errors import ProblemError
-from cgla_graph.model.no_fly import NoFlyArea, checked_union, overlay_errors
+from cgla_graph.model.no_fly import NoFlyArea, checked_union, edges_of, overlay_errors
 
 #: Round corners become polygons with this many edges a right angle: 0.12 % wider than the arc, at most.
 EDGES: Final = 16
@@ -165,6 +167,21 @@ def closed_area(no_fly: BaseGeometry | None, bounds: Bounds, clearance: float = 
 _recent: tuple[tuple[BaseGeometry | None, Bounds, float, BaseGeometry | None], ...] = ()
 
 
+def on_closed_border(name: str, where: object, area: str = "the no-fly area") -> str:
+    """
+    Return the message on a place that is refused because an area closes the border of the map there.
+
+    Examples
+    --------
+    >>> on_closed_border("start", (0, 0)).partition("; ")[0]
+    "start (0, 0) is where the no-fly area meets the border of the map, and the area's side there is closed"
+    """
+    return (
+        f"{name} {where} is where {area} meets the border of the map, and the area's side there is closed; move it off "
+        "that side, or widen the bounds so that paths can pass between them"
+    )
+
+
 def widest_gap(bounds: Bounds) -> float:
     """
     Return the width up to which a gap between an area and the border is closed, map units.
@@ -222,7 +239,7 @@ def stretches(
     except ProblemError:
         # the same error is raised for the whole area, with the number of the part
         return []
-    edges = _edges(whole)
+    edges = edges_of(whole)[:, :4].reshape(-1, 2, 2)
     found = []
     for number, at in lines:
         along = 1 - number % 2
@@ -237,17 +254,11 @@ def stretches(
         # areas outside that touch the border
         outer = (across == 0.0).all(axis=1) & ~flat
         found += side.boxes(side.within(across[outer], places[outer]), at, reach)
-        beside = (across == 0.0) & _holds(sides, places)
-        rest = ((np.abs(across) < gap) & ~beside).any(axis=1) & ~flat
+        found += side.tips(across, places, reach)
+        is_done = (across == 0.0) & (_holds(sides, places) | (across[:, ::-1] * -side.outward > 0.0))
+        rest = ((np.abs(across) < gap) & ~is_done).any(axis=1) & ~flat
         found += side.boxes(side.open(side.within(across[rest], places[rest]), whole), at, reach)
     return found
-
-
-def _edges(whole: MultiPolygon | Polygon) -> FloatArray:
-    """Return the edges of polygons, the area on their left, shape ``(n, 2, 2)``: edge, end, coordinate."""
-    points, ring = shapely.get_coordinates(shapely.get_rings(shapely.get_parts(whole)), return_index=True)
-    edges = np.stack([points[:-1], points[1:]], axis=1)
-    return np.asarray(edges[(ring[:-1] == ring[1:]) & (points[:-1] != points[1:]).any(axis=1)])
 
 
 class _Side(NamedTuple):
@@ -289,6 +300,49 @@ class _Side(NamedTuple):
         to_inside = np.sign(places[:, 1] - places[:, 0]) * (1.0 if self.number % 2 else -1.0) == -self.outward
         return np.asarray((across == 0.0).all(axis=1) & to_inside)
 
+    def tips(self, across: FloatArray, places: FloatArray, reach: float) -> list[Polygon]:
+        """
+        Close the places on the line where areas leave more than one way into the map free.
+
+        A path that goes from one to another there would pass between an area and the border. At the end of a stretch
+        that an area closes, one way is left, unless another area meets the border there too.
+        """
+        edge, tip = np.nonzero((across == 0.0) & (across[:, ::-1] * -self.outward > 0.0))
+        place, steps = places[edge, tip], np.column_stack([places[edge, 1 - tip], across[edge, 1 - tip]])
+        steps[:, 0] -= place
+        ahead = steps[:, 0] / np.abs(steps[:, 1])
+        (low, high), corner = self.limits, np.zeros(len(place))
+        corner[place == low], corner[place == high] = 1.0, -1.0
+        kept = (place >= low) & (place <= high) & (corner * ahead >= 0.0)
+        # whether the area is on the edge's side of lesser places (it is on the left of an edge)
+        is_before = (tip == 0) == (self.number in {1, 2})
+        # of edges that rounding makes equal, the first counts as free before it, so that the place is closed
+        order = np.lexsort([~is_before, -ahead, place])
+        order = order[kept[order]]
+        tips = np.split(order, np.flatnonzero(np.diff(place[order])) + 1) if len(order) else []
+        return [
+            self._star(float(place[some[0]]), steps[some], reach)
+            for some in tips
+            # of the edges, areas and ways free take turns; an area beside the border has only one edge here
+            if len(some) > (not is_before[some[0]]) + is_before[some[-1]]
+        ]
+
+    def _star(self, place: float, steps: FloatArray, reach: float) -> Polygon:
+        """Lay a polygon over a place on the line, with corners on the edges from there, which thus stay in place."""
+        depth = self._depth(self.at)
+        # (where coordinates have few digits, these corners are exact)
+        shares = 0.5 ** np.maximum(np.floor(np.log2(np.abs(steps[:, 1]) / depth)), 0.0)
+        inner = (shares[:, None] * steps).tolist()
+        low, high = place <= self.limits[0], place >= self.limits[1]
+        left, right = -(reach if low else self.gap), reach if high else self.gap
+        if inner[0][0] * depth < right * abs(inner[0][1]):
+            inner.insert(0, [right, -self.outward * depth])
+        if inner[-1][0] * depth > left * abs(inner[-1][1]):
+            inner.append([left, -self.outward * depth])
+        ring = [[right, self.outward * reach], *inner, [left, self.outward * reach]]
+        corners = np.add(ring, (place, self.at))
+        return Polygon(corners if self.number % 2 else corners[:, ::-1])
+
     def within(self, across: FloatArray, places: FloatArray) -> FloatArray:
         """Return the stretches along which edges are within the gap, at least two gaps wide, shape ``(m, 2)``."""
         gap, (low, high) = self.gap, self.limits
@@ -325,8 +379,10 @@ class _Side(NamedTuple):
             for which, place in enumerate((begin, end)):
                 edge, tip = np.nonzero((across == 0.0) & (places == place))
                 inward = -self.outward * across[edge, 1 - tip]
-                slopes = (place - places[edge, 1 - tip])[inward > 0.0] / inward[inward > 0.0]
-                outer[which] += reach * float(np.clip(slopes, -1.0, 1.0)[:1].sum())
+                slopes = np.clip((place - places[edge, 1 - tip])[inward > 0.0] / inward[inward > 0.0], -1.0, 1.0)
+                if len(slopes):
+                    # (other edges there are those of other areas)
+                    outer[which] += reach * float(slopes.max() if which else slopes.min())
             middle = 0.5 * (begin + end)
             outer = [min(outer[0], middle), max(outer[1], middle)]
             found += [
@@ -336,16 +392,18 @@ class _Side(NamedTuple):
 
     def boxes(self, ends: FloatArray, border: float, reach: float) -> list[Polygon]:
         """Lay boxes over stretches of the border, from some gaps inside the map to outside."""
-        # (deep enough that tips are wider there than coordinates are apart)
-        # (and, at a distance, that polygons inside round corners reach the box)
-        depth = (
-            2.0 * self.gap + 0.01 * abs(border - self.at) + DEPTH * float(np.spacing(abs(border) + abs(self.limits[1])))
-        )
-        inner = border - self.outward * depth
+        inner = border - self.outward * self._depth(border)
         found = []
         for begin, end in ends.tolist():
             found.append(self._across((begin, end), (begin, end), (inner, border + self.outward * reach), reach))
         return found
+
+    def _depth(self, border: float) -> float:
+        """Return how deep polygons that close a place reach into the map, map units."""
+        # (so deep that tips are wider there than coordinates are apart)
+        # (and, at a distance, that polygons inside round corners reach the box)
+        spacing = float(np.spacing(abs(border) + abs(self.limits[1])))
+        return 2.0 * self.gap + 0.01 * abs(border - self.at) + DEPTH * spacing
 
     def _across(
         self, near: tuple[float, float], far: tuple[float, float], levels: tuple[float, float], more: float
@@ -401,8 +459,6 @@ def joined_with(no_fly: BaseGeometry, boxes: list[Polygon]) -> BaseGeometry:
         return no_fly
     with overlay_errors():
         united = shapely.union(before, shapely.union_all(boxes))
-    # (edges that are prolonged have a vertex on the border, which rounding moves out of line)
-    united = shapely.simplify(united, 4.0 * float(np.spacing(np.abs(united.bounds).max())))
     rest = parts[~beside]
     whole = _gathered([*rest, *shapely.get_parts(united)], no_fly)
     may_overlap = isinstance(whole, MultiPolygon) and bool(shapely.intersects(united, rest).any())

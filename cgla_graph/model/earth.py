@@ -436,6 +436,32 @@ def project_on_map(area: BaseGeometry, box: Bounds, projection: LocalProjection)
     return project_area(joined_with(area, closings), projection)
 
 
+def is_closed_by_border(area: BaseGeometry, closed: BaseGeometry, lonlat: Point, place: Point) -> bool:
+    """
+    Return whether a place is closed only because an area meets the border of its map there.
+
+    Parameters
+    ----------
+    area, closed
+        The area, degrees; and what `project_on_map` makes of it, metres.
+    lonlat, place
+        The place, degrees and metres.
+
+    Examples
+    --------
+    >>> box, area = (24.0, 60.0, 25.0, 61.0), shapely.box(24.4, 60.5, 24.6, 61.0)
+    >>> around = LocalProjection.centred_on(box)
+    >>> closed = project_on_map(area, box, around)
+    >>> places = [(24.5, 61.0), (24.5, 60.9), (24.3, 61.0)]
+    >>> [is_closed_by_border(area, closed, place, tuple(around.forward(place))) for place in places]
+    [True, False, False]
+    """
+    turned = [shapely.Point(lonlat[0] + turn, lonlat[1]) for turn in (0.0, 360.0, -360.0)]
+    parts, given = shapely.get_parts(closed), shapely.get_parts(area)
+    is_closed = bool(shapely.contains_properly(parts, shapely.Point(place)).any())
+    return is_closed and not any(shapely.contains_properly(given, point).any() for point in turned)
+
+
 def _sides_met(area: BaseGeometry, box: Bounds) -> list[Bounds]:
     """Return a map's bounds, degrees, turned to where an area meets its border."""
     west, south, east, north = box

@@ -34,7 +34,9 @@ class NoFlyArea:
 
     A segment crosses where it meets the topological interior of the union of the polygons. So a path may pass
     through a point where two polygons touch, run along an edge, and end on a corner. The answers are exact
-    for the given doubles: there is no tolerance, so that even the thinnest wall counts.
+    for the given doubles: there is no tolerance, so that even the thinnest wall counts. An area by itself knows no
+    map. On the map of a `Problem` or a `World`, its sides on the border of the map are closed
+    (`cgla_graph.model.clearance.closed_area`).
 
     Parameters
     ----------
@@ -66,7 +68,7 @@ class NoFlyArea:
 
     def __init__(self, geometry: BaseGeometry | None) -> None:
         self._geometry = checked_union(geometry)
-        self._edges = _edges(self._geometry)
+        self._edges = edges_of(self._geometry)
         self._edges.setflags(write=False)
         self._kernel_arrays = _index(self._edges)
         self._thinnest: float | None = None
@@ -423,8 +425,15 @@ def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
     return product
 
 
-def _edges(geometry: BaseGeometry) -> FloatArray:
-    """Return every edge as `NoFlyArea.edges` has them, sorted by least x."""
+def edges_of(geometry: BaseGeometry) -> FloatArray:
+    """
+    Return the edges of a union of polygons as `NoFlyArea.edges` has them, sorted by least x, shape ``(n, 6)``.
+
+    Examples
+    --------
+    >>> edges_of(checked_union(shapely.box(0, 0, 1, 1)))[0].tolist()
+    [1.0, 1.0, 0.0, 1.0, 1.0, 0.0]
+    """
     rings = shapely.get_rings(shapely.get_parts(geometry))
     if not len(rings):
         # (without loading a kernel)
@@ -464,7 +473,7 @@ def _split(starts: FloatArray, ends: FloatArray, ring: IntArray) -> tuple[FloatA
 
 
 def _index(edges: FloatArray) -> AreaArrays:
-    """Return the arrays of the kernels for the edges of ``_edges``."""
+    """Return the arrays of the kernels for the edges of `edges_of`."""
     if not len(edges):
         frame = np.array([math.inf, math.inf, -math.inf, -math.inf, 0.0, 0.0, 0.0])
         return _read_only(frame, np.zeros(1, dtype=np.int64), np.empty((0, 8)))

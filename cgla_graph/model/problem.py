@@ -34,9 +34,17 @@ from cgla_graph._validate import (
 )
 from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import CornerRule, Node
-from cgla_graph.model.clearance import ROUNDING, closed_area, joined_with, stretches, widened, widest_gap
+from cgla_graph.model.clearance import (
+    ROUNDING,
+    closed_area,
+    joined_with,
+    on_closed_border,
+    stretches,
+    widened,
+    widest_gap,
+)
 from cgla_graph.model.cost_model import CostModel, indexed_area
-from cgla_graph.model.earth import LocalProjection, project_on_map, projected_bounds
+from cgla_graph.model.earth import LocalProjection, is_closed_by_border, project_on_map, projected_bounds
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.graph_libraries import graph_wanted
 from cgla_graph.model.lattice import Lattice
@@ -104,8 +112,9 @@ class Problem(Plottable):
     no_fly
         Shapely polygons that no path may cross; touching their boundary is allowed. None: no such area. The border of
         the map is no passage: where an area meets it, in a point too, or is nearer than 1e-9 of the map's longer side,
-        the area closes it, and no path may pass between them (`model`). Between areas that meet in a point, or are
-        near each other, a path may pass.
+        the area closes it, and no path may pass between them or end there (`model`): an area's side on the border is
+        closed. Wider bounds open it. Between areas that meet in a point inside the map, or are near each other, a path
+        may pass.
     clearance
         Least distance of every path from the no-fly area, map units, at least 0. Solvers keep out of the area widened
         by it, with polygons for round corners (`model`), so that they stay up to 0.12 % farther away; the oracle
@@ -119,7 +128,8 @@ class Problem(Plottable):
     Raises
     ------
     ProblemError
-        If a part is malformed, or start or goal are outside the bounds, or inside the no-fly area or too near to it.
+        If a part is malformed, or start or goal are outside the bounds, inside the no-fly area, too near to it, or
+        where it closes the border of the map.
 
     Examples
     --------
@@ -169,9 +179,12 @@ class Problem(Plottable):
         place: Point = getattr(self, name)
         where = self._shown(place)
         away = self.area_as_given.path_clearance([place])
+        unit = "" if self.projection is None else " m"
+        if self.area.contains(place) and not self.area_as_given.contains(place):
+            wider = f", widened by the clearance {self.clearance:g}{unit}," if 2.0 * away > self.clearance > 0.0 else ""
+            return on_closed_border(name, where, f"the no-fly area{wider}")
         if self.area.contains(place):
             return f"{name} {where} is inside the no-fly area; move it to the boundary or outside"
-        unit = "" if self.projection is None else " m"
         return (
             f"{name} {where} is {away:.6g}{unit} from the no-fly area, and the clearance is {self.clearance:g}{unit} "
             "(at round corners up to 0.12 % more); move it, or lower the clearance"
@@ -311,14 +324,20 @@ class Problem(Plottable):
             instance("a threat", one, Threat, "Threat(x=…, y=…, spread=…)")
         ends = around.forward([start, goal]).tolist()
         places = [around.forward((one.x, one.y)).tolist() for one in threats]
+        closed = None if no_fly is None else project_on_map(no_fly, bounds, around)
+        metres = projected_bounds(bounds, around)
+        for name, given, (x, y) in zip(("start", "goal"), (start, goal), ends, strict=True):
+            is_on_map = metres[0] <= x <= metres[2] and metres[1] <= y <= metres[3]
+            if is_on_map and closed is not None and is_closed_by_border(no_fly, closed, given, (x, y)):
+                raise ProblemError(on_closed_border(name, given))
         moved = [replace(one, x=place[0], y=place[1]) for one, place in zip(threats, places, strict=True)]
         return cls(
             (ends[0][0], ends[0][1]),
             (ends[1][0], ends[1][1]),
             RiskField(moved, rasters=rasters),
             k,
-            projected_bounds(bounds, around),
-            None if no_fly is None else project_on_map(no_fly, bounds, around),
+            metres,
+            closed,
             clearance,
             around,
         )

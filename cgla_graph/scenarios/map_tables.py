@@ -20,10 +20,18 @@ from cgla_graph.airspace.zones.account import ZoneRecord
 from cgla_graph.airspace.zones.applying import OUTSIDE
 from cgla_graph.airspace.zones.geojson import Area
 from cgla_graph.errors import ProblemError, ScenarioError
-from cgla_graph.model.clearance import ROUNDING
-from cgla_graph.model.earth import LocalProjection, geodesic_length, places_around, project_on_map, projected_bounds
+from cgla_graph.model.clearance import ROUNDING, closed_area, on_closed_border
+from cgla_graph.model.earth import (
+    LocalProjection,
+    geodesic_length,
+    is_closed_by_border,
+    places_around,
+    project_on_map,
+    projected_bounds,
+)
 from cgla_graph.model.failure_model import FailureModel, Unit
 from cgla_graph.model.lattice import Lattice, LatticeKind
+from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.rasters.crs import CoordinateSystem, CrsPlane
 from cgla_graph.model.rasters.place import Kind
 from cgla_graph.model.rasters.projection import cells_in_metres
@@ -398,7 +406,9 @@ class MapBuilder:
         here = shapely.Point(self.point(list(pair)))
         unit = "" if self.is_plane else " m"
         # (areas come first, as errors in their files are raised there)
-        for shape, area in zip(self.projected_no_fly, self._places_of_areas(), strict=True):
+        for number, (shape, area) in enumerate(zip(self.projected_no_fly, self._places_of_areas(), strict=True)):
+            if self._is_closed_by_border(number, pair, (here.x, here.y)):
+                raise ProblemError(on_closed_border(name, tuple(pair), f"the no-fly area {area}"))
             if shapely.contains_properly(shape, here):
                 msg = f"{name} {tuple(pair)} is inside the no-fly area {area}; move it to its boundary or outside"
                 raise ProblemError(msg)
@@ -410,6 +420,18 @@ class MapBuilder:
                 )
                 raise ProblemError(msg)
         self.require_column(name, (here.x, here.y), clearance, pair)
+
+    def _is_closed_by_border(self, number: int, pair: Point, place: Point) -> bool:
+        """Return whether a place is closed only because an area meets the border of the map there."""
+        closed = self.projected_no_fly[number]
+        if self.is_plane:
+            joined = closed_area(closed, self.bounds)
+            if joined is closed:
+                return False
+            return bool(NoFlyArea(joined).contains(place)) and not NoFlyArea(closed).contains(place)
+        zones = [] if self.zones is None else [one.area for one in self.zones.applied.closed if one.area is not None]
+        given_areas = [*self._own_shapes, *zones]
+        return number < len(given_areas) and is_closed_by_border(given_areas[number], closed, pair, place)
 
     def require_column(self, name: str, place: Point, clearance: float, written: Point | None = None) -> None:
         """

@@ -19,6 +19,7 @@ from cgla_graph.comparisons.live.versions import version_of
 from cgla_graph.comparisons.report.maps import MOST_SAMPLES, RISK_SAMPLES, map_document
 from cgla_graph.comparisons.study.options import MapOptions, open_one
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
+from cgla_graph.model.clearance import closed_area
 from cgla_graph.model.rasters.crs import CrsPlane
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.plots.degrees import compass
@@ -223,20 +224,25 @@ class LiveMap:
 
     def _named(self, message: str, draft: Draft) -> str:
         """Add the name and the file of the area that start or goal is inside of, if it has any."""
-        if "is inside the no-fly area;" not in message:
+        if not any(f"{where} the no-fly area" in message for where in ("is inside", "is where")):
             return message
         place = shapely.Point(draft.start if message.startswith("start") else draft.goal)
+        bounds = self.scenario.problem.bounds
+
+        def holds(shape: BaseGeometry) -> bool:
+            return bool(shapely.contains_properly(closed_area(shape, bounds), place))
+
         for number, area in enumerate(draft.areas, start=1):
-            if shapely.contains_properly(self.places.closed(area, area_name(number)).shape, place):
-                return message.replace("no-fly area;", f"{area_name(number)};")
+            if holds(self.places.closed(area, area_name(number)).shape):
+                return message.replace("no-fly area", area_name(number), 1)
         zones = self.scenario.zones
         files = {} if zones is None else {record.label: record.file for record in zones.records}
-        inside = (name for name, shape in self.scenario.areas if shapely.contains_properly(shape, place))
+        inside = (name for name, shape in self.scenario.areas if holds(shape))
         name = next(inside, None)
         if name is None:
             return message
         of = f" of {Path(files[name]).name}" if name in files else ""
-        return message.replace("no-fly area;", f"no-fly area {shown(name)}{of};")
+        return message.replace("no-fly area", f"no-fly area {shown(name)}{of}", 1)
 
     def _no_fly(self, areas: Iterable[Area]) -> BaseGeometry | None:
         """Unite fixed areas and areas of a draft."""

@@ -95,6 +95,15 @@ def test_an_area_over_the_start_of_a_uav_that_waits_delays_it_further(avoidance:
     assert delays(flight, "late")[1:] == [(12, "area 0 is closed over its start")]
 
 
+def test_an_area_that_closes_the_border_at_the_start_delays_it_too() -> None:
+    world = World(timed=[TimedArea(shapely.box(0.45, 0.0, 0.55, 0.1), 12, 40)])
+    team = [uav("passing", (0.1, 0.0), (0.9, 0.0)), uav("late", (0.5, 0.0), (0.5, 0.4), 9)]
+    flight = flown(team, world)
+
+    assert flight.uavs["late"].departed == 40
+    assert delays(flight, "late")[1:] == [(12, "area 0 is closed over its start")]
+
+
 @pytest.mark.parametrize("avoidance", EVERY)
 def test_who_is_on_a_start_that_never_gets_free_is_said(avoidance: Avoidance) -> None:
     team = [uav("slow", (0.5, 0.5), (0.5, 0.52), step=1e-3), uav("late", (0.5, 0.5), (0.9, 0.5), 1)]

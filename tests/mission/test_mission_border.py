@@ -39,5 +39,5 @@ def test_areas_at_the_clearance_from_the_border_close_it() -> None:
 
 
 def test_a_uav_on_a_closed_stretch_is_refused() -> None:
-    with pytest.raises(MissionError, match=r"UAV b: start \(0.5, 1.0\) is inside the no-fly area"):
+    with pytest.raises(MissionError, match=r"UAV b: start \(0.5, 1.0\) is where the no-fly area meets"):
         Mission(World(no_fly=WALL), [Uav("b", (0.5, 1.0), (0.9, 0.5), 0.3)], solver=CGLA)

@@ -4,17 +4,19 @@ import dataclasses
 import math
 
 import numpy as np
+import oracles
 import pytest
 import shapely
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from shapely.geometry.base import BaseGeometry
 from strategies import few
 
-from cgla_graph._types import Bounds
+from cgla_graph._types import Bounds, Point
 from cgla_graph.certificate.certificate import is_separated
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.clearance import closed_area
+from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Status
@@ -104,18 +106,111 @@ def test_the_free_border_and_the_areas_given_stay() -> None:
     assert problem.evaluate([(0.1, 0.5), (0.45, 0.5), (0.45, 0.0), (0.1, 0.5)]).feasible
 
 
+#: A map inside of [0, 4] x [0, 4], so that areas end on its border, go beyond it, and touch it from outside.
+INNER: Bounds = (1.0, 1.0, 3.0, 3.0)
+GRID = np.array([(x / 2, y / 2) for x in range(2, 7) for y in range(2, 7)])
+TOUCHING = [
+    [shapely.box(1.5, 1, 2, 2), shapely.Polygon([(2, 1), (3, 2), (2.5, 3)])],
+    [shapely.box(1.5, 0, 2, 2), shapely.Polygon([(2, 1), (3, 2), (2.5, 3)])],
+    [shapely.box(1, 1.5, 2, 2), shapely.box(1, 2.5, 2, 3), shapely.Polygon([(1, 2), (1.5, 2.5), (2, 2.5)])],
+    [shapely.Polygon([(1, 1), (1.5, 1), (1.5, 1.5)]), shapely.Polygon([(1, 1), (1, 1.5), (1.5, 2)])],
+]
+
+
+@st.composite
+def touching_areas(draw: st.DrawFn) -> list[shapely.Polygon]:
+    """Draw boxes and triangles with corners on halves, which may touch but not overlap."""
+    halves = st.integers(0, 8).map(lambda i: i / 2)
+    areas: list[shapely.Polygon] = []
+    for a, b, c in draw(st.lists(st.tuples(*[st.tuples(halves, halves)] * 3), min_size=2, max_size=5)):
+        area = shapely.Polygon([a, b, c]) if draw(st.booleans()) else shapely.box(*a, *b)
+        if area.is_valid and area.area > 0.0 and all((area & other).area == 0.0 for other in areas):
+            areas.append(area)
+    return areas
+
+
+def ways_at(whole: BaseGeometry, place: Point) -> int:
+    """Count the ways from a place on the border into the map that areas leave free, by the parts of a small disc."""
+    here = shapely.Point(place)
+    free = shapely.get_parts((here.buffer(0.02) & shapely.box(*INNER)) - whole)
+    return int(((shapely.area(free) > 1e-7) & (shapely.distance(free, here) < 1e-9)).sum())
+
+
+@few
+@given(touching_areas(), st.lists(st.sampled_from(GRID.tolist()), min_size=5, max_size=9))
+def test_no_path_passes_between_the_border_and_any_of_some_areas(
+    areas: list[shapely.Polygon], places: list[list[float]]
+) -> None:
+    _check_touching(areas, np.array(places))
+
+
+@pytest.mark.parametrize("areas", TOUCHING)
+@pytest.mark.parametrize("side", range(4))
+def test_no_path_passes_between_two_areas_that_meet_on_the_border(areas: list[shapely.Polygon], side: int) -> None:
+    _check_touching([shapely.affinity.rotate(area, 90 * side, origin=(2, 2)) for area in areas], GRID)
+
+
+def _check_touching(areas: list[shapely.Polygon], places: np.ndarray) -> None:
+    """Compare which segments are closed with shapely's answers, and with those for some of the areas."""
+    first, second = np.repeat(places, len(places), axis=0), np.tile(places, (len(places), 1))
+
+    def is_closed(some: list[shapely.Polygon]) -> np.ndarray:
+        closed = closed_area(shapely.GeometryCollection(some), INNER)
+        return NoFlyArea(closed).crosses(first, second)
+
+    found = is_closed(areas)
+    whole = shapely.union_all(areas)
+    lines = oracles.lines_between(first, second)
+    inside = oracles.crosses(whole, first, second)
+    meets = shapely.intersects(lines, whole & shapely.MultiLineString(oracles.sides_of(INNER)))
+    assert not (found & ~inside & ~meets).any()
+    corners = {corner for area in areas for corner in area.exterior.coords}
+    tips = [corner for corner in corners if shapely.box(*INNER).touches(shapely.Point(corner))]
+    passing = shapely.intersects(lines, shapely.MultiPoint([tip for tip in tips if ways_at(whole, tip) > 1]))
+    assert found[inside | passing].all()
+    for number in range(len(areas)):
+        alone = is_closed([areas[number]])
+        # (at its end on a stretch that the other ones close, a tip is a way in)
+        ends = [tip for tip in tips if ways_at(whole, tip) <= 1]
+        assert not (alone & ~found & ~shapely.intersects(lines, shapely.MultiPoint(ends))).any()
+
+
+def test_places_on_edges_of_areas_that_meet_the_border_are_free() -> None:
+    for corners, place in (
+        ([(1, 4), (2, 4), (3.5, 2.5)], (3, 3)),
+        ([(1, 4), (2, 4), (3.5, 2.5)], (2, 4)),
+        ([(0, 0.5), (3, 2.5), (2, 1.5)], (1.5, 1.5)),
+    ):
+        problem = Problem(place, (0, 0), bounds=(0, 0, 4, 4), no_fly=shapely.Polygon(corners))
+        assert problem.evaluate([place, place]).feasible
+
+
+@few
+@given(st.integers(1, 26), st.integers(1, 26), st.integers(1, 27), st.integers(2, 27), st.sampled_from([7, 10]))
+def test_the_ends_of_a_closed_stretch_and_the_edges_from_there_are_free(
+    one: int, other: int, x: int, y: int, parts: int
+) -> None:
+    """They are where they were given, to the last bit: their corners are not moved."""
+    assume(one != other and y < 4 * parts)
+    wall = shapely.Polygon([(one / parts, 0), (other / parts, 0), (x / parts, y / parts)])
+    tip = (x / parts, y / parts)
+    for end in ((one / parts, 0.0), (other / parts, 0.0)):
+        assert Problem(end, tip, bounds=(0, 0, 4, 4), no_fly=wall).evaluate([end, tip]).feasible
+
+
 @pytest.mark.parametrize("name", ["start", "goal"])
 @pytest.mark.parametrize("x", [0.46, 0.5, 0.54])
 def test_an_end_on_a_closed_stretch_is_refused(name: str, x: float) -> None:
     ends = {"start": ENDS[0], "goal": ENDS[1], name: (x, 1.0)}
     for area in (CLOSING["wall"], CLOSING["gaps"]):
-        with pytest.raises(ProblemError, match=rf"{name} \({x}, 1.0\) is inside the no-fly area; move it"):
+        words = rf"{name} \({x}, 1.0\) is where the no-fly area meets the border .* is closed; move"
+        with pytest.raises(ProblemError, match=words):
             Problem(**ends, no_fly=area)
 
 
 def test_ends_at_corners_that_areas_hold_are_refused() -> None:
     for area in (shapely.box(0, 0.9, 0.1, 1), shapely.Polygon([(0, 1), (0.1, 1), (0.1, 0.9)])):
-        with pytest.raises(ProblemError, match=r"start \(0.0, 1.0\) is inside the no-fly area"):
+        with pytest.raises(ProblemError, match=r"start \(0.0, 1.0\) is where the no-fly area meets the border"):
             Problem((0, 1), (0.5, 0.5), no_fly=area)
 
 

@@ -333,6 +333,27 @@ def test_published_lengths_from_file_to_solver(file: Path) -> None:
         assert (answer.status.has_path, answer.cost) == (True, expected)
 
 
+@pytest.mark.parametrize("coordinates", ["plane", "lonlat"])
+def test_an_end_where_an_area_closes_the_border_is_refused_for_that(coordinates: str, tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    ring = "[[24, 60], [24.5, 60], [24.5, 60.5], [24, 60.5]]"
+    text = f'k = 1.0\ncoordinates = "{coordinates}"\ngoal = [24.8, 60.9]\nbounds = [24, 60, 25, 61]\n'
+    areas = f"[no_fly]\npolygons = [{ring}]\n"
+    for start in ([24, 60], [24.2, 60], [24, 60.3]):
+        file.write_text(f"start = {start}\n{text}{areas}")
+        said = r"start \(.*\) is where the no-fly area 'no_fly.polygons.0' meets the border of the map, .* is closed"
+        with pytest.raises(ScenarioError, match=said):
+            list(open_scenarios(str(file)))
+    file.write_text(f"start = [24.2, 60.2]\n{text}{areas}")
+    with pytest.raises(ScenarioError, match=r"is inside the no-fly area 'no_fly\.polygons\.0'; move"):
+        list(open_scenarios(str(file)))
+    # the free end of a closed side, and wider bounds
+    for start, wider in (([24.5, 60], text), ([24, 60], text.replace("[24, 60, 25", "[23, 59, 25"))):
+        file.write_text(f"start = {start}\n{wider}{areas}")
+        (scenario,) = open_scenarios(str(file))
+        assert solve(scenario.problem, "visibility-graph").status.has_path
+
+
 @pytest.mark.parametrize(
     ("start", "clearance", "said"),
     [

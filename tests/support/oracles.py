@@ -8,9 +8,11 @@ from collections.abc import Callable, Iterable, Sequence
 import networkx as nx
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 from scipy import ndimage, special
 from scipy.integrate import quad
 from scipy.sparse import csgraph, csr_array
+from shapely.geometry import LineString, MultiPolygon
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
@@ -220,6 +222,34 @@ def crosses(area: BaseGeometry, starts: FloatArray, ends: FloatArray) -> BoolArr
     lines = shapely.linestrings(np.stack([starts, ends], axis=-2))
     by_line = shapely.relate_pattern(lines, area, "T********")
     return np.where((starts == ends).all(axis=-1), shapely.contains(area, shapely.points(starts)), by_line)
+
+
+def lines_between(starts: FloatArray, ends: FloatArray) -> NDArray[np.object_]:
+    """Return segments of shape ``(n, 2)`` each; those without length are points."""
+    lines = shapely.linestrings(np.stack([starts, ends], axis=-2))
+    return np.where((starts == ends).all(axis=-1), shapely.points(starts), lines)
+
+
+def sides_of(bounds: Bounds) -> list[LineString]:
+    """Return the four sides of a map."""
+    corners = shapely.get_coordinates(shapely.box(*bounds))
+    return [LineString(ends) for ends in itertools.pairwise(corners.tolist())]
+
+
+def meets_closed_border(area: MultiPolygon, bounds: Bounds, starts: FloatArray, ends: FloatArray) -> BoolArray:
+    """
+    Tell which segments meet the border of a map where convex polygons close it that do not touch each other.
+
+    A polygon closes a point of a side, or a stretch without its ends; ends at corners of the map are closed.
+    """
+    lines = lines_between(starts, ends)
+    found = np.zeros(len(lines), dtype=bool)
+    for side, part in itertools.product(sides_of(bounds), area.geoms):
+        met = part & side
+        corners = shapely.get_coordinates(side)
+        free = [end for end in shapely.get_coordinates(met) if met.length > 0.0 and (end != corners).any(axis=1).all()]
+        found |= ~shapely.is_empty(shapely.difference(lines & met, shapely.MultiPoint(free)))
+    return found
 
 
 def shortest_around(

@@ -192,6 +192,13 @@ def test_an_end_in_a_drawn_area_is_told_with_its_number(tmp_path: Path) -> None:
     assert "is inside the no-fly area 2; move" in error
 
 
+def test_an_end_where_a_drawn_area_closes_the_border_is_told_with_its_number(tmp_path: Path) -> None:
+    file, _ = written(tmp_path, "plane", [[(0.2, 0.2), (0.4, 0.2), (0.4, 0.4)], [(0.5, 0), (0.8, 0), (0.7, 0.3)]])
+    live = LiveMap.open(str(file))
+    error = Planner(live).path(live.first.model_copy(update={"goal": [6.0, 0.0]}), full=False)["error"]
+    assert error.startswith("goal (6.0, 0.0) is where the no-fly area 2 meets the border of the map")
+
+
 def test_a_long_edge_in_degrees_is_drawn_as_it_is_planned(tmp_path: Path) -> None:
     """Edges of a file in degrees bend on the map: the page gets the outline that is closed."""
     file, _ = written(tmp_path, "svalbard", [[(0.1, 0.3), (0.9, 0.3), (0.9, 0.6), (0.1, 0.6)]])

@@ -1,19 +1,18 @@
 """The visibility graph: tangents around a disc, the shortest path around polygons, and ways out where they seal it."""
 
 import math
-from functools import partial
 
 import numpy as np
 import oracles
 import pytest
 import shapely
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from quick_solvers import RING
 from strategies import few, usual
 
 import cgla_graph as cg
-from cgla_graph._types import FloatArray, Point
+from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.testing.strategies import fields, points, polygons
 
@@ -43,14 +42,36 @@ def test_around_one_disc_it_approaches_tangents_and_arc(start: Point, goal: Poin
 halves = st.integers(0, 8).map(lambda i: i / 2)
 
 
+def one(area: shapely.Polygon) -> shapely.MultiPolygon:
+    return shapely.MultiPolygon([area])
+
+
 @few
 @given(polygons(), st.tuples(halves, halves), st.tuples(halves, halves))
+@example(one(shapely.box(0.5, 0, 1, 0.5)), (0, 0), (1, 0))
+@example(one(shapely.box(0.5, 0, 1, 0.5)), (0.5, 0), (1, 0))
+@example(one(shapely.box(0, 0, 0.5, 0.5)), (0, 0), (1, 0))
+@example(one(shapely.box(0, 3, 2, 4)), (0, 3), (2, 4))
+@example(one(shapely.Polygon([(1, 4), (2, 4), (3.5, 2.5)])), (2, 4), (3, 3))
+@example(one(shapely.Polygon([(0, 0.5), (3, 2.5), (2, 1.5)])), (1.5, 1.5), (4, 1.5))
+@example(one(shapely.Polygon([(0, 0), (1, 0.5), (0.5, 1)])), (0, 1), (1, 0))
+@example(one(shapely.Polygon([(0.5, 2), (4, 3.5), (1, 4)])), (4, 3.5), (0, 0))
 def test_around_areas_it_is_the_shortest_path(area: shapely.MultiPolygon, start: Point, goal: Point) -> None:
     """So says an independent search; where that finds none, the answer is that there is none."""
-    assume(start != goal and not any(area.contains(shapely.Point(end)) for end in (start, goal)))
-    problem = cg.Problem(start, goal, bounds=(0, 0, 4, 4), no_fly=area)
+    bounds = (0.0, 0.0, 4.0, 4.0)
+
+    def is_closed(starts: FloatArray, ends: FloatArray) -> BoolArray:
+        return oracles.crosses(area, starts, ends) | oracles.meets_closed_border(area, bounds, starts, ends)
+
+    assume(start != goal)
+    both = np.array([start, goal])
+    if is_closed(both, both).any():
+        with pytest.raises(cg.errors.ProblemError, match=r"is inside the no-fly area|side there is closed"):
+            cg.Problem(start, goal, bounds=bounds, no_fly=area)
+        return
+    problem = cg.Problem(start, goal, bounds=bounds, no_fly=area)
     answer = cg.solve(problem, "visibility-graph")
-    wanted = oracles.shortest_around(start, goal, shapely.get_coordinates(area), partial(oracles.crosses, area))
+    wanted = oracles.shortest_around(start, goal, shapely.get_coordinates(area), is_closed)
     assert answer.length == pytest.approx(wanted, rel=1e-12)
     assert answer.status is (cg.Status.FOUND if math.isfinite(wanted) else cg.Status.NO_PATH)
 
