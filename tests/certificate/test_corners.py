@@ -13,7 +13,7 @@ import numpy as np
 import oracles
 import pytest
 import shapely
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from levels import missing, whole
 from strategies import examples
@@ -93,12 +93,14 @@ def check_ways(seed: int, cells: int) -> int:
             one, two = at(corner.lines[i], rng.random(), HIGH), at(corner.lines[j], rng.random(), 0.0 * HIGH)
             said = HIGH[0] - corner_kernels.excess_over(one, two, corner.vertices, corner.walls, corner.numbers)
             cost = least_cost(problem, place + one[:2], place + two[:2], place + corner.vertices)
-            assert said <= cost * (1.0 + 1e-9)
+            # (a difference of numbers as great as HIGH)
+            assert said <= cost * (1.0 + 1e-9) + 8.0 * np.spacing(HIGH[0])
             compared += 1
     return compared
 
 
 @given(drawn.seeds, st.sampled_from([96, 160, 300]))
+@example(19132, 96)
 @examples(30)
 def test_no_way_between_points_of_a_rim_costs_less_than_it_has_to(seed: int, cells: int) -> None:
     check_ways(seed, cells)
