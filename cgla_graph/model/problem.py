@@ -328,7 +328,9 @@ class Problem(Plottable):
         metres = projected_bounds(bounds, around)
         for name, given, (x, y) in zip(("start", "goal"), (start, goal), ends, strict=True):
             is_on_map = metres[0] <= x <= metres[2] and metres[1] <= y <= metres[3]
-            if is_on_map and closed is not None and is_closed_by_border(no_fly, closed, given, (x, y)):
+            if no_fly is None or closed is None or not is_on_map:
+                continue
+            if is_closed_by_border(no_fly, closed, given, (x, y)):
                 raise ProblemError(on_closed_border(name, given))
         moved = [replace(one, x=place[0], y=place[1]) for one, place in zip(threats, places, strict=True)]
         return cls(
