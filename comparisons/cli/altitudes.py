@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from cgla_graph._text import at_most, rounded_down, shown
 from cgla_graph.airspace.zones.heights import Altitude
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.cli.options import ABOVE, AltitudesOptions, ExportOptions, ZoneOptions
+from cgla_graph.comparisons.cli.options import ABOVE, AltitudesOptions, ExportOptions, ZoneOptions, reference_of
 from cgla_graph.errors import CglaError
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def read_altitudes(given: AltitudesOptions, zones: ZoneOptions, others: dict[str
         msg = f"--altitudes is {shown(given.altitudes)}; give numbers of metres, as 60,80,100"
         raise CglaError(msg) from error
     for metres in found:
-        Altitude.of(f"{metres:.12g} {ABOVE.get(zones.above or 'ground', 'AGL')}")
+        Altitude.of(f"{metres:.12g} {ABOVE[reference_of(zones.above, usual='ground')]}")
     return found
 
 
@@ -58,7 +58,7 @@ def at_best(
     altitudes: list[float],
     zones: ZoneOptions,
     export: ExportOptions,
-    open_at: "Callable[[ZoneOptions], Scenario]",
+    open_at: "Callable[[float], Scenario]",
     find: "Callable[[Scenario], Solution]",
     *,
     as_json: bool,
@@ -78,7 +78,7 @@ def at_best(
         return zones, export, {}
     from cgla_graph.solvers.trade_off.altitudes import best_altitude
 
-    found = best_altitude(lambda metres: open_at(dataclasses.replace(zones, altitude=metres)), altitudes, find=find)
+    found = best_altitude(open_at, altitudes, find=find)
     maps = [one.scenario for one in found.paths if one.scenario is not None]
     if all(one.zones is None and one.terrain is None for one in maps):
         msg = (
@@ -87,7 +87,7 @@ def at_best(
         )
         raise CglaError(msg)
     chosen = found.best or next(one for one in found.paths if one.scenario is not None)
-    above = ABOVE.get(zones.above or ("home" if export.export else "ground"), "")
+    above = ABOVE[reference_of(zones.above, usual="home" if export.export else "ground")]
     if not as_json:
         _print(found, above)
     document = {"altitudes": {**found.document(), "reference": above}}

@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar, get_args
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from shapely.geometry.base import BaseGeometry
 
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
     from cgla_graph.scenarios.mission_file import MissionFile
 
-#: Values of ``--above``; altitudes above the ellipsoid are not exported.
-ABOVE: tuple[Reference, ...] = tuple(one for one in get_args(Reference) if one != "ellipsoid")
 Word = TypeVar("Word", bound=str)
 
 #: Suffix of the line of a default tolerance.
@@ -298,7 +296,7 @@ def read_export(export: ExportOptions, *, zones: bool = False) -> Export:
     >>> read_export(ExportOptions([Path("mine.plan")], altitude=80.0, speed=12.0)).above
     'home'
     """
-    targets, altitude, above = list(dict.fromkeys(export.export or ())), export.altitude, export.above
+    targets, altitude = list(dict.fromkeys(export.export or ())), export.altitude
     for target in targets:
         from cgla_graph.airspace.flight_plans.formats import WRITTEN
 
@@ -310,7 +308,7 @@ def read_export(export: ExportOptions, *, zones: bool = False) -> Export:
             msg = f"--export {target}: an autopilot needs an altitude; give --altitude M, metres above home"
             raise CglaError(msg)
         files.make_folder(target.parent)
-    of_zones = {"--altitude": altitude, "--above": above}
+    of_zones = {"--altitude": altitude, "--above": export.above}
     of_plans = {
         "--terrain-tolerance": export.terrain_tolerance,
         "--speed": export.speed,
@@ -321,10 +319,7 @@ def read_export(export: ExportOptions, *, zones: bool = False) -> Export:
         if value is not None and not targets and not (zones and option in of_zones):
             msg = f"{option} needs a plan to write: give its file (--export NAME.plan), or leave {option} out"
             raise CglaError(msg)
-    if above is not None and above not in ABOVE:
-        msg = f"--above is {shown(above)}; give one of {', '.join(ABOVE)}"
-        raise CglaError(msg)
-    reference: Reference = next((one for one in ABOVE if one == above), "home")
+    reference = export.reference
     # check the numbers before the work
     FlightPlan.along([(0.0, 0.0)], altitude=altitude, reference=reference, speed=export.speed)
     vehicle = None if export.vehicle is None else _word("--vehicle", export.vehicle, VEHICLES)

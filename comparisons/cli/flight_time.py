@@ -174,5 +174,4 @@ def read_endurance(
         given = "--climb-rate" if aircraft.climb_rate else "--descent-rate"
         msg = f"{given} needs the height that is climbed; also give --altitude M"
         raise CglaError(msg)
-    above: Reference = "ground" if export.above == "ground" else "sea" if export.above == "sea" else "home"
-    return Endurance(aircraft, export.altitude, above, is_exported=bool(export.export))
+    return Endurance(aircraft, export.altitude, export.reference, is_exported=bool(export.export))

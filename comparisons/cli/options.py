@@ -16,12 +16,13 @@ import typer
 from cgla_graph.comparisons.cli import completion
 
 if TYPE_CHECKING:
+    from cgla_graph.airspace.flight_plans.plan import Reference
     from cgla_graph.airspace.plan_check.plan_map import PlanMap
     from cgla_graph.comparisons.study.options import MapOptions as MapChanges
     from cgla_graph.scenarios.scenario import Scenario
 
-#: Values of `--above`, and the references of heights of zones.
-ABOVE = {"ground": "AGL", "sea": "AMSL", "home": "HOME"}
+#: Values of `--above`, and the references of heights of zones; altitudes above the ellipsoid are not exported.
+ABOVE: "dict[Reference, str]" = {"home": "HOME", "ground": "AGL", "sea": "AMSL"}
 #: Formats of pictures.
 FORMATS = ("png", "svg", "pdf")
 
@@ -34,6 +35,30 @@ def option(name: str, text: str, *others: str, **more: Any) -> Any:  # noqa: ANN
     """Declare an option: its name with a placeholder of its value (``--k K``), its help, and its other names."""
     flag, _, metavar = name.partition(" ")
     return typer.Option(flag, *others, metavar=metavar or None, help=text, **more)
+
+
+def reference_of(above: str | None, *, usual: "Reference") -> "Reference":
+    """
+    Return the reference that ``--above`` names, or the usual one.
+
+    Raises
+    ------
+    CglaError
+        If there is no such reference.
+
+    Examples
+    --------
+    >>> reference_of("sea", usual="home"), reference_of(None, usual="home")
+    ('sea', 'home')
+    """
+    found = usual if above is None else next((one for one in ABOVE if one == above), None)
+    if found is None:
+        from cgla_graph._text import shown
+        from cgla_graph.errors import CglaError
+
+        msg = f"--above is {shown(above)}; give one of {', '.join(ABOVE)}"
+        raise CglaError(msg)
+    return found
 
 
 MissionsArg = Annotated[
@@ -182,9 +207,7 @@ class ZoneOptions:
         from cgla_graph._text import shown
         from cgla_graph.errors import CglaError
 
-        if self.above is not None and self.above not in ABOVE:
-            msg = f"--above is {shown(self.above)}; give one of {', '.join(ABOVE)}"
-            raise CglaError(msg)
+        above = ABOVE[reference_of(self.above, usual="ground")]
         if self.lines not in {None, "closed", "open"}:
             msg = f"--lines is {shown(self.lines)}; give closed, which closes what closed lines enclose, or open"
             raise CglaError(msg)
@@ -197,7 +220,7 @@ class ZoneOptions:
             treated[kind.upper()] = value.lower()
         height = None if self.altitude is None else f"{self.altitude:.12g}"
         return {
-            "altitude": None if height is None else f"{height} {ABOVE[self.above or 'ground']}",
+            "altitude": None if height is None else f"{height} {above}",
             "at": self.at,
             "treat": treated or None,
             "ground": None if self.ground is None else str(self.ground.absolute()),
@@ -489,6 +512,11 @@ class ExportOptions:
         ),
     ] = None
 
+    @property
+    def reference(self) -> "Reference":
+        """The reference of the altitude of exported plans."""
+        return reference_of(self.above, usual="home")
+
     def terrain_altitude(self) -> str | None:
         """
         Return the altitude of the exported plan as that of a flight above terrain; None if none is given.
@@ -498,7 +526,7 @@ class ExportOptions:
         >>> ExportOptions(altitude=80.0).terrain_altitude()
         '80 HOME'
         """
-        return None if self.altitude is None else f"{self.altitude:.12g} {ABOVE.get(self.above or 'home', 'HOME')}"
+        return None if self.altitude is None else f"{self.altitude:.12g} {ABOVE[self.reference]}"
 
 
 @dataclass(frozen=True, repr=False)

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -82,7 +83,6 @@ def plan(
     from cgla_graph.comparisons.cli import ground as on_ground
     from cgla_graph.comparisons.cli.altitudes import at_best, read_altitudes
     from cgla_graph.comparisons.study.options import read_entrant, read_tolerance
-    from cgla_graph.comparisons.study.rows import plan_document
 
     certify, entrant = not proof.no_certificate, read_entrant(solver, refine=refine)
     tolerance = read_tolerance(proof.tolerance, certify=certify)
@@ -94,27 +94,28 @@ def plan(
         changed = dataclasses.replace(maps, **changes)
         return open_map("plan", scenario, changed, at, raster, aircraft, k=k, exported=planned)
 
-    def maps_at(at: ZoneOptions) -> "tuple[Scenario, Scenario]":
+    @cache
+    def maps_at(altitude: float | None) -> "tuple[Scenario, Scenario]":
         """Open the map at an altitude, without and with the limit of density."""
+        at = dataclasses.replace(zones, altitude=altitude)
         opened = _with_places(tour, lambda bounds: open_with(at, bounds=bounds), maps.bounds, scenario)
         return on_ground.asked_of(opened, ground)
 
+    solved = cache(lambda one: _solved(one, entrant, tolerance))
     zones, export, best = at_best(
         read_altitudes(heights, zones, {**vars(budget), "turn_radius": flyable.turn_radius, "via": tour.via}),
         zones,
         export,
-        lambda at: maps_at(at)[1],
-        lambda one: _solved(one, entrant, tolerance).solution,
+        lambda altitude: maps_at(altitude)[1],
+        lambda one: solved(one).solution,
         as_json=output.as_json,
     )
     endurance = _endurance(times, export, profile, curved=flyable.turn_radius is not None)
     flying = _flying(flyable, budget, endurance)
     laying = _laying(volume, zones, export)
-    exported = _exports(
-        export,
-        zoned=endurance is not None or laying is not None or any(zones.may_count(one, maps) for one in scenario),
-    )
-    without_limit, opened = maps_at(zones)
+    counts = endurance is not None or laying is not None or any(zones.may_count(one, maps) for one in scenario)
+    exported = _exports(export, zoned=counts)
+    without_limit, opened = maps_at(zones.altitude)
     touring = _touring(tour, opened, flyable, budget, lambda start: open_with(zones, start=start, goal=start))
     for one in (exported, laying):
         if one is not None:
@@ -124,24 +125,16 @@ def plan(
     folder, kinds = output.folder(), output.pictures("png")
     _check_profile(profile)
     with console.running_solvers([] if tolerance is None else [opened.problem.model]):
-        run, within = _planned(opened, entrant, tolerance, budget, endurance, touring)
-        if flying is not None:
-            run = flying.flown(run)
-        if ground.max_density is not None and not run.solution.status.has_path:
-            run = _with_proof(run)
+        run, within = _planned(opened, solved, entrant, tolerance, budget, endurance, touring)
+        run = run if flying is None else flying.flown(run)
+        run = run if ground.max_density is None or run.solution.status.has_path else _with_proof(run)
     flight = None if endurance is None else endurance.of(run)
     people = on_ground.exposed(run, ground, bounded=budget == BudgetOptions() and touring is None)
     laid = None if laying is None else laying.around_run(run, without_limit, export, flying)
     written, plans = _written(run, folder, kinds, profile, flying, endurance, exported, laid)
     parts: dict[str, Any] = {"ground": people, "flyable": flying, "tour": touring, "flight": flight, "volumes": laid}
-    parts["exported"] = plans
-    lines, more = _of_options(run, {**parts, "within": within}, windy=times.wind is not None)
-    if output.as_json:
-        files = [str(file) for group in written for file in group]
-        console.out_json({**plan_document(run), "files": files, **more, **zoned})
-    else:
-        _print(run, lines, within)
-        console.out_files([file for group in written for file in group])
+    parts |= {"exported": plans, "within": within}
+    _tell(run, parts, written, zoned, as_json=output.as_json, windy=times.wind is not None)
     missed = any(one.faults for one in (flight, people, plans) if one is not None)
     if not run.solution.status.has_path or missed or (laid is not None and laid.report.touched):
         raise typer.Exit(console.MISSING)
@@ -149,6 +142,7 @@ def plan(
 
 def _planned(
     scenario: "Scenario",
+    solved: "Callable[[Scenario], Run]",
     entrant: "Entrant",
     tolerance: float | None,
     budget: BudgetOptions,
@@ -159,12 +153,33 @@ def _planned(
     if touring is not None:
         return touring.planned(scenario, entrant, tolerance), None
     if budget == BudgetOptions():
-        return _solved(scenario, entrant, tolerance), None
+        return solved(scenario), None
     from cgla_graph.comparisons.cli.budget import plan_within
     from cgla_graph.comparisons.study.runner import Run
 
     within = plan_within(scenario, entrant, budget, tolerance, endurance)
     return Run(scenario, entrant.label, None, exact=False, solution=within.solution), within
+
+
+def _tell(
+    run: "Run",
+    parts: Mapping[str, Any],
+    written: Sequence[Sequence[Path]],
+    zoned: Mapping[str, Any],
+    *,
+    as_json: bool,
+    windy: bool,
+) -> None:
+    """Print a path, its parts and its files; as JSON, also the states of zones."""
+    lines, more = _of_options(run, parts, windy=windy)
+    files = [file for group in written for file in group]
+    if not as_json:
+        _print(run, lines, parts["within"])
+        console.out_files(files)
+        return
+    from cgla_graph.comparisons.study.rows import plan_document
+
+    console.out_json({**plan_document(run), "files": [str(file) for file in files], **more, **zoned})
 
 
 def _of_options(run: "Run", parts: Mapping[str, Any], *, windy: bool) -> tuple[dict[str, str], dict[str, Any]]:

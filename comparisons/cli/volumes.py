@@ -8,13 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.fence import Fence
-from cgla_graph.airspace.flight_plans.plan import REFERENCES, Reference
+from cgla_graph.airspace.flight_plans.plan import Reference
 from cgla_graph.airspace.volumes.dimensions import GUIDANCE, VolumeSettings
 from cgla_graph.airspace.volumes.files import check_ending
 from cgla_graph.airspace.volumes.report import VolumeReport, volume_report
 from cgla_graph.airspace.volumes.volumes import Volumes, volumes
 from cgla_graph.comparisons import files
-from cgla_graph.comparisons.cli.options import ExportOptions, GroundRiskOptions, VolumeOptions, ZoneOptions
+from cgla_graph.comparisons.cli.options import (
+    ExportOptions,
+    GroundRiskOptions,
+    VolumeOptions,
+    ZoneOptions,
+    reference_of,
+)
 from cgla_graph.errors import CglaError
 
 if TYPE_CHECKING:
@@ -203,15 +209,14 @@ class Laid:
 
 def _above(export: ExportOptions) -> Reference:
     """Return the reference of the altitude: that of exported plans, else that of zones."""
-    usual: Reference = "home" if export.export else "ground"
-    return next((one for one in REFERENCES if one == export.above), usual)
+    return reference_of(export.above, usual="home" if export.export else "ground")
 
 
 def with_corridor(
     ground: GroundRiskOptions, options: VolumeOptions, zones: ZoneOptions, export: ExportOptions
 ) -> GroundRiskOptions:
     """
-    Return the options of ground risk with the corridor of the volumes, if it is asked for.
+    Return the options of ground risk with the corridor of the volumes.
 
     Raises
     ------
@@ -224,8 +229,6 @@ def with_corridor(
     >>> with_corridor(GroundRiskOptions(max_density=500.0), options, ZoneOptions(), ExportOptions()).corridor
     291.84
     """
-    if not options.corridor_of_volumes:
-        return ground
     if ground.max_density is None or ground.corridor is not None:
         msg = "--corridor-of-volumes is the corridor of --max-density; give that, and no --corridor"
         raise CglaError(msg)

@@ -9,6 +9,8 @@ from command_line import Call
 from zone_files import ed269, volume
 
 from cgla_graph.airspace.flight_plans.formats import read_plan
+from cgla_graph.comparisons.study import options
+from cgla_graph.solvers import solving
 
 BOX = (24.0, 60.0, 24.06, 60.02)
 MAP = """coordinates = "lonlat"
@@ -123,6 +125,17 @@ def test_the_best_of_several_altitudes_is_planned_told_and_exported(cgla: Call, 
     assert {one.altitude for one in read_plan(tmp_path / "best.plan").waypoints[:-1]} == {340.0}
     told = cgla(*words, "--altitudes", "60,80").out
     assert "best       80 m AMSL: no path at one of these altitudes costs less than" in told
+
+
+def test_the_best_altitude_is_planned_once(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    solved, opened = [], []
+    solve, load = solving.solve, options.open_scenarios
+    monkeypatch.setattr(solving, "solve", lambda *args, **more: solved.append(args) or solve(*args, **more))
+    monkeypatch.setattr(options, "open_scenarios", lambda *args, **more: opened.append(args) or load(*args, **more))
+    words = ("plan", "map.toml", "--no-fly", "zones.json", "--solver", "visibility-graph", "--json")
+
+    assert cgla(*words, "--altitudes", "80,120").document()["cost"]
+    assert (len(solved), len(opened)) == (2, 2)
 
 
 def test_altitudes_say_which_zones_are_closed_at_some_of_them(cgla: Call) -> None:
