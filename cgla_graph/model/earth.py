@@ -594,6 +594,31 @@ def geodesic_between(starts: FloatArray, ends: FloatArray, share: float) -> Floa
     return np.column_stack([longitude, latitude])
 
 
+def geodesic_curves(
+    starts: FloatArray, ends: FloatArray, projection: LocalProjection, shares: FloatArray
+) -> FloatArray:
+    """
+    Return points of the geodesics between the ends of legs, map units, shape ``(n, k, 2)``.
+
+    Parameters
+    ----------
+    starts, ends
+        Ends of the legs, map units, shape ``(n, 2)`` each.
+    projection
+        Projection of the map.
+    shares
+        Where on each, shape ``(k,)``: 0 for the starts, 1 for the ends.
+
+    Examples
+    --------
+    >>> west, east = np.array([[-50_000.0, 0.0]]), np.array([[50_000.0, 0.0]])
+    >>> geodesic_curves(west, east, LocalProjection(25.0, 60.0), np.array([0.5])).round(3).tolist()
+    [[[0.0, 0.0]]]
+    """
+    first, last = projection.inverse(starts), projection.inverse(ends)
+    return np.stack([projection.forward(geodesic_between(first, last, share)) for share in shares.tolist()], axis=1)
+
+
 def geodesic_steps(lonlat: FloatArray) -> FloatArray:
     """
     Return the steps between places in order, metres east and north, shape ``(m - 1, 2)``.

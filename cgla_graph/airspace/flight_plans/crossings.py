@@ -311,23 +311,3 @@ class _AreaLookup:
                 inside = float(shapely.intersection(circle, shape).length)
                 at, far = (float(place.x), float(place.y)), float(before[index])
                 yield Crossing(index, number, at, at, (far, far), inside, is_circle=True)
-
-
-def geodesic_gaps(ends: FloatArray, samples: Sequence[FloatArray]) -> FloatArray:
-    """
-    Return the greatest distance of each leg from sampled points of another line between its ends, map units.
-
-    Parameters
-    ----------
-    ends
-        Starts and ends of legs, shape ``(n, 2, 2)``.
-    samples
-        Points of the other lines, one per leg, shape ``(n, 2)`` each.
-
-    Examples
-    --------
-    >>> geodesic_gaps(np.array([[(0.0, 0.0), (2.0, 0.0)]]), [np.array([(1.0, 0.25)])]).tolist()
-    [0.25]
-    """
-    lines = shapely.linestrings(ends)
-    return np.asarray(np.max([shapely.distance(lines, shapely.points(one)) for one in samples], axis=0))

@@ -9,6 +9,7 @@ from types import NoneType
 from typing import Any, cast
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike
 
 from cgla_graph._text import shown
@@ -16,7 +17,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph._validate import instance, items, point_array, positive_number
 from cgla_graph.airspace.endurance.aircraft import Aircraft
 from cgla_graph.airspace.endurance.flight_time import FlightTime, flight_time
-from cgla_graph.airspace.flight_plans.crossings import crossings_of, geodesic_gaps
+from cgla_graph.airspace.flight_plans.crossings import crossings_of
 from cgla_graph.airspace.flight_plans.formats import read_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint
 from cgla_graph.airspace.plan_check.bracket import blocked_end, bracket, through_waypoints
@@ -32,7 +33,7 @@ from cgla_graph.airspace.zones.heights import Altitude
 from cgla_graph.airspace.zones.reading import read_zones
 from cgla_graph.certificate.certificate import MAX_CELLS
 from cgla_graph.errors import CglaError, ProblemError
-from cgla_graph.model.earth import geodesic_between
+from cgla_graph.model.earth import geodesic_curves
 from cgla_graph.model.problem import Problem, problem_wanted
 from cgla_graph.people.exposure import exposure
 from cgla_graph.untrusted.files import FilePath
@@ -42,7 +43,7 @@ TOLERANCE = 0.01
 #: Default number of legs for which a bound is proven, at most; for others, the straight line is the bound.
 MOST_PROVEN = 16
 #: Shares of the length of a leg at which its distance from the geodesic is measured.
-_SHARES = (0.25, 0.5, 0.75)
+_SHARES = np.array([0.25, 0.5, 0.75])
 
 
 def check(
@@ -335,6 +336,6 @@ def _gaps(on: PlanMap, starts: FloatArray, ends: FloatArray) -> FloatArray:
     projection = on.problem.projection
     if projection is None:
         return np.zeros(len(starts))
-    first, last = projection.inverse(starts), projection.inverse(ends)
-    samples = [projection.forward(geodesic_between(first, last, share)) for share in _SHARES]
-    return geodesic_gaps(np.stack([starts, ends], axis=1), samples)
+    curves = geodesic_curves(starts, ends, projection, _SHARES)
+    lines = shapely.linestrings(np.stack([starts, ends], axis=1))
+    return np.asarray(shapely.distance(lines[:, None], shapely.points(curves)).max(axis=1))

@@ -12,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
-from cgla_graph.model.earth import DIGITS, POLAR_RADIUS, LocalProjection, geodesic_between
+from cgla_graph.model.earth import DIGITS, POLAR_RADIUS, LocalProjection, geodesic_curves
 
 #: Corners of a quarter of a circle; a polygon around the circle is wider by 1/3300.
 ROUND: Final = 32
@@ -49,10 +49,8 @@ def flown_lines(routes: Sequence[FloatArray], projection: LocalProjection | None
         route = places[np.concatenate([[True], (np.diff(places, axis=0) != 0.0).any(axis=1)])]
         parts.append(shapely.LineString(route) if len(route) > 1 else shapely.Point(route[0]))
         if projection is not None and len(route) > 1:
-            first, last = projection.inverse(route[:-1]), projection.inverse(route[1:])
             shares = np.linspace(0, 1, _POINTS)
-            between = [projection.forward(geodesic_between(first, last, share)) for share in shares]
-            curves = np.stack(between, axis=1)
+            curves = geodesic_curves(route[:-1], route[1:], projection, shares)
             straight = route[:-1, None] + shares[:, None] * (route[1:] - route[:-1])[:, None]
             # (buffers of two lines that all but coincide take seconds)
             apart = np.hypot(*(curves - straight).transpose(2, 0, 1)).max(axis=1) > _SAME
