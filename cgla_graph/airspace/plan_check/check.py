@@ -338,4 +338,4 @@ def _gaps(on: PlanMap, starts: FloatArray, ends: FloatArray) -> FloatArray:
         return np.zeros(len(starts))
     curves = geodesic_curves(starts, ends, projection, _SHARES)
     lines = shapely.linestrings(np.stack([starts, ends], axis=1)[:, None])
-    return np.asarray(shapely.distance(lines, shapely.points(curves))).max(axis=1)
+    return np.asarray(np.max(shapely.distance(lines, shapely.points(curves)), axis=1))

@@ -121,9 +121,8 @@ class PlanHeights:
                 continue
             if not all_known:
                 self._note(self._why_not_compared(heights, limits), leg, area)
-            joins = bool(parts) and parts[-1][1] == found[0]
-            parts[-1:] = [(parts[-1][0], found[1])] if joins else [*parts[-1:], found]
-        return tuple(parts)
+            parts.append(found)
+        return _union(parts)
 
     def _grounds(self, ends: FloatArray, area: int) -> Iterator[tuple[Range, Range | None]]:
         """Yield parts of a leg near an area, and the least and the greatest elevation around each."""
@@ -188,7 +187,7 @@ class PlanHeights:
             if not (np.isfinite(flown) | math.isinf(ends[0])).all():
                 self._note(_NO_GROUND, leg, area)
             counts &= sign * (flown - limit.metres) + beyond >= 0.0
-        return line.parts(counts)
+        return [(first, last) for first, _, last in line.shares[counts].tolist()]
 
     def at_place(self, place: int, area: int) -> bool:
         """Return whether it may be at the height of an area where it climbs, descends or circles at a place."""

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph._types import FloatArray
 from cgla_graph.airspace.flight_plans.plan import FlightPlan
 from cgla_graph.airspace.terrain.along import elevations_along
 from cgla_graph.airspace.terrain.surface import Surface, pieces_of
@@ -59,16 +59,6 @@ class StraightLeg:
         flown = _line(altitudes, self.shares)
         low, high = _line(self.sea_low, self.shares) + flown, _line(self.sea_high, self.shares) + flown
         return low.min(axis=1), high.max(axis=1)
-
-    def parts(self, counts: BoolArray) -> list[tuple[float, float]]:
-        """Return the parts of the leg that consist of some of the pieces."""
-        found: list[tuple[float, float]] = []
-        for first, last in self.shares[counts][:, [0, 2]].tolist():
-            if found and first <= found[-1][1]:
-                found[-1] = (found[-1][0], last)
-            else:
-                found.append((first, last))
-        return found
 
 
 def straight_leg(ends: FloatArray, projection: LocalProjection, ground: Ground, reach: float = 0.0) -> StraightLeg:
