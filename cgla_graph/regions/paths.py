@@ -15,7 +15,7 @@ from cgla_graph.regions.points import Points
 
 #: Nodes of one search, at most, about 25 bytes each; points of a side by default, and nodes up to which they are taken:
 #: on large cells, few points may miss the best order of cells.
-MOST_NODES, POINTS = 8_000_000, {31: 100_000, 15: 500_000, 7: 8_000_000}
+MOST_NODES, POINTS = 8_000_000, {31: 100_000, 15: 500_000, 7: 2_000_000}
 #: Points of a side where those are too many.
 FEWEST = 3
 #: Cells along the longer side, at least, where the cost changes inside of cells or areas cut them.
