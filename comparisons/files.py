@@ -88,7 +88,7 @@ def cannot_write(path: Path, error: OSError, *, is_kept: bool = False) -> Output
     """Say in one line why a file cannot be written, and what to do; `is_kept`: who goes on (--resume) finds it."""
     remedy = "choose another folder (--out)"
     if error.errno == errno.ENOSPC:
-        kept = "what was done is kept: make room, and go on (--resume)"
+        kept = "finished runs are kept: make room, and continue (--resume)"
         remedy = kept if is_kept else f"make room, or {remedy}"
     return OutputError(f"{path}: cannot be written: {error.strerror or error}; {remedy}")
 

@@ -212,7 +212,7 @@ class CostMatrix(Plottable):
         [[inf, inf, 0.0], [9.0, 1.0, 0.0], [2.0, 1.0, 0.0], [2.0, 1.0, 0.0]]
         """
         if self.schedule == RESTRICTED:
-            msg = "a restricted cost matrix has no history: its rounds leave out what cannot matter; compute all of G"
+            msg = "a restricted cost matrix has no history: its rounds leave out irrelevant nodes; compute all of G"
             raise GraphError(msg)
         values, successors = _start(self.graph.n_nodes, self.target)
         settled, changed = np.zeros((2, len(values)), dtype=np.bool_)
@@ -348,7 +348,7 @@ def _check(
         msg = "the graph has weights below 0, with which random rounds may never end; choose another schedule"
         raise GraphError(msg)
     if graph.is_implicit and (too_much := beyond_holding(graph.n_nodes)):
-        msg = f"that needs {too_much}; cg.solve(problem, 'cgla') weighs what can be part of one optimum"
+        msg = f"that needs {too_much}; cg.solve(problem, 'cgla') weighs only edges that can be part of the optimum"
         raise GraphError(msg)
 
 

@@ -378,7 +378,7 @@ class Flight(Plottable):
         return {"cost": self.cost, **sums}
 
     def summary(self) -> dict[str, Any]:
-        """Return what the flight came to as JSON; numbers that do not exist are None."""
+        """Return the results of the flight as JSON; missing numbers are None."""
         numbers = {
             "ticks": self.ticks,
             "arrived": sum(uav.status is MissionStatus.ARRIVED for uav in self.uavs.values()),
@@ -392,7 +392,7 @@ class Flight(Plottable):
 
     def document(self) -> dict[str, Any]:
         """
-        Return the flight as JSON: what it came to, its rules, traces, plans, separations and events.
+        Return the flight as JSON: its results, its rules, traces, plans, separations and events.
 
         Examples
         --------

@@ -96,6 +96,6 @@ class Uav:
             if self.safe_distance >= radius:
                 msg = (
                     f"safe_distance is {self.safe_distance:g}, not below its detection_radius {radius:g}; "
-                    "it could not see in time what it must stay away from"
+                    "it would sense others too late to keep its distance"
                 )
                 raise MissionError(msg)

@@ -217,7 +217,7 @@ class GeometricGraph(Plottable):
         no_fly: BaseGeometry | None = None,
     ) -> "GeometricGraph":
         """
-        Take over a networkx graph: any node labels, directed or not; of parallel edges the lightest counts.
+        Convert a networkx graph: any node labels, directed or not; of parallel edges the lightest counts.
 
         Parameters
         ----------
@@ -269,7 +269,7 @@ class GeometricGraph(Plottable):
         no_fly: BaseGeometry | None = None,
     ) -> "GeometricGraph":
         """
-        Take over an igraph graph, directed or not; of parallel edges the lightest counts.
+        Convert an igraph graph, directed or not; of parallel edges the lightest counts.
 
         Parameters
         ----------
@@ -318,7 +318,7 @@ class GeometricGraph(Plottable):
         no_fly: BaseGeometry | None = None,
     ) -> "GeometricGraph":
         """
-        Take over a rustworkx graph, directed or not; of parallel edges the lightest counts.
+        Convert a rustworkx graph, directed or not; of parallel edges the lightest counts.
 
         Parameters
         ----------
@@ -393,7 +393,7 @@ class GeometricGraph(Plottable):
         cls, matrix: ArrayLike, *, labels: Sequence[Node] | None = None, positions: ArrayLike | None = None
     ) -> "GeometricGraph":
         """
-        Take over a dense matrix of weights; entry ``[i, j]`` is the weight from ``i`` to ``j``.
+        Convert a dense matrix of weights; entry ``[i, j]`` is the weight from ``i`` to ``j``.
 
         Parameters
         ----------
@@ -449,7 +449,7 @@ class GeometricGraph(Plottable):
         positions: ArrayLike | None = None,
     ) -> "GeometricGraph":
         """
-        Take over a scipy sparse matrix of weights; entry ``[i, j]`` is the weight from ``i`` to ``j``.
+        Convert a scipy sparse matrix of weights; entry ``[i, j]`` is the weight from ``i`` to ``j``.
 
         Parameters
         ----------
@@ -578,7 +578,7 @@ class GeometricGraph(Plottable):
         return replace(self, weights=self.weights.held()) if isinstance(self.weights, ImplicitWeights) else self
 
     def weighed(self) -> "GeometricGraph":
-        """Return `with_weights_held`, by its name before version 0.2; deprecated."""
+        """Call `with_weights_held`; a deprecated alias."""
         warnings.warn("weighed() is now with_weights_held()", DeprecationWarning, stacklevel=2)
         return self.with_weights_held()
 

@@ -148,7 +148,7 @@ def filled_text(value: float | None) -> str:
 
 def risk_weight(*, prevented_fatality: float, metre: float) -> float:
     """
-    Return the `k` with which a path's cost is its price, fatalities and distance together, in metres flown.
+    Return the `k` with which the cost of a path is its price in metres: fatalities and distance.
 
     Parameters
     ----------

@@ -119,7 +119,7 @@ def made(solver: Any, method: str, args: tuple[Any, ...], *, apart: bool = False
     outcome = call_apart(_make, (solver, method, args, limit), limit + PREPARATION, _progress.tell_inside)
     if outcome.failure in {Failure.RAISED, Failure.NOT_MADE}:
         # (an exception of the solver itself is returned as a value)
-        remedy = "keep in it, and in its problem, only what can be pickled"
+        remedy = "keep only objects that can be pickled in it and in its problem"
         msg = f"{solver.traits.name} runs in a process of its own: {outcome.message}; {remedy}"
         raise SolverSettingError(msg)
     if outcome.failure is not None:

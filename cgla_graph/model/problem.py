@@ -532,7 +532,7 @@ class Problem(Plottable):
         self, resolution: "int | tuple[int, int] | Lattice" = 20, *, extra: Iterable[Point] = ()
     ) -> "GraphProblem":
         """
-        Lay the complete graph over the bounds; start and goal become nodes where they are no lattice points.
+        Build the complete graph of a lattice over the bounds, with start and goal as nodes.
 
         Parameters
         ----------
@@ -560,7 +560,7 @@ class Problem(Plottable):
     def on_eight_connected(
         self, resolution: "int | tuple[int, int] | Lattice" = 20, *, corner_rule: CornerRule = "touch"
     ) -> "GraphProblem":
-        """Lay the 8-connected lattice over the bounds; otherwise like `on_lattice`."""
+        """Build the 8-connected lattice over the bounds; otherwise like `on_lattice`."""
         lattice = resolution if isinstance(resolution, Lattice) else Lattice(resolution, bounds=self.bounds)
         graph = GeometricGraph.eight_connected(
             lattice,
@@ -644,7 +644,7 @@ class GraphProblem(Plottable):
         return replace(self, graph=self.graph.with_weights_held())
 
     def weighed(self) -> "GraphProblem":
-        """Return `with_weights_held`, by its name before version 0.2; deprecated."""
+        """Call `with_weights_held`; a deprecated alias."""
         warnings.warn("weighed() is now with_weights_held()", DeprecationWarning, stacklevel=2)
         return self.with_weights_held()
 

@@ -234,7 +234,7 @@ class RiskField(ShortRepr):
             if threat.peak > 1.0 and not improper:
                 msg = (
                     f"threat {number} has peak {threat.peak:g}; a risk field takes peaks in (0, 1]: "
-                    "lower it, or set improper to see what breaks"
+                    "lower it, or set improper to study the effects"
                 )
                 raise ProblemError(msg)
         above = sum(threat.peak > 1.0 for threat in members)

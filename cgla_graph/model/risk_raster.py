@@ -50,7 +50,7 @@ ROUND = 64
 @dataclass(frozen=True, eq=False)
 class RasterRisk:
     """
-    Risk per unit length on a grid of cells, and the people that it is of, if they are known.
+    Risk per unit length on a grid of cells, and the people behind it, if they are known.
 
     Outside its bounds a raster has no risk; the edges belong to the raster. With a `unit`, the values are people, and
     with `failures` as well, the risk is that of the people: expected fatalities per metre. No factor changes the
@@ -146,7 +146,7 @@ class RasterRisk:
                 raise ProblemError(msg)
         instance("system", system, (CoordinateSystem, NoneType), "a CoordinateSystem, or None")
         instance("covers", covers, (BaseGeometry, NoneType), "an area of shapely, or None")
-        given = _checked(values, "give nodata=… to say what it stands for" if nodata is None else None)
+        given = _checked(values, "give its value with nodata=…" if nodata is None else None)
         for name, one in {
             "values": given,
             "bounds": bounds_box(bounds),
@@ -324,7 +324,7 @@ class RasterRisk:
 
     @cached_property
     def known(self) -> BaseGeometry:
-        """The area of which the raster says something: `covers` without the half cell more, or its bounds."""
+        """The area with values: `covers` without the half cell more, or the bounds."""
         if self.covers is None:
             return shapely.box(*self.bounds)
         return self.covers.buffer(-NEARLY_HALF * min(self.cell_size), join_style="mitre")

@@ -66,7 +66,7 @@ class Status(Enum):
 
     @property
     def is_path(self) -> bool:
-        """`has_path`, by its earlier name."""
+        """Alias of `has_path`."""
         return self.has_path
 
 

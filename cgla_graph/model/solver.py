@@ -17,7 +17,7 @@ from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.model.weights import beyond_holding
 
 #: Message of `run` for a solver without the trait `rasters`.
-NO_RASTERS = "it goes by where threats are, and does not see risk on rasters; hybrid and fast-marching do"
+NO_RASTERS = "it uses only the positions of threats, and does not see risk on rasters; hybrid and fast-marching do"
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class GraphSolver(Protocol):
     traits: ClassVar[Traits]
 
     def solve(self, problem: GraphProblem) -> Solution:
-        """Return status, nodes and its own idea of the cost; `run` does the rest."""
+        """Return status, nodes and cost; `run` adds the other numbers."""
         ...
 
 
@@ -102,7 +102,7 @@ class PlaneSolver(Protocol):
     traits: ClassVar[Traits]
 
     def solve(self, problem: Problem) -> Solution:
-        """Return status, waypoints and its own idea of the cost; `run` does the rest."""
+        """Return status, waypoints and cost; `run` adds the other numbers."""
         ...
 
 

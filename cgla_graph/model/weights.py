@@ -240,7 +240,7 @@ class ImplicitWeights:
     def held(self) -> DenseWeights:
         """Weigh all pairs and hold their weights; raise `GraphError` for more than `MOST_HELD` nodes."""
         if too_much := beyond_holding(len(self.positions)):
-            msg = f"that needs {too_much}; cg.solve(problem, 'cgla') weighs what can be part of one optimum"
+            msg = f"that needs {too_much}; cg.solve(problem, 'cgla') weighs only edges that can be part of the optimum"
             raise GraphError(msg)
         return DenseWeights(self.model.matrix(self.positions, self.lattice_shape))
 

@@ -127,7 +127,7 @@ def limited_layers(problem: Problem) -> tuple[list[RasterRisk], str]:
         msg = (
             f"a limit of density on a raster with a scale of {scaled:g} and no people: it is not known whether the "
             "limit is in the unit of the values or of the risk; give the unit of the values (unit people/km2 or "
-            "people/m2, or kind count for people of cells: then the limit is in people per km2, whatever the scale), "
+            "people/m2, or kind count for people of cells: then the limit is in people per km2, for any scale), "
             "or leave out the scale"
         )
         raise ProblemError(msg)

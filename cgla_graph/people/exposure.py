@@ -225,7 +225,7 @@ def exposure(
     lower_bound: float | None = None,
 ) -> Exposure:
     """
-    Measure what a path means for the people on the ground.
+    Compute the density of people and the expected fatalities below a path.
 
     Parameters
     ----------

@@ -127,7 +127,7 @@ class Film:
         mission = self.view.mission
         yield scene.line_key(color="0.3", linewidth=1.5), "flown"
         yield scene.line_key(color="0.3", linewidth=1.1, linestyle=_PLAN_DASHES), "its plan"
-        yield scene.patch_key(facecolor="0.9", edgecolor="0.5", linewidth=0.7), "what it sees"
+        yield scene.patch_key(facecolor="0.9", edgecolor="0.5", linewidth=0.7), "sensed area"
         knows = "threats that it knows" if len(mission.uavs) <= _MOST_KNOWERS else "threats that are known"
         yield scene.patch_key(linewidth=1.4), knows
         if mission.virtual_obstacle is not None:

@@ -231,7 +231,7 @@ def _named(solutions: Iterable[Solution]) -> dict[str, Solution]:
     named: dict[str, Solution] = {}
     for solution in solutions:
         if not isinstance(solution, Solution):
-            msg = f"a {type(solution).__name__} is no solution; give what cg.solve returned: problem.plot(solution, …)"
+            msg = f"a {type(solution).__name__} is no solution; give the result of cg.solve: problem.plot(solution, …)"
             raise ProblemError(msg)
         name = solution.solver or "path"
         same = sum(other.split(" (")[0] == name for other in named)
@@ -318,7 +318,7 @@ class FlightAnimation(FuncAnimation):
 
 def animate(flight: Flight, ax: Axes | None = None) -> FlightAnimation:
     """
-    Draw a flight as a film: the true risk, and the knowledge and the plan of each UAV.
+    Animate a flight: the true risk, and the knowledge and the plan of each UAV.
 
     Parameters
     ----------

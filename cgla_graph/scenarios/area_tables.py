@@ -51,7 +51,7 @@ Ring = Annotated[list[Pair], Field(min_length=3)]
 class AreaTable(Table):
     """A no-fly area that has a name, or holes."""
 
-    name: str = Field(default="", description="what pictures and messages call it")
+    name: str = Field(default="", description="its name in pictures and messages")
     outline: Ring = Field(description="ring of corners, closed or not")
     holes: list[Ring] = Field(default_factory=list, description="rings of corners inside, where one may fly")
 
@@ -83,7 +83,7 @@ class NoFlyTable(Table):
         default_factory=dict, description="which kinds of zones are closed and which open, as REQ_AUTHORISATION"
     )
     lines: Literal["closed", "open"] = Field(
-        default="open", description="whether what closed lines in files of zones enclose is closed"
+        default="open", description="whether the insides of closed lines in files of zones are closed"
     )
     vertical_clearance: float = Field(
         default=0.0, ge=0, description="metres by which floors and ceilings of zones are widened"

@@ -134,10 +134,10 @@ class RasterTable(Table):
 
     file: str = Field(min_length=1, description="path of a .tif, .asc, .csv, .csv.gz, .npy or .npz, from this file")
     kind: Kind = Field("density", description="count: values are people of whole cells, and divided by their areas")
-    scale: float = Field(1.0, gt=0, description="what densities are multiplied by to give risk per unit length")
+    scale: float = Field(1.0, gt=0, description="factor from densities to risk per unit length")
     unit: Unit | None = Field(
         None,
-        description="of densities of people on a map in metres (counts are people of cells), whatever the scale; "
+        description="of densities of people on a map in metres (counts are people of cells), for any scale; "
         "or fatalities/m: risk in expected fatalities per metre",
     )
     ground_risk: GroundRiskTable | None = Field(
@@ -146,7 +146,7 @@ class RasterTable(Table):
     interpolation: Interpolation = "bilinear"
     origin: Origin = Field("upper", description="where row 0 is, of a .csv, .npy or .npz")
     nodata: float | None = Field(
-        None, ge=0, description="what cells without data stand for, in the file's units (default: they are refused)"
+        None, ge=0, description="value of cells without data, in the file's units (default: they are refused)"
     )
     bounds: Annotated[list[float], Field(min_length=4, max_length=4)] | None = Field(
         None, description="x_min, y_min, x_max, y_max of a file that does not say them (.csv, .npy, .npz)"
@@ -196,7 +196,7 @@ class MapTable(Table):
         description="x_min, y_min, x_max, y_max (default: 0, 0, 1, 1, or the rasters'; of lonlat: around no-fly "
         "areas, threats and rasters)",
     )
-    improper: bool = Field(default=False, description="allow peaks above 1, to see what breaks")
+    improper: bool = Field(default=False, description="allow peaks above 1, to study the effects")
     threats: list[ThreatTable] = Field(default_factory=list)
     random_threats: RandomThreatsTable | None = None
     rasters: list[RasterTable] = Field(default_factory=list)

@@ -41,7 +41,7 @@ class UavSettings(Table):
     """Settings of UAVs: at the top of the file, of one UAV, or of all UAVs of a variant."""
 
     detection_radius: float | None = Field(None, gt=0, description="the paper's OR, map units")
-    step: float | None = Field(None, gt=0, description="what it flies in a tick, map units (default: 0.4 units)")
+    step: float | None = Field(None, gt=0, description="distance flown in a tick, map units (default: 0.4 units)")
     k: float | None = Field(None, ge=0, description="risk weight: cost = length + k * risk")
     safe_distance: float | None = Field(None, gt=0, description="the paper's SD, map units (default: half of OR)")
 

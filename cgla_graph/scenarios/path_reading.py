@@ -74,7 +74,7 @@ def read_path(file: str | os.PathLike[str], problem: Problem) -> FloatArray:
         _require_straight(read_plan(file), name)
     places = [_numbers(line, [heads.index(column) for column in wanted], f"{name}: line {n}") for n, line in lines[1:]]
     if not places:
-        msg = f"{name}: there are no waypoints below the line {','.join(heads)}; give start, goal and what is between"
+        msg = f"{name}: there are no waypoints below the line {','.join(heads)}; give start, goal and points between"
         raise ScenarioError(msg)
     path = np.array(places)
     if wanted[0] != "x" and problem.projection is not None:

@@ -69,7 +69,7 @@ def check(
     bracket of the least cost of a clean plan between the same ends. With --speed, --power and --battery, says how long
     the flight takes, and whether the battery lasts. On a raster of people, prints the expected fatalities; with
     --max-density or --target, a plan above is not clean. With --volumes, flight geography, contingency volume and
-    ground risk buffer are laid around the plan. With --out, draws it (NAME-check.*). Exits with 1 unless the plan is
+    ground risk buffer are built around the plan. With --out, draws it (NAME-check.*). Exits with 1 unless the plan is
     clean, and its contingency volume too.
     """
     from cgla_graph.airspace.plan_check.check import check as check_plan

@@ -17,7 +17,7 @@ def claims(
     ] = None,
     quick: Annotated[
         bool,
-        option("--quick", "on a few maps only: 3 minutes instead of 90; more is open then"),
+        option("--quick", "on a few maps only: 3 minutes instead of 90, with more open answers"),
     ] = False,
     maps: Annotated[int | None, option("--maps N", "maps per cell of the panel (default: 40)", min=1)] = None,
     seed: Annotated[int, option("--seed S", "seed of all random numbers", min=0)] = 1,

@@ -209,7 +209,7 @@ class ZoneOptions:
 
         above = ABOVE[reference_of(self.above, usual="ground")]
         if self.lines not in {None, "closed", "open"}:
-            msg = f"--lines is {shown(self.lines)}; give closed, which closes what closed lines enclose, or open"
+            msg = f"--lines is {shown(self.lines)}; give closed, which closes the insides of closed lines, or open"
             raise CglaError(msg)
         treated = {}
         for text in self.treat or ():

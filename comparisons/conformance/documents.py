@@ -136,9 +136,9 @@ class AnswerDocument(Document):
     path: Annotated[list[Pair], Field(min_length=1)] | None = Field(
         description="waypoints from start to goal, joined by straight segments; null where the planner finds no path"
     )
-    cost: float | None = Field(None, description="what the planner says that its path costs; it is held against it")
+    cost: float | None = Field(None, description="cost that the planner computed; it is compared with the true cost")
     lower_bound: float | None = Field(
-        None, description="what the planner says that every path costs at least; a false bound is a wrong answer"
+        None, description="lower bound that the planner claims for every path; a false bound is a wrong answer"
     )
 
 

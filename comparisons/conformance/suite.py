@@ -31,7 +31,7 @@ class Instance(Document):
     title: str
     problem: ProblemDocument
     lower_bound: float | None = Field(description="no path costs less; null: it is proven that there is no path")
-    upper_bound: float | None = Field(description="what the best path known costs; null where there is none")
+    upper_bound: float | None = Field(description="cost of the best known path; null where there is none")
     path: list[Pair] | None = Field(description="that path")
 
     def __repr__(self) -> str:

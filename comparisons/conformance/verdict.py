@@ -33,11 +33,11 @@ class Verdict(Enum):
     NO_PATH = "it found no path, and there is none"
     MISSED = "it found no path, but there is one"
     WRONG = "the answer is wrong"
-    MALFORMED = "what it wrote is no answer"
+    MALFORMED = "its output is no answer"
     TIMED_OUT = "it took longer than it may"
     OUT_OF_MEMORY = "it needed more memory than it may take"
     CRASHED = "it ended with an error"
-    CONTRADICTION = "a path contradicts what is proven: this is a fault of the suite, not of the planner"
+    CONTRADICTION = "a path contradicts a proven bound: this is a fault of the suite, not of the planner"
 
     @property
     def label(self) -> str:

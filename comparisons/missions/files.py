@@ -181,7 +181,7 @@ def flight_document(flown: MissionRun) -> dict[str, Any]:
 
 
 def _named(flown: MissionRun, document: dict[str, Any]) -> dict[str, Any]:
-    """Add names, the seconds and, where they were measured, what knowing and sharing are worth."""
+    """Add names, the seconds and, where they were measured, the value of knowledge and of sharing."""
     worth = {"price_of_ignorance": flown.ignorance, "value_of_sharing": flown.sharing}
     for uav in document["uavs"]:
         uav.update(_plain({name: ratios[uav["name"]] for name, ratios in worth.items() if ratios is not None}))

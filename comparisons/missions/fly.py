@@ -204,7 +204,7 @@ def fly_all(
                 flown = fly_one(spec, stem and stem.with_name(f"{stem.name}.jsonl"), stop, step)
                 done.flown.append(flown)
                 if value and not stop.is_made:
-                    step(f"{spec.label}: what knowing and sharing are worth")
+                    step(f"{spec.label}: the value of knowledge and of sharing")
                     try:
                         done.flown[-1] = flown = with_worth(flown)
                     except KeyboardInterrupt:

@@ -47,9 +47,9 @@ NOTES = (
     ),
     (
         "interval",
-        "It covers the true value with 95 % confidence, whatever the distribution; of a median it needs 6 values.",
+        "It covers the true value with 95 % confidence, for any distribution; a median needs 6 values.",
     ),
-    ("never, ∞", "Most runs never get there. They are not left out, as that would flatter what fails often."),
+    ("never, ∞", "Most runs never get there. They are not left out, as that would favour solvers that fail often."),
     ("time", "Seconds of the machine that the run took place on. Where building the graph counts, it says so."),
     (
         "p",

@@ -71,9 +71,7 @@ def check_targets(targets: Sequence[Path], folder: Path) -> None:
         for ending in ("-wal", "-journal"):
             # SQLite would apply its content to the new file
             if kind == ".db" and Path(f"{target}{ending}").exists():
-                msg = (
-                    f"--export {target}: {target.name}{ending} is beside it, so that it is in use; choose another name"
-                )
+                msg = f"--export {target}: {target.name}{ending} is beside it, so it is in use; choose another name"
                 raise OutputError(msg)
 
 

@@ -66,7 +66,7 @@ class Rerun:
         if _KILLED & {self.stored.solution.status, self.now.solution.status}:
             why = "; where a limit stops a run depends on how fast the machine is"
         elif seconds is not None:
-            why = f"; it may end after seconds={seconds}, so that what it finds depends on how fast the machine is"
+            why = f"; it may end after seconds={seconds}, so its path depends on the speed of the machine"
         else:
             why = "; another version of the toolkit, of a package or of the machine may be the reason"
         return f"not identical: {differs} differ{'' if ',' in differs else 's'}{why}"

@@ -358,7 +358,7 @@ def write_study(
     pictures: int = PICTURES,
 ) -> Stored:
     """
-    Make the runs of a study, and write what ``cgla compare --out`` writes: runs, report, rows, tables and pictures.
+    Make the runs of a study, and write the files of ``cgla compare --out``: runs, report, rows, tables and pictures.
 
     Parameters
     ----------

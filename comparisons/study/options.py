@@ -220,7 +220,7 @@ class MapOptions:
             if self.k is None:
                 remedy = "write a scenario file with start, goal, k and [[rasters]], and give that"
                 if self.takes_k:
-                    remedy = "give --k K, what a unit of risk is worth in length"
+                    remedy = "give --k K, the length that a unit of risk is worth"
                 msg = f"{spec}: a raster has no risk weight; {remedy}"
                 raise CglaError(msg)
         elif settings:

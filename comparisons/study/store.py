@@ -106,7 +106,7 @@ class Stored:
 
 def load(folder: Path) -> Stored:
     """
-    Read what the folder of a study holds, while another process may write it. Nothing in the folder is changed.
+    Read the folder of a study, also while another process writes it. Nothing in the folder is changed.
 
     Raises
     ------

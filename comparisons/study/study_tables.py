@@ -114,7 +114,7 @@ class RandomTable(Table):
         None, description="one map for each; with buckets, those that are tried (default: as many as it takes)"
     )
     buckets: Annotated[list[Annotated[float, Field(ge=1, allow_inf_nan=True)]], Field(min_length=2)] | None = Field(
-        None, description="rising bounds of difficulty: what the straight line costs, as a multiple of the optimum"
+        None, description="rising bounds of difficulty: cost of the straight line, as a multiple of the optimum"
     )
     each: int | None = Field(None, ge=1, description="maps of each bucket (default: 1)")
     threats: int = random_map.THREATS
@@ -124,7 +124,7 @@ class RandomTable(Table):
     area_radius: Range = Field(list(random_map.AREA_RADIUS), description="least and greatest radius, map units")
     k: float = Field(random_map.K, ge=0, description="risk weight: cost = length + k * risk")
     clear: float = Field(random_map.CLEAR, ge=0, description="distance of threats and areas from start and goal")
-    resolution: int | None = Field(None, ge=2, description="points a side of the lattice (default: the study's, or 20)")
+    resolution: int | None = Field(None, ge=2, description="points per side of the lattice (default: study's, or 20)")
     start: Pair = Field(list(random_map.START))
     goal: Pair = Field(list(random_map.GOAL))
 
@@ -184,7 +184,7 @@ class FunctionTable(Table):
         description="function of a seed that returns a Problem, a Scenario or a GraphProblem, as ./maps.py:maze"
     )
     seeds: Seeds = Field(description="one scenario for each of 1 to this, or of a list")
-    resolution: int | None = Field(None, ge=2, description="points a side of the lattice (default: the study's, or 20)")
+    resolution: int | None = Field(None, ge=2, description="points per side of the lattice (default: study's, or 20)")
 
     def build(self, resolution: int | None, folder: Path) -> list[AnyScenario]:
         """Make the scenarios; the path of the file starts at the folder."""
@@ -217,7 +217,7 @@ class SolverTable(Table):
     name: str = Field(
         min_length=1, description="as cgla solvers lists them, or a class in a file, as ./detour.py:Detour"
     )
-    label: Line | None = Field(None, min_length=1, description="what tables call it (default: NAME:SETTING=VALUE…)")
+    label: Line | None = Field(None, min_length=1, description="its name in tables (default: NAME:SETTING=VALUE…)")
 
     def build(self, folder: Path) -> Entrant:
         """Enter the solver, its settings checked; paths of files start at the folder."""
@@ -281,7 +281,7 @@ class StudyTable(Table):
     budget: BudgetTable = Field(default_factory=BudgetTable)
     refine: bool = Field(default=False, description="have every path refined before it counts")
     tolerance: float = Field(TOLERANCE, ge=0, description="how tight the lower bound shall be; 0: no bound")
-    resolution: int | None = Field(None, ge=2, description="points a side of a closed lattice, not the scenarios' own")
+    resolution: int | None = Field(None, ge=2, description="points per side of a lattice, not the scenarios' own")
     limits: LimitsTable = Field(default_factory=LimitsTable)
     metrics: list[str] = Field(default_factory=list, description="files of metrics, as ./mine.py or ./mine.py:turning")
 

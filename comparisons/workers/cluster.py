@@ -196,7 +196,7 @@ def _outcome(dask: Any, future: Any) -> Outcome:  # noqa: ANN401 - a module and 
     except (CancelledError, OSError, WorkerError):
         raise
     except Exception as error:
-        msg = f"the workers of the Dask cluster lack what this program has; install the same there ({one_line(error)})"
+        msg = f"the workers of the Dask cluster lack packages; install them ({one_line(error)})"
         raise WorkerError(msg) from error
 
 

@@ -90,7 +90,7 @@ class Cgla(Settings):
             return Solution(Status.NO_PATH)
         message = f"{matrix.rounds} rounds"
         if problem.graph.n_nodes > FULL_UP_TO and not problem.graph.has_proper_field:
-            message += "; all pairs were weighed, since peaks above 1 leave no bound to go by"
+            message += "; all pairs were weighed, since peaks above 1 allow no bounds"
         return Solution(Status.OPTIMAL, nodes=tuple(nodes), cost=matrix.value(problem.source), message=message)
 
 

@@ -232,7 +232,7 @@ class A2dStyle(Reactive[Trail]):
             raised = replace(trail, threshold=threshold, resume=self._resume(around, trail), walk=None)
             if self._free(around, raised, np.array([heading]))[0]:
                 return self._stepped(around, raised, heading)
-        msg = "the way led around what is between here and the goal, and back again"
+        msg = "the path led around the obstacle before the goal, and back again"
         raise Stuck(msg)
 
     def _resume(self, around: Surroundings, trail: Trail) -> float:

@@ -149,12 +149,12 @@ def tour(
     instance("problem", problem, Problem, problem_wanted)
     choice("order", order, ORDERS)
     if not problem.field.is_proper:
-        msg = "the risk has peaks above 1, so that a leg may cost less than nothing; give peaks of at most 1"
+        msg = "the risk has peaks above 1, so the cost of a leg may be negative; give peaks of at most 1"
         raise ProblemError(msg)
     points = number_array("places", places)
     points = point_array("places", points) if points.size else np.empty((0, 2))
     if points.ndim != 2:  # noqa: PLR2004 - a list of points
-        msg = f"places has the shape {points.shape}; give a row a place, shape (n, 2)"
+        msg = f"places has the shape {points.shape}; give one row per place, shape (n, 2)"
         raise ProblemError(msg)
     for number, place in enumerate(points.tolist(), start=1):
         _check_place(problem, (place[0], place[1]), number)

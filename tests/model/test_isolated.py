@@ -195,7 +195,7 @@ def test_a_class_that_no_module_has_is_sent_by_value() -> None:
 
 
 def test_what_cannot_be_sent_is_refused() -> None:
-    with pytest.raises(SolverSettingError, match=r"awkward runs in .* cannot be sent.*; keep in it"):
+    with pytest.raises(SolverSettingError, match=r"awkward runs in .* cannot be sent.*; keep only"):
         solve(extra=threading.Lock())
     with pytest.raises(SolverSettingError, match="not here"):
         solve(extra=Unreadable())

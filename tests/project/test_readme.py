@@ -41,7 +41,11 @@ LANGUAGES = {"python", "sh", "toml", "json", "text"}
 #: What a newcomer types besides `cgla`, and what of it there has to be.
 OTHER_PROGRAMS = {"git", "cd", "source", "make", "pip"}
 #: Words that this field says in others.
-RIDDLES = re.compile(r"\b(dearer|dearest|for ever|forever|lock each other)\b", re.IGNORECASE)
+RIDDLES = re.compile(
+    r"\b(dearer|dearest|for ever|forever|lock each other|(no|some|any)body|(who|what|which)ever"
+    r"|what (is|was|has|are|were))\b",
+    re.IGNORECASE,
+)
 
 #: Every command by its words, those of groups too.
 COMMANDS: dict[str, Any] = {}
@@ -230,9 +234,10 @@ def test_every_picture_is_shown() -> None:
 
 
 def test_pages_say_it_in_the_words_of_the_field() -> None:
-    for page in EVERY:
+    # the entrance and the page of claims hold quotations of the paper
+    for page in MANUAL:
         prose = re.sub(r"<!-- answers.*<!-- end of answers -->", "", page.prose, flags=re.DOTALL)
-        assert not RIDDLES.findall(prose), page.path
+        assert not RIDDLES.search(prose), page.path
 
 
 def test_every_command_and_option_is_told() -> None:

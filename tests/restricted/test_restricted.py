@@ -257,7 +257,7 @@ def test_fields_with_peaks_above_1_are_weighed_as_a_whole_where_that_can_be_affo
     answer = cg.solve(problem, "cgla", resolution=30)
     assert (answer.status, answer.cost, answer.nodes) == (cg.Status.OPTIMAL, full.cost, full.nodes)
     assert answer.evaluations == full.evaluations
-    assert answer.message.endswith("all pairs were weighed, since peaks above 1 leave no bound to go by")
+    assert answer.message.endswith("all pairs were weighed, since peaks above 1 allow no bounds")
     refused = cg.solve(problem, "cgla", resolution=400)
     assert refused.status is cg.Status.UNSUPPORTED
     assert "all weights of 160002 nodes, 205 GB" in refused.message

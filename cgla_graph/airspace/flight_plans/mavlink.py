@@ -365,7 +365,7 @@ class _Reader:
             return 0.0
         if self.circles_home:
             return self._own_radius(item)
-        self.remarks.append(f"{item.where}: it waits there until it is told to go on (autoContinue is false)")
+        self.remarks.append(f"{item.where}: it waits there for a command to continue (autoContinue is false)")
         return 0.0
 
     def _own_radius(self, item: Item) -> float:

@@ -345,7 +345,11 @@ class FlightPlan(ShortRepr):
         except ProblemError as error:
             raise PlanError(str(error)) from error
         if places.ndim != 2 or not len(places):  # noqa: PLR2004 - a list of points
-            fault("lonlat", f"it has the shape {places.shape}", "give a row a waypoint, shape (m, 2) with m at least 1")
+            fault(
+                "lonlat",
+                f"it has the shape {places.shape}",
+                "give one row per waypoint, shape (m, 2), m at least 1",
+            )
         (east, north), *others = places.tolist()
         waypoints = [Waypoint(east, north, altitude, reference, role="take-off")]
         if altitude is not None:

@@ -155,7 +155,7 @@ def _simple(item: Mapping[str, Any], where: str) -> Item:
     frame, command = (_whole(item.get(key), f"{where}: {key}") for key in ("frame", "command"))
     numbers = item.get("params")
     if not isinstance(numbers, list) or len(numbers) != _PARAMETERS:
-        fault(where, f"its params are {shown(numbers)}", f"they are {_PARAMETERS} numbers, null for what is left open")
+        fault(where, f"its params are {shown(numbers)}", f"they are {_PARAMETERS} numbers, null for open values")
     parameters = [_number(value, f"{where}: params", can_be_open=True) for value in numbers]
     reference: Reference | None = None
     if frame in FRAMES and math.isnan(parameters[-1]) and item.get("AltitudeMode") == _ABOVE_TERRAIN:

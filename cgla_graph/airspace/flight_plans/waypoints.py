@@ -89,7 +89,7 @@ def _number(cell: str, where: str) -> float:
     except ValueError:
         number = math.inf
     if math.isinf(number):
-        fault(where, f"it holds {shown(cell)}", "parameters are finite numbers, or nan for what is left open")
+        fault(where, f"it holds {shown(cell)}", "parameters are finite numbers, or nan for open values")
     return number
 
 

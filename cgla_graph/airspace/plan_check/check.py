@@ -153,7 +153,7 @@ def check(
     held, name = _plan_of(plan, on, given)
     listed: Any = zones
     if not isinstance(listed, Zones | str | os.PathLike):
-        listed = items("zones", () if listed is None else listed, "files of zones, or what read_zones returns")
+        listed = items("zones", () if listed is None else listed, "files of zones, or the result of read_zones")
     has_zones = not isinstance(listed, tuple) or bool(listed)
     if on is None and not has_zones and not held.fence and ground is None:
         msg = f"{name}: there is nothing to check it against; give zones, elevations (ground), or a map (on)"
@@ -229,7 +229,7 @@ def _plan_of(
         return plan, plan.name or "plan"
     places = point_array("plan", plan)
     if places.ndim != 2 or not len(places):  # noqa: PLR2004 - a list of points
-        msg = f"plan has the shape {places.shape}; give a row a waypoint, shape (m, 2) with m at least 1"
+        msg = f"plan has the shape {places.shape}; give one row per waypoint, shape (m, 2), m at least 1"
         raise ProblemError(msg)
     problem = on if on is None or isinstance(on, Problem) else on.problem
     on_earth = problem is None or problem.projection is not None

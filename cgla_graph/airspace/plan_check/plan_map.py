@@ -146,7 +146,7 @@ class PlanMap:
             account = self.zones or getattr(self.source, "zones", None)
             return "" if account is None else account.rule
         return (
-            "horizontal, from what is closed at the heights of the plan, and from the ground up at take-off and "
+            "horizontal, from areas closed at the heights of the plan, and from the ground up at take-off and "
             f"landing; vertical clearance {self.vertical_clearance:g} m"
         )
 

@@ -153,7 +153,7 @@ def terrain_area(
     map_box: Bounds | None = None,
 ) -> TerrainArea:
     """
-    Return the cells in a box in which a flight is not above the ground by a clearance, or that is not known.
+    Return the cells in a box where a flight is not, or not known to be, above the ground by a clearance.
 
     A cell is closed if the greatest elevation of the cell and its neighbours plus the clearance is above the least
     possible height of the flight: elevations are known only at points and the ground varies between them. A cell with

@@ -258,7 +258,7 @@ class VolumeSettings(ShortRepr):
             source = "default" if value == defaults[name] else "given"
             said.append(f"{words} {value:g} {unit} ({source})")
         if self.width is None:
-            rule = f"the greater of {LEAST_GEOGRAPHY:g} dimensions and twice what is normal beside the path"
+            rule = f"the greater of {LEAST_GEOGRAPHY:g} dimensions and twice the normal deviation beside the path"
             said.append(f"width of the flight geography {2.0 * self.half_width:g} m (default: {rule})")
         return [*said, f"ground risk buffer {self.buffer} ({'default' if self.buffer == '1:1' else 'given'})"]
 

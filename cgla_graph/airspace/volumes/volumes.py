@@ -259,7 +259,7 @@ def volumes(
     **facts: Any,  # noqa: ANN401 - those of VolumeSettings
 ) -> Volumes:
     """
-    Lay flight geography, contingency volume and ground risk buffer around a path or a flight plan.
+    Build flight geography, contingency volume and ground risk buffer around a path or a flight plan.
 
     Parameters
     ----------

@@ -130,7 +130,7 @@ class Applied:
             few = ", ".join(list(dict.fromkeys(labels))[:MOST_NAMED])
             more = ", …" if len(set(labels)) > MOST_NAMED else ""
             count = f"{len(labels)} closed line{'s' * (len(labels) != 1)}"
-            yield f"{file}: {count} ({few}{more}) left out; lines = closed (--lines closed) closes what they enclose"
+            yield f"{file}: {count} ({few}{more}) left out; lines = closed (--lines closed) closes their insides"
 
     def within(self, box: Bounds) -> "Applied":
         """
@@ -329,7 +329,7 @@ class Zones:
         moment = _moment(at)
         treated = {**TREATMENTS, **treatments_of(treat or {})}
         if lines not in get_args(Lines):
-            msg = f"lines is {short(lines)}; give closed, which closes what closed lines enclose, or open"
+            msg = f"lines is {short(lines)}; give closed, which closes the insides of closed lines, or open"
             raise FileFormatError(msg)
         shut = [one for one in self.no_areas if one.layers and lines == "closed"]
         zones = (*self.zones, *(one.closed for one in shut))

@@ -97,7 +97,7 @@ def cells_in_metres(
     if nodata is None and missing.any():
         row, column = np.argwhere(missing)[0].tolist()
         wrong = f"{int(missing.sum())} of its cells have no data, the first in row {row}, column {column}"
-        fail(file, wrong, "say what they stand for with nodata, as nodata = 0 (--nodata 0)")
+        fail(file, wrong, "give their value with nodata, as nodata = 0 (--nodata 0)")
     fill = 0.0 if nodata is None else non_negative_number("nodata", nodata)
     filled = np.where(missing, fill, cells.values) if fill > 0.0 else cells.values
     if cells.coordinates == "plane":

@@ -89,7 +89,7 @@ class GraphFile:
         for tail, head, weight in [] if below_zero else self.below_zero()[:1]:
             msg = (
                 f"{self.file}: the edge from {label_text(tail)} to {label_text(head)} has weight {weight:g}; weights "
-                "must be at least 0 (Theorem 1): cgla graph check says what holds without"
+                "must be at least 0 (Theorem 1): cgla graph check lists the statements that hold without"
             )
             raise ScenarioError(msg)
         return GeometricGraph(
@@ -161,7 +161,7 @@ def read_graph(path: Path, *, weight: str | None = None, directed: bool = False)
         msg = f"{path}: this is no file of a graph; those end in {', '.join(ENDINGS)}"
         raise ScenarioError(msg)
     if directed and kind != ".csv":
-        msg = f"{path}: --directed is for edge lists (.csv); {ENDINGS[kind]} says itself what is directed"
+        msg = f"{path}: --directed is for edge lists (.csv); {ENDINGS[kind]} files say whether edges are directed"
         raise ScenarioError(msg)
     if weight is not None and kind in {".mtx", ".npz"}:
         msg = f"{path}: --weight names an attribute or a column; the entries of a matrix have no names"

@@ -67,7 +67,7 @@ def test_two_heights_of_one_item_are_not_known(tmp_path: Path, frame: int, field
 def test_the_same_is_known_of_a_multirotor_or_if_it_is_given(tmp_path: Path) -> None:
     waits = checked(tmp_path, plan_file(WEST, item(16, (0, 0), 50) | STOP, EAST), FAR)
     assert waits.is_clean
-    assert "item 2: it waits there until it is told to go on (autoContinue is false)" in waits.plan.remarks
+    assert "item 2: it waits there for a command to continue (autoContinue is false)" in waits.plan.remarks
     assert checked(tmp_path, plan_file(WEST, EAST, item(93, None, 0, 10)), FAR).is_clean
     plane = plan_file(WEST, item(16, (0, 0), 50) | STOP, EAST, vehicleType=1)
     assert checked(tmp_path, plane, FAR, loiter_radius=80).is_clean

@@ -76,7 +76,7 @@ def test_a_closed_line_is_named_and_may_be_closed(files: tuple[bytes, ...], kind
         account = zones.apply().account()
         assert account.summary() == f"1 zone: 1 left out (1 a closed {kind}, not an area)"
         assert account.notes() == [
-            "mine: 1 closed line (CTR) left out; lines = closed (--lines closed) closes what they enclose"
+            "mine: 1 closed line (CTR) left out; lines = closed (--lines closed) closes their insides"
         ]
         applied = zones.apply(lines="closed")
         assert [(one.identifier, one.kind, one.state) for one in applied.account().records] == [

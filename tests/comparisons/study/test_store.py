@@ -418,7 +418,7 @@ def test_a_full_disk_keeps_what_was_written_and_goes_on(tiny_disk: Path) -> None
     remount(tiny_disk, "size=1m")
     runs = [wide(run) for run in runs_of(study)]
     with StudyStore.create(tiny_disk, study) as store:
-        with pytest.raises(OutputError, match=r"study\.jsonl: .*No space.*; what was done is kept") as error:
+        with pytest.raises(OutputError, match=r"study\.jsonl: .*No space.*; finished runs are kept") as error:
             add_all(store, runs)
         one_line(error)
         n_done = len(store.finished())

@@ -92,5 +92,5 @@ def test_a_goal_behind_walls_is_walked_around_and_given_up() -> None:
     ring = shapely.box(0.6, 0.6, 0.9, 0.9).difference(shapely.box(0.65, 0.65, 0.85, 0.85))
     answer = cg.solve(cg.Problem((0.1, 0.1), (0.75, 0.75), no_fly=ring), "a2d-style")
     assert answer.status is cg.Status.STUCK
-    assert answer.message.endswith("the way led around what is between here and the goal, and back again")
+    assert answer.message.endswith("the path led around the obstacle before the goal, and back again")
     assert 60 < int(answer.message.split("step ")[1].split(":")[0]) < 200
