@@ -234,7 +234,7 @@ def test_a_masked_attribute_of_an_edge_is_no_edge() -> None:
 def test_a_masked_cell_has_no_data() -> None:
     values = np.ma.masked_equal([[1.0, 2.0], [-9999.0, 4.0]], -9999.0)
     with pytest.raises(
-        ProblemError, match=r"1 cells of the raster have no data, the first in row 1, column 0; give nodata"
+        ProblemError, match=r"1 cells .* no data, the first in row 1, column 0; give its value with nodata"
     ):
         cg.RasterRisk(values, (0, 0, 2, 2))
     raster = cg.RasterRisk(values, (0, 0, 2, 2), nodata=7.0)

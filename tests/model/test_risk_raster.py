@@ -204,7 +204,9 @@ def test_row_0_is_where_the_origin_says(origin: Any) -> None:  # noqa: ANN401 - 
 
 def test_what_is_missing_is_what_the_user_says() -> None:
     values = [[1.0, math.nan], [2.0, 4.0]]
-    with pytest.raises(ProblemError, match=r"1 cells .* no data, the first in row 0, column 1; give its value with nodata="):
+    with pytest.raises(
+        ProblemError, match=r"1 cells .* no data, the first in row 0, column 1; give its value with nodata="
+    ):
         RasterRisk(values, (0, 0, 1, 1))
     raster = RasterRisk(values, (0, 0, 1, 1), nodata=7.0, scale=10.0, interpolation="nearest")
     assert raster.density((0.9, 0.9)) == 70.0
