@@ -1,5 +1,6 @@
 """Settings of all tests."""
 
+import atexit
 import gc
 import shutil
 import signal
@@ -9,8 +10,6 @@ from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
-import strategies  # noqa: F401 - registers the profiles of hypothesis before any test is imported
-from command_line import cgla  # noqa: F401 - a fixture of many tests
 
 # A background job of a script ignores Ctrl-C, and a job of nohup ignores the end of its terminal; the programs that
 # tests start and interrupt would inherit this.
@@ -19,9 +18,23 @@ if hasattr(signal, "SIGHUP"):
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
+def runs_tests(config: pytest.Config) -> bool:
+    """Tell whether tests run in this process, which may only hand them out to workers."""
+    return hasattr(config, "workerinput") or not config.getoption("numprocesses", None)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Load the profiles of hypothesis and the fixture `cgla` before any test is imported."""
+    if runs_tests(config):
+        for name in ("strategies", "command_line"):
+            config.pluginmanager.import_plugin(name)
+
+
 @pytest.hookimpl(wrapper=True)
-def pytest_collection() -> Generator[None, object, object]:
+def pytest_collection(session: pytest.Session) -> Generator[None, object, object]:
     """Exclude the objects of the collection from garbage collection, which would visit them during every test."""
+    if not runs_tests(session.config):
+        return (yield)
     gc.disable()
     try:
         return (yield)
@@ -30,9 +43,8 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
-def pytest_unconfigure() -> None:
-    """Undo the exclusion at the end, as compiled libraries check for leaked objects."""
-    gc.unfreeze()
+# undone at the end of the process, as compiled libraries check for leaked objects, after the collections of pytest
+atexit.register(gc.unfreeze)
 
 
 @pytest.fixture
