@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from cgla_graph.comparisons.claims.claim import Answer, Basis, Row
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.panel.flights import RIM, fly, length_at_rim
@@ -127,7 +128,14 @@ def fabricated(risk: float, length: float) -> Samples:
     return Samples(found)
 
 
-def test_claims_about_single_uavs_read_the_panel() -> None:
+@pytest.mark.slow
+def test_bcv_style_is_stuck_where_cgla_arrives() -> None:
+    assert bcv_claims.stuck_row().answer is Answer.HOLDS
+
+
+def test_claims_about_single_uavs_read_the_panel(monkeypatch: pytest.MonkeyPatch) -> None:
+    stuck = Row("can get stuck where CGLA arrives", Answer.HOLDS, Basis.COUNTEREXAMPLE)
+    monkeypatch.setattr(bcv_claims, "stuck_row", lambda: stuck)
     evidence = Evidence(Scale(maps=4, quick=True), {"single-uav": fabricated(3.0, 0.97)})
     c32 = {row.statement: row for row in bcv_claims._check_c32.check(evidence).rows}
     assert c32["less risk (length only)"].answer.label == "holds"

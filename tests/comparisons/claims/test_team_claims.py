@@ -85,9 +85,13 @@ def test_three_steps_ahead_are_held_against_none_and_five() -> None:
     assert all("obstacle spread 0.05" in row.where for row in wide.rows)
 
 
+@pytest.mark.slow
+def test_stored_pairs_collide_with_obstacles_only() -> None:
+    assert len(obstacle_claims.pairs_that_collide().split("; ")) == len(obstacle_claims.COUNTEREXAMPLES)
+
+
 def test_obstacles_avoid_conflicts_or_cause_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    words = obstacle_claims.pairs_that_collide()
-    monkeypatch.setattr(obstacle_claims, "pairs_that_collide", lambda: words)
+    monkeypatch.setattr(obstacle_claims, "pairs_that_collide", lambda: "0.01 apart, 0.1 without")
     good = check("C41", obstacles(lambda case: 0.9 if case["stepnum"] == "none" else 0.05))
     bad = check("C41", obstacles(lambda case: 0.05 if case["stepnum"] == "none" else 0.9))
     assert answers(good) == [FAILS, HOLDS, HOLDS, UNTESTABLE]
@@ -100,7 +104,9 @@ def test_few_threats_are_nearly_always_passed_or_not() -> None:
     assert answers(finding) == [HOLDS, FAILS]
 
 
-def test_sharing_helps_where_the_formation_lets_it() -> None:
+def test_sharing_helps_where_the_formation_lets_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    harm = sharing_claims.factors_of_harm()
+    monkeypatch.setattr(sharing_claims, "factors_of_harm", lambda: harm)
     own = [{"formation": one, "sharing": sharing} for one in SECOND_STARTS for sharing in ("none", "global")]
     helped = greater(lambda case: 0.8 if case["sharing"] == "global" else 1.0, own, KINDS)
     assert answers(check("C42", helped)) == [HOLDS, HOLDS, HOLDS, FAILS]
