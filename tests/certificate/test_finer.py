@@ -187,7 +187,9 @@ def test_where_the_cost_is_steep_at_a_corner_a_finer_grid_there_helps(monkeypatc
     assert gaps[0] < 0.5 * gaps[1]
 
 
-@pytest.mark.parametrize("cells", [1.0, 4.0, 5.5, 6.5, 7.5])
+@pytest.mark.parametrize(
+    "cells", [1.0, 5.5, 7.5, *(pytest.param(cells, marks=pytest.mark.slow) for cells in (4.0, 6.5))]
+)
 def test_corners_too_near_for_blocks_of_their_own_share_one(cells: float) -> None:
     problem = blunt(cells)
     found = steep_level(problem)
@@ -209,7 +211,7 @@ def holds(level: Level, block: FineCornerBlock, corner: FloatArray) -> bool:
     return bool((cells.min(axis=0) + 2.0 <= at).all() and (at <= cells.max(axis=0) - 2.0).all())
 
 
-@pytest.mark.parametrize("cells", [384, 512])
+@pytest.mark.parametrize("cells", [384, pytest.param(512, marks=pytest.mark.slow)])
 def test_no_front_passes_through_the_tip_of_a_needle(cells: int) -> None:
     """(Where links at the rim of the block are not cut, 1.9 and 1.7 % are lost.)."""
     problem = needle()

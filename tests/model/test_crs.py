@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pyproj
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from raster_files import geotiff, laid_at, smooth, total
+from strategies import examples
 
 from cgla_graph.comparisons.study.documents import scenario_document, scenario_from
 from cgla_graph.errors import ProblemError
@@ -82,7 +83,7 @@ def test_scales_are_those_of_proj() -> None:
     seed=st.integers(0, 99),
     half=st.floats(500.0, 60e3),
 )
-@settings(max_examples=25, deadline=None)
+@examples(32)
 def test_bounds_hold_on_the_earth(crs: str, lon: float, lat: float, seed: int, half: float) -> None:
     """A plane is only accepted where its lengths are right within 1 %, and its bound is below the geodesics."""
     there = pyproj.Transformer.from_crs("EPSG:4326", crs, always_xy=True)

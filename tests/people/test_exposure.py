@@ -161,10 +161,9 @@ def test_the_bracket_holds_on_the_earth() -> None:
             assert other.risk >= found.least_fatalities
 
 
-@pytest.mark.slow
 def test_a_curve_has_its_own_numbers() -> None:
     problem = problem_on(cg.ground_risk(town(3), **AIRCRAFT), k=1e9)
-    curve = cg.flyable(cg.solve(problem, tolerance=None), turn_radius=300.0)
+    curve = cg.flyable(cg.solve(problem, "dijkstra", resolution=4), turn_radius=300.0)
     found = cg.exposure(problem, curve)
     assert (found.length, found.fatalities) == (curve.length, curve.risk)
 

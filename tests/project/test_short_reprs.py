@@ -22,8 +22,11 @@ from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
 
 RNG = np.random.default_rng(3)
 SHOWN = (
-    *("Problem", "GraphProblem", "GeometricGraph", "CostMatrix", "Scenario", "MissionFile"),
-    *("Solution", "Certificate", "Flight", "Mission", "Study"),
+    *("Problem", "GeometricGraph", "MissionFile", "Solution", "Flight", "Study"),
+    *(
+        pytest.param(name, marks=pytest.mark.slow)
+        for name in ("GraphProblem", "CostMatrix", "Scenario", "Certificate", "Mission")
+    ),
 )
 
 

@@ -65,7 +65,7 @@ def test_a_certificate(kind: str, cgla: Call) -> None:
     assert document["path"] == found.path.tolist()
 
 
-@pytest.mark.parametrize("kind", ["plane", "walls", "raster"])
+@pytest.mark.parametrize("kind", ["plane", "walls", pytest.param("raster", marks=pytest.mark.slow)])
 def test_a_front(kind: str, cgla: Call) -> None:
     scenario, words = opened(kind)
     document = cgla("pareto", *words, "--solver", "cgla", "--json").document()

@@ -80,7 +80,7 @@ def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureF
         ("unread", Verdict.MISSED, "it found no path, but there is one"),
         ("fork", Verdict.MISSED, "it found no path, but there is one"),
         ("session", Verdict.MISSED, "it found no path, but there is one"),
-        ("lost", Verdict.TIMED_OUT, "stopped after 4 s"),
+        pytest.param("lost", Verdict.TIMED_OUT, "stopped after 4 s", marks=pytest.mark.slow),
         ("eat", Verdict.CRASHED, "it left with the exit code 1: MemoryError"),
         ("nothing", Verdict.MALFORMED, "it wrote nothing"),
     ],
