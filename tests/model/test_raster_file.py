@@ -11,10 +11,11 @@ from typing import Literal
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from raster_files import ASC, BOX, VALUES, geotiff, refused, total
+from strategies import examples, few
 
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.rasters.crs import RasterWarning
@@ -44,7 +45,7 @@ def test_every_format_says_the_same(tmp_path: Path) -> None:
 
 
 @given(values=arrays(np.float64, (3, 4), elements=st.floats(0.0, 1e6)))
-@settings(max_examples=20)
+@few
 def test_text_keeps_every_bit(values: np.ndarray, tmp_path_factory: pytest.TempPathFactory) -> None:
     file = tmp_path_factory.mktemp("text") / "a.csv"
     file.write_text("\n".join(",".join(map(repr, row)) for row in values.tolist()))
@@ -66,7 +67,7 @@ def test_nodata_is_refused_unless_it_is_said_what_it_stands_for(tmp_path: Path) 
     size=st.floats(0.001, 0.3),
     kind=st.sampled_from(["count", "density"]),
 )
-@settings(max_examples=40, deadline=None)
+@examples(40)
 def test_totals_stay(
     values: np.ndarray, west: float, south: float, size: float, kind: str, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numba
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 from oracles import density, inclusion_exclusion, line_integral, rate
@@ -397,7 +397,7 @@ def test_thousands_of_threats_that_add_up() -> None:
 
 
 @given(k=st.floats(1.0, 1e3), weaker=st.integers(3, 30))
-@settings(max_examples=20)
+@few
 def test_weak_threats_under_a_great_weight_cost_as_strong_ones_under_a_small_one(k: float, weaker: int) -> None:
     """But for what overlaps: so of one threat, whose product with itself is not there."""
     scale = 10.0**weaker

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph.airspace.volumes.footprint import disc_weights
@@ -14,7 +15,7 @@ from cgla_graph.errors import ProblemError
 from cgla_graph.model.ground_risk import people_of
 
 
-@settings(max_examples=25)
+@examples(25)
 @given(st.floats(0.05, 4.0), st.floats(0.3, 3.0), st.floats(0.3, 3.0))
 def test_weights_are_areas_of_a_disc_in_cells(radius: float, wide: float, high: float) -> None:
     weights = disc_weights(radius, (wide, high))

@@ -11,9 +11,10 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from shapely.geometry import shape
+from strategies import few
 
 import cgla_graph as cg
 from cgla_graph.airspace.plan_check.plan_map import PlainMap
@@ -114,7 +115,7 @@ def _route(longitude: float, latitude: float, steps: list[tuple[float, float]]) 
     return places
 
 
-@settings(max_examples=20)
+@few
 @example((32.0, 12.08203125, [(0.23366391356633914, -0.1734312059185606), (0.0, 0.1015625), (0.0, 0.171875)]), 0.0)
 @example((0.0, 3.5, [(0.125, 0.15625), (0.0, 0.15625)]), 0.0)
 @given(ROUTES, st.floats(0, 300))
