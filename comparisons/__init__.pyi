@@ -1,3 +1,4 @@
+from cgla_graph.comparisons.claims.own_run import claims_on as claims_on
 from cgla_graph.comparisons.conformance.run import conform as conform
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.performance import performances as performances

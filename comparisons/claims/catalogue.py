@@ -1,10 +1,12 @@
 """All claims, by number. A new claim is a check in the module of its topic; a new topic is a module and a row here."""
 
+import difflib
 import importlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 
+from cgla_graph._text import shown
 from cgla_graph.comparisons.claims.claim import Claim
 from cgla_graph.comparisons.claims.experiment import Experiment
 from cgla_graph.errors import ClaimError
@@ -156,11 +158,20 @@ def chosen(ids: Sequence[str]) -> list[Claim]:
     return [claim for claim in claims().values() if claim.id in kept]
 
 
+def _near(given: str, topics_: Sequence[str]) -> str:
+    """Suggest topics like what was given, by their names or by a word of them."""
+    word = topic_name(given[:60])
+    found = [name for name in topics_ if word and word in name.split("-")]
+    found += difflib.get_close_matches(word, topics_, n=3, cutoff=0.5)
+    return f"did you mean {' or '.join(dict.fromkeys(found))}?" if found else ""
+
+
 def _number(text: str, given: str) -> int:
     digits = text.strip().removeprefix("C").removeprefix("c")
     known = {number for claim in claims().values() for number in (claim.number, *claim.merged)} | LEFT_OUT.keys()
     if not (digits.isascii() and digits.isdigit() and int(digits) in known):
-        names = ", ".join(map(topic_name, topics()))
-        msg = f"no claim {given!r}; there are C1 to C{max(known)} (as C28, or C17-C19 for a range), and topics: {names}"
+        names = [topic_name(title) for title in topics()]
+        there_are = _near(given, names) or f"topics: {', '.join(names)}"
+        msg = f"no claim {shown(given)}; {there_are}; claims: C1 to C{max(known)} (as C28, or C17-C19 for a range)"
         raise ClaimError(msg)
     return int(digits)

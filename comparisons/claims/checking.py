@@ -12,7 +12,7 @@ from cgla_graph.comparisons.claims.artefact import MODULES, Artefact, Content, a
 from cgla_graph.comparisons.claims.claim import Claim, Finding, missing
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.experiment import Record
-from cgla_graph.comparisons.claims.panel.settings import PanelMap
+from cgla_graph.comparisons.claims.panel.settings import Panel, PanelMap
 from cgla_graph.comparisons.claims.store import FIGURE, FINDING, SAMPLE, Drawn, Found, Measured, Store
 from cgla_graph.comparisons.workers.tasks import Key, Results, Task, run_tasks
 from cgla_graph.errors import SolverUnavailableError
@@ -132,14 +132,14 @@ def claim_tasks(claims: Sequence[Claim], store: Store, wanted: Sequence[Artefact
         call, result = how[key[0]]
         tasks.append(Task(key, call, partial(_arguments, key[1], of.experiments, store.scale), result, needs))
     samples = dict.fromkeys(key for task in tasks for key in task.needs)
-    measured = [Task(key, _sample, key[1:], _measured) for key in samples]
+    measured = [Task(key, _sample, (*key[1:], store.scale.panel), _measured) for key in samples]
     return [*tasks[: len(claims)], *measured, *tasks[len(claims) :]]
 
 
 def _seeds(experiment: str, store: Store) -> list[int]:
     """Return the seeds of the maps of an experiment."""
     scale = store.scale
-    return catalogue.experiments()[experiment].seeds(scale.seed, scale.maps, quick=scale.quick)
+    return catalogue.experiments()[experiment].seeds(scale.seed, scale.maps, quick=scale.quick, panel=scale.panel)
 
 
 def _arguments(of: str, experiments: Sequence[str], scale: Scale, done: Results) -> tuple[str, Evidence]:
@@ -192,10 +192,10 @@ def _held(limits: Limits) -> Iterator[None]:
             raise RuntimeError(str(error)) from error
 
 
-def _sample(name: str, seed: int, limits: Limits) -> list[Record]:
+def _sample(name: str, seed: int, panel: Panel, limits: Limits) -> list[Record]:
     """Make an experiment on one map."""
     with _held(limits):
-        return [dict(record) for record in catalogue.experiments()[name].sample(PanelMap(seed))]
+        return [dict(record) for record in catalogue.experiments()[name].sample(PanelMap(seed, panel))]
 
 
 def _check(claim: str, evidence: Evidence, limits: Limits) -> tuple[Finding, float]:

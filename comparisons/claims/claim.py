@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from cgla_graph.comparisons.claims.evidence import Evidence
 
@@ -79,6 +79,8 @@ class Row:
         How large the effect is here, as a range over the panel, and in the paper.
     why
         The reason in a sentence, with numbers.
+    interval
+        The size over all maps, with its 95 % interval.
     """
 
     statement: str
@@ -88,6 +90,7 @@ class Row:
     size: str = ""
     printed: str = ""
     why: str = ""
+    interval: str = ""
 
 
 @dataclass(frozen=True)
@@ -156,6 +159,46 @@ def require(holds: object, message: str) -> None:
         raise AssertionError(message)
 
 
+class Setting(NamedTuple):
+    """
+    What a user can set of a claim.
+
+    Attributes
+    ----------
+    means
+        What it means for the claim.
+    least
+        How many values it needs.
+    usual
+        The values in the study; empty for those of its panel.
+    """
+
+    means: str
+    least: int = 1
+    usual: tuple[float, ...] = ()
+
+
+_WEIGHT = "risk weight K: cost = length + K * risk"
+_K, _THREATS = Setting(_WEIGHT), Setting("threats on each random map")
+#: What a user can set where all is known, and where UAVs fly with limited sight.
+KNOWN: Mapping[str, Setting] = {"k": _K, "threats": _THREATS}
+FLOWN: Mapping[str, Setting] = {**KNOWN, "radius": Setting("detection radius OR, map units (the map is 1 wide)")}
+#: The same where K are compared, a greater one with a smaller one.
+OVER_K: Mapping[str, Setting] = {**FLOWN, "k": Setting(f"{_WEIGHT}; two or more, which are compared", 2)}
+
+
+def flown_at(*ks: float, radii: tuple[float, ...] = ()) -> Mapping[str, Setting]:
+    """
+    Say what a user can set where the study flies at K, or radii, that are not the panel's.
+
+    Examples
+    --------
+    >>> flown_at(10.0)["k"].usual
+    (10.0,)
+    """
+    return {**FLOWN, "k": _K._replace(usual=ks), "radius": FLOWN["radius"]._replace(usual=radii)}
+
+
 #: What decides a claim: at top level of its topic's module; its random numbers come from the evidence only.
 Check: TypeAlias = Callable[[Evidence], Finding]
 
@@ -178,6 +221,9 @@ class Claim:
     merged, experiments, figures
         Numbers of claims that are part of this one, names of the experiments whose samples it reads, and figures and
         tables of the paper that show it (``Fig. 5``).
+    settings
+        What of its panel a user can set, by name: ``k``, ``threats``, ``radius``. Empty of proofs, and of what a map or
+        a graph decides that is stored.
     """
 
     number: int
@@ -188,6 +234,7 @@ class Claim:
     merged: tuple[int, ...] = ()
     experiments: tuple[str, ...] = ()
     figures: tuple[str, ...] = ()
+    settings: Mapping[str, Setting] = field(default_factory=dict)
 
     @property
     def id(self) -> str:
@@ -204,6 +251,7 @@ def claim(
     merged: tuple[int, ...] = (),
     experiments: tuple[str, ...] = (),
     figures: tuple[str, ...] = (),
+    settings: Mapping[str, Setting] | None = None,
 ) -> Callable[[Check], Claim]:
     """
     Make a claim of its check, which stands below; the arguments are those of `Claim`.
@@ -216,7 +264,7 @@ def claim(
     >>> parts_add_up.id, parts_add_up.check(Evidence()).answers[0].label
     ('C7', 'holds')
     """
-    return lambda check: Claim(number, place, sentence, reads, check, merged, experiments, figures)
+    return lambda check: Claim(number, place, sentence, reads, check, merged, experiments, figures, settings or {})
 
 
 def finding_document(finding: Finding) -> dict[str, Any]:

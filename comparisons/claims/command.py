@@ -31,6 +31,8 @@ class Request:
         there is refused otherwise.
     workers, scheduler
         Processes that measure and check, 0 for this one; the scheduler of a Dask cluster, or None.
+    remarks
+        What is said beside the claims in the report, on a user's own settings.
     """
 
     claims: Sequence[Claim] = field(default_factory=lambda: catalogue.chosen([]))
@@ -40,11 +42,13 @@ class Request:
     overwrite: bool = False
     workers: int = field(default_factory=n_cores)
     scheduler: str | None = None
+    remarks: Sequence[str] = ()
 
     @property
     def artefacts(self) -> list[Artefact]:
         """The figures and tables to be drawn: with a folder, those that the claims name; of all claims, all."""
-        if self.folder is None:
+        # figures show the paper's settings
+        if self.folder is None or self.scale.panel.own:
             return []
         if len(self.claims) == len(catalogue.claims()):
             return list(artefacts())
@@ -114,5 +118,5 @@ def check_all(request: Request) -> Checked:
         done.results.sort(key=lambda result: result.claim.number)
         done.shown.sort(key=lambda shown: request.artefacts.index(shown.artefact))
         if request.folder is not None:
-            done.written = write_report(request.folder, done.results, done.shown, request.scale)
+            done.written = write_report(request.folder, done.results, done.shown, request.scale, request.remarks)
     return done

@@ -10,7 +10,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims.experiment import Record
-from cgla_graph.comparisons.claims.panel.settings import MAPS, MAPS_A_SEED
+from cgla_graph.comparisons.claims.panel.settings import MAPS, MAPS_A_SEED, PANEL, Panel, PanelMap, seeds_of
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,14 @@ class Scale:
         Maps of each kind, and so in each cell; whether to look at a few only.
     seed
         Of everything that is drawn, at least 0.
+    panel
+        The settings: those of the study, or a user's own.
     """
 
     maps: int = MAPS
     seed: int = 1
     quick: bool = False
+    panel: Panel = PANEL
 
     def map_seeds(self, count: int) -> range:
         """Return the seeds of so many maps."""
@@ -96,6 +99,17 @@ class Evidence:
     def instances(self, full: int, quick: int) -> int:
         """Return how many random instances of its own a check goes through; `full` is for `MAPS` maps a cell."""
         return quick if self.scale.quick else max(1, round(full * self.scale.maps / MAPS))
+
+    @property
+    def panel(self) -> Panel:
+        """The settings in which the claim is checked."""
+        return self.scale.panel
+
+    def maps(self, each: int) -> list[PanelMap]:
+        """Return so many maps of each kind of the panel, for a check that measures on its own."""
+        kinds = self.panel.kinds
+        seeds = [seed for kind in kinds for seed in seeds_of(kind, self.scale.seed, each, self.panel)]
+        return [PanelMap(seed, self.panel) for seed in seeds]
 
     def rng(self, purpose: str) -> np.random.Generator:
         """Return random numbers for a purpose, the same ones every time."""

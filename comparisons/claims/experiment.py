@@ -4,11 +4,23 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from cgla_graph.comparisons.claims.panel.settings import KINDS, Kind, PanelMap, seeds_of
+from cgla_graph.comparisons.claims.panel.settings import PANEL, Kind, Panel, PanelMap, seeds_of
 
 #: One measurement: plain names with numbers, words, truth values or None (unknown, or not finite).
 Record: TypeAlias = Mapping[str, Any]
 Sample: TypeAlias = Callable[[PanelMap], Sequence[Record]]
+#: Some kinds of maps of a panel.
+Kinds: TypeAlias = Callable[[Panel], Sequence[Kind]]
+
+
+def all_kinds(panel: Panel) -> Sequence[Kind]:
+    """Return all kinds of maps of a panel."""
+    return panel.kinds
+
+
+def on_diagonal(panel: Panel) -> Sequence[Kind]:
+    """Return the kinds whose goal is on the diagonal, for what does not depend on the goal."""
+    return [kind for kind in panel.kinds if kind.goal == "diagonal"]
 
 
 @dataclass(frozen=True)
@@ -37,7 +49,7 @@ class Experiment:
 
     name: str
     sample: Sample
-    kinds: tuple[Kind, ...] = KINDS
+    kinds: Kinds = all_kinds
     quick: int = 1
     share: float = 1.0
 
@@ -45,14 +57,14 @@ class Experiment:
         """Return on how many maps of each kind it measures, where so many are asked for."""
         return min(self.quick, maps) if quick else max(1, round(self.share * maps))
 
-    def seeds(self, seed: int, maps: int, *, quick: bool) -> list[int]:
+    def seeds(self, seed: int, maps: int, *, quick: bool, panel: Panel = PANEL) -> list[int]:
         """Return the seeds of its maps in the study of a seed, with so many of each kind."""
         count = self.count(maps, quick=quick)
-        return [one for kind in self.kinds for one in seeds_of(kind, seed, count)]
+        return [one for kind in self.kinds(panel) for one in seeds_of(kind, seed, count, panel)]
 
 
 def experiment(
-    name: str, *, kinds: tuple[Kind, ...] = KINDS, quick: int = 1, share: float = 1.0
+    name: str, *, kinds: Kinds = all_kinds, quick: int = 1, share: float = 1.0
 ) -> Callable[[Sample], Experiment]:
     """
     Make an experiment of the function that measures on a map, which stands below; what is given is as of `Experiment`.

@@ -1,5 +1,6 @@
 """What a study of claims found: one document, and the Markdown that manual, report and terminal are made of."""
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
@@ -21,6 +22,8 @@ Document: TypeAlias = Mapping[str, Any]
 
 #: Bases that stand beside an answer; the others are flights and random instances.
 _SAID = {Basis.PROOF.label, Basis.COUNTEREXAMPLE.label}
+#: The entry that marks a document of claims on a user's own settings, which is no study.
+OWN = "own_settings"
 #: Columns of statements.
 HEADS = ("claim", "statement", "answer", "where", "size", "in the paper")
 #: What a reader has to know beside the panel and the rule.
@@ -50,7 +53,9 @@ def results_document(results: Sequence[Result], scale: Scale) -> dict[str, Any]:
         }
         for result, claim in said
     ]
-    return {"maps": scale.maps, "seed": scale.seed, "quick": scale.quick, "claims": claims}
+    how = {"maps": scale.maps, "seed": scale.seed, "quick": scale.quick}
+    own = {name: list(levels) for name, levels in scale.panel.own.items()}
+    return {**({OWN: own} if own else {}), **how, "claims": claims}
 
 
 def rerun(claim: str, scale: Scale) -> str:
@@ -64,7 +69,9 @@ def rerun(claim: str, scale: Scale) -> str:
     """
     maps = ["--quick"] if scale.quick else [] if scale.maps == Scale().maps else ["--maps", str(scale.maps)]
     seed = [] if scale.seed == Scale().seed else ["--seed", str(scale.seed)]
-    return " ".join(["cgla", "claims", *([claim] if claim else []), *maps, *seed])
+    levels = {name: [repr(one).removesuffix(".0") for one in of] for name, of in scale.panel.own.items()}
+    own = [f"--{name} {','.join(of)}" for name, of in levels.items()]
+    return " ".join(["cgla", "claims", *([claim] if claim else []), *own, *maps, *seed])
 
 
 def counted(document: Document) -> str:
@@ -90,14 +97,16 @@ def items(texts: Iterable[str]) -> str:
     return "\n".join(f"- {plain(text)}" for text in texts)
 
 
-def page(document: Document) -> Iterator[str]:
-    """Yield the paragraphs of the page: what users ask, all statements by topic, the panel and the rule."""
+def page(document: Document, *, index: bool = False) -> Iterator[str]:
+    """Yield the paragraphs of the page: what users ask, all statements by topic (with an index), panel and rule."""
     many = "few maps (`--quick`)" if document["quick"] else f"{document['maps']} maps a cell"
     yield "## Ten answers"
     yield grid(headline_table(document))
     yield "A size is that of the middle cell of the panel, with the least and the greatest of all cells in brackets."
     yield f"{counted(document)} ({many}, seed {document['seed']})."
     yield "## All statements"
+    if index:
+        yield from topic_index(document)
     yield "A row in bold is a sentence of the paper, in our words; its statements follow, a line each."
     yield from statements(document)
     yield "## Panel and rule"
@@ -113,8 +122,24 @@ def statements(document: Document) -> Iterator[str]:
             name = ", ".join([f"**{claim['id']}**", *claim["merged"]])
             place = claim["place"].replace("Section ", "§")
             rows.append((name, f"**{claim['sentence']}** ({place})", "", "", "", ""))
-            rows += [("", *_cells(row)) for row in claim["rows"]]
+            rows += [("", *cells_of(row)) for row in claim["rows"]]
         yield grid(Table("", HEADS, rows))
+
+
+def topic_index(document: Document) -> Iterator[str]:
+    """Yield the topics with their claims, and what a user can set of each."""
+    rows = []
+    for title, claims in topics(document):
+        by_settings: dict[str, list[str]] = {}
+        for claim in claims:
+            words = ", ".join(f"`--{name}`" for name in catalogue.claims()[claim["id"]].settings)
+            by_settings.setdefault(words, []).append(claim["id"])
+        said = "; ".join(f"{', '.join(ids)}: {words}" for words, ids in by_settings.items() if words)
+        anchor = re.sub(r"[^a-z0-9]+", "-", title.lower())
+        ids = ", ".join(claim["id"] for claim in claims)
+        rows.append((f"[{title}](#{anchor})", ids, f"`cgla claims {catalogue.topic_name(title)}`", said))
+    yield "A topic is a name for the command; the settings of your own that its claims take are in the last column."
+    yield grid(Table("", ("topic", "claims", "command", "settings"), rows))
 
 
 def topics(document: Document) -> list[tuple[str, list[Document]]]:
@@ -124,7 +149,8 @@ def topics(document: Document) -> list[tuple[str, list[Document]]]:
     return [(title, claims) for title, claims in found if claims]
 
 
-def _cells(row: Document) -> tuple[str, ...]:
+def cells_of(row: Document) -> tuple[str, ...]:
+    """Return the entries of a statement, under `HEADS` without the claim."""
     basis = f" ({row['basis']})" if row["basis"] in _SAID else ""
     return row["statement"], f"{row['answer']}{basis}", row["where"], row["size"], row["printed"]
 
@@ -181,7 +207,7 @@ def _varied() -> str:
 def evidence(claim: Document) -> Iterator[str]:
     """Yield all that is known of a claim."""
     yield f"### {claim['id']} ({plain(claim['place'])}): {plain(claim['sentence'])}"
-    yield grid(Table("", (*HEADS[1:], "why"), [(*_cells(row), row["why"]) for row in claim["rows"]]))
+    yield grid(Table("", (*HEADS[1:], "why"), [(*cells_of(row), row["why"]) for row in claim["rows"]]))
     yield plain(f"It reads: {claim['reads']}")
     if claim["notes"] or claim["tables"]:
         yield "#### Evidence"

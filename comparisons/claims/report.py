@@ -11,17 +11,22 @@ import jinja2
 from markdown_it import MarkdownIt
 
 import cgla_graph
-from cgla_graph.comparisons.claims import counterexamples
+from cgla_graph.comparisons.claims import counterexamples, own
 from cgla_graph.comparisons.claims.artefact import Content
 from cgla_graph.comparisons.claims.checking import Result, Shown
 from cgla_graph.comparisons.claims.claim import Answer
 from cgla_graph.comparisons.claims.evidence import Scale
-from cgla_graph.comparisons.claims.page import Document, evidence, grid, page, rerun, results_document, topics
+from cgla_graph.comparisons.claims.page import Document, evidence, grid, page, rerun, topics
 from cgla_graph.comparisons.files import make_folder, write_bytes, write_text
 from cgla_graph.comparisons.tables.markdown import plain
 
+#: Titles of a report: of a study, and of claims on a user's own settings.
+TITLE, OWN_TITLE = "The paper's claims, checked", "Claims on own settings: no verdicts on the paper"
 
-def write_report(folder: Path, results: Sequence[Result], shown: Sequence[Shown], scale: Scale) -> list[Path]:
+
+def write_report(
+    folder: Path, results: Sequence[Result], shown: Sequence[Shown], scale: Scale, remarks: Sequence[str] = ()
+) -> list[Path]:
     """
     Write ``report.md``, ``report.html``, ``claims.json``, the pictures and the counterexamples.
 
@@ -35,12 +40,16 @@ def write_report(folder: Path, results: Sequence[Result], shown: Sequence[Shown]
     OutputError
         If one cannot be written.
     """
-    document = results_document(results, scale)
+    is_own = bool(scale.panel.own)
+    document = own.document_of(results, scale, remarks)
     numbers = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1)
-    text = "\n\n".join([*report(document, shown), f"All of it again: `{rerun('', scale)}`"])
+    if is_own:
+        text = "\n\n".join([f"# {OWN_TITLE}", *own.paragraphs(document)])
+    else:
+        text = "\n\n".join([*report(document, shown), f"All of it again: `{rerun('', scale)}`"])
     pictures = {one.artefact.name: one.content for one in shown if one.content and one.content.png}
     files = [
-        write_text(folder / "report.html", html(text, pictures)),
+        write_text(folder / "report.html", html(text, pictures, OWN_TITLE if is_own else TITLE)),
         write_text(folder / "report.md", f"{text}\n"),
         write_text(folder / "claims.json", f"{numbers}\n"),
     ]
@@ -59,7 +68,7 @@ def write_report(folder: Path, results: Sequence[Result], shown: Sequence[Shown]
 
 def report(document: Document, shown: Sequence[Shown]) -> Iterator[str]:
     """Yield the paragraphs of the report: the page, the evidence for each claim, and figures and tables."""
-    yield "# The paper's claims, checked"
+    yield f"# {TITLE}"
     yield from page(document)
     for title, claims in topics(document):
         yield f"## Evidence: {title}"
@@ -77,7 +86,7 @@ def report(document: Document, shown: Sequence[Shown]) -> Iterator[str]:
         yield plain(one.content.caption)
 
 
-def html(text: str, pictures: dict[str, Content]) -> str:
+def html(text: str, pictures: dict[str, Content], title: str = TITLE) -> str:
     """Write the report as one page that needs no other file; evidence is folded."""
     body: str = MarkdownIt("commonmark", {"html": False}).enable("table").render(text)
     body = re.sub(r"<h3>(C\d+)", r'<h3 id="\1">\1', body)
@@ -97,4 +106,6 @@ def html(text: str, pictures: dict[str, Content]) -> str:
     style, template = ((folder / f"report.{kind}").read_text(encoding="utf-8") for kind in ("css", "html"))
     # all of the body was escaped above
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    return environment.from_string(template).render(style=style, version=cgla_graph.__version__, heads=heads, body=body)
+    return environment.from_string(template).render(
+        title=title, style=style, version=cgla_graph.__version__, heads=heads, body=body
+    )

@@ -9,11 +9,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from cgla_graph._text import counted
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Row, Table
 from cgla_graph.comparisons.claims.evidence import Samples
 from cgla_graph.comparisons.claims.panel.settings import Case
 from cgla_graph.comparisons.claims.statement import Method, Share, Sign, Statement, Within
+from cgla_graph.comparisons.statistics.intervals import CONFIDENCE
 from cgla_graph.comparisons.statistics.paired import holm
 
 #: Below this a p-value counts.
@@ -204,9 +206,26 @@ class Judged:
         if "{first}" in words:
             rates = {n: _span([100.0 * float(getattr(one, n).mean()) for one in seen]) for n in ("first", "second")}
             return words.format(**rates)
-        if "% more" in words or "% less" in words:
-            sizes = [one - 1.0 if "% more" in words else 1.0 - one for one in sizes]
-        return words.format(_span([100.0 * one for one in sizes] if "%" in words else sizes))
+        return words.format(_span(self._in_units(sizes)))
+
+    def _in_units(self, sizes: Iterable[float]) -> list[float]:
+        """Turn sizes into the units in which the statement writes them."""
+        words = self.statement.size
+        turned = [one - 1.0 if "% more" in words else 1.0 - one if "% less" in words else one for one in sizes]
+        return [100.0 * one for one in turned] if "%" in words else turned
+
+    @property
+    def interval(self) -> str:
+        """The size over all maps, each of which counts once, with its 95 % interval."""
+        words, scores = self.statement.size, scores_at(self.cells, (), self.statement.test)
+        if not len(scores):
+            return ""
+        middle, *ends = self._in_units(self.statement.test.estimate(scores))
+        low, high = sorted(ends)
+        known = math.isfinite(low) and math.isfinite(high)
+        among = f"{low:.3g} to {high:.3g}" if known else f"unknown from {counted(len(scores), 'map')}"
+        said = f"{middle + 0.0:.3g} ({CONFIDENCE:.0%}: {among})".replace("%:", " %:")
+        return f"{said} points" if "{first}" in words else words.format(said)
 
     @property
     def why(self) -> str:
@@ -222,7 +241,7 @@ class Judged:
     def row(self) -> Row:
         """The line of the page."""
         one = self.statement
-        return Row(one.text, self.answer, Basis.PANEL, self.where, self.size, one.printed, self.why)
+        return Row(one.text, self.answer, Basis.PANEL, self.where, self.size, one.printed, self.why, self.interval)
 
 
 def judged(samples: Samples, statement: Statement) -> Judged:
@@ -346,15 +365,14 @@ def _span(values: Sequence[float]) -> str:
 
 
 def panel_table(title: str, found: Iterable[Judged]) -> Table:
-    """Tabulate what the levels of the panel say of statements, one row each."""
+    """Tabulate what the levels of the panel say of statements, one row each, with 95 % intervals."""
     rows = [(one.statement.text, *_level_entries(one, part)) for one in found for part in one.levels]
-    return Table(title, ("statement", "at", "maps", "size", "shown", "p"), rows)
+    return Table(title, ("statement", "at", "maps", "size", "from", "to", "shown", "p"), rows)
 
 
-def _level_entries(one: Judged, part: Part) -> tuple[str, int, float, str, float]:
-    test = one.tests[part]
-    members = [one.cells[cell] for cell in _members(one.cells, part)]
-    values = [np.concatenate([getattr(of, name) for of in members]) for name in ("first", "second")]
+def _level_entries(one: Judged, part: Part) -> tuple[str, int, float | None, float | None, float | None, str, float]:
+    test, scores = one.tests[part], scores_at(one.cells, part, one.statement.test)
+    size = one.statement.test.estimate(scores) if len(scores) else (None, None, None)
     found = test.direction if test.p < ALPHA else 0
     words = {1: "yes", 0: "no", -1: "the opposite"}[found]
-    return part_name(part), test.n, one.statement.test.size(*values), words, test.p
+    return part_name(part), test.n, *size, words, test.p

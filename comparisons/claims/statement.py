@@ -16,10 +16,13 @@ from scipy import stats
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims.panel.settings import FACTORS, Case
 from cgla_graph.comparisons.statistics.hodges_lehmann import hodges_lehmann
+from cgla_graph.comparisons.statistics.intervals import CONFIDENCE, Estimate, success_interval
 from cgla_graph.comparisons.statistics.paired import mcnemar, signed_rank
 
 #: Risks below this are as good as none; logarithms need a least value. Line integrals are not more exact.
 LEAST = 1e-9
+#: Half the width of a 95 % interval of the normal distribution.
+_TWO_SIDED = float(stats.norm.ppf((1.0 + CONFIDENCE) / 2.0))
 
 
 class Sign(NamedTuple):
@@ -56,6 +59,10 @@ class Method(Protocol):
 
     def size(self, first: FloatArray, second: FloatArray) -> float:
         """Return how large the effect is, of paired values."""
+        ...
+
+    def estimate(self, scores: FloatArray) -> Estimate:
+        """Return how large the effect is, of scores of different maps, at least one, with its 95 % interval."""
         ...
 
 
@@ -102,6 +109,11 @@ class Shift(Method):
         centre = _centre(np.array([self.score(*pair) for pair in zip(first, second, strict=True)]))
         return (1.0 + self.margin) * math.exp(centre) if self.ratio else centre
 
+    def estimate(self, scores: FloatArray) -> Estimate:
+        """Return the Hodges-Lehmann estimate, with the interval that belongs to the test."""
+        found = hodges_lehmann(scores.tolist())
+        return Estimate(*((1.0 + self.margin) * np.exp(found)).tolist()) if self.ratio else found
+
 
 @dataclass(frozen=True)
 class Rate(Method):
@@ -119,6 +131,14 @@ class Rate(Method):
     def size(self, first: FloatArray, second: FloatArray) -> float:
         """Return the difference of the rates."""
         return float(first.mean() - second.mean()) if len(first) else math.nan
+
+    def estimate(self, scores: FloatArray) -> Estimate:
+        """Return the difference of the rates, with the interval of Agresti and Min (Stat. Med. 24(5), 2005)."""
+        # half a map is added to each of the four outcomes of a pair
+        n = len(scores) + 2
+        centre, squares = float(scores.sum()) / n, float((scores**2).sum()) + 1.0
+        reach = _TWO_SIDED * math.sqrt(squares - n * centre**2) / n
+        return Estimate(float(scores.mean()), max(-1.0, centre - reach), min(1.0, centre + reach))
 
 
 @dataclass(frozen=True)
@@ -157,6 +177,11 @@ class Share(Method):
         """Return the share."""
         return float((first != 0.0).mean()) if len(first) else math.nan
 
+    def estimate(self, scores: FloatArray) -> Estimate:
+        """Return the share, with the exact interval."""
+        count, n = int((scores != 0.0).sum()), len(scores)
+        return Estimate(count / n, *success_interval(count, n))
+
 
 @dataclass(frozen=True)
 class Within(Method):
@@ -189,6 +214,10 @@ class Within(Method):
     def size(self, first: FloatArray, second: FloatArray) -> float:
         """Return the Hodges-Lehmann estimate of the ratio."""
         return Shift().size(first, second)
+
+    def estimate(self, scores: FloatArray) -> Estimate:
+        """Return the Hodges-Lehmann estimate of the ratio, with its interval."""
+        return Shift().estimate(scores)
 
 
 def _log_ratio(first: float, second: float) -> float:

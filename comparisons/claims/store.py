@@ -22,12 +22,14 @@ from cgla_graph.comparisons.claims.claim import (
 )
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.experiment import Record
-from cgla_graph.comparisons.store import Line, Log, understood
+from cgla_graph.comparisons.store import Line, Log, Reader, understood
 from cgla_graph.comparisons.workers.tasks import Key
-from cgla_graph.errors import ClaimError
+from cgla_graph.errors import ClaimError, OutputError, StudyError
 
 #: The file's name, and what its first line says.
 FILE, _WHAT = "claims.jsonl", "claims"
+#: The first line of claims on a user's own settings.
+OWN = "own-settings"
 #: The kinds of lines, and of tasks.
 SAMPLE, FINDING, FIGURE = "sample", "finding", "figure"
 #: How a module of the panel imports another one.
@@ -74,7 +76,7 @@ class Store:
     ------
     OutputError
         If the folder cannot be written, another process writes it, or there is a study already and neither is asked
-        for.
+        for; or claims on other settings, which are never mixed.
     ClaimError
         If both are asked for.
     StudyError
@@ -98,10 +100,14 @@ class Store:
         if folder is None:
             return
         self._path = folder / FILE
+        self._own = {name: list(levels) for name, levels in scale.panel.own.items()}
+        if self._path.exists() and self._path.stat().st_size and (resume or overwrite):
+            self._require_same(is_same=resume)
         if resume and self._path.exists():
             self._log = Log.resume(self._path, _WHAT, self._take)
         else:
-            self._log = Log.create(self._path, _WHAT, overwrite=overwrite)
+            marks: list[Line] = [{"kind": OWN, "key": OWN, "settings": self._own}] if self._own else []
+            self._log = Log.create(self._path, _WHAT, marks, overwrite=overwrite)
 
     def __enter__(self) -> Self:
         """Return the store itself."""
@@ -141,14 +147,36 @@ class Store:
         self._results[key] = _read(line)
         return self._results[key]
 
+    def _require_same(self, *, is_same: bool) -> None:
+        """Refuse a folder with other settings to go on with, or to mix a study with a user's own settings."""
+        try:
+            with understood(self._path):
+                first = next(Reader(self._path, _WHAT).new_lines(), Line(kind=""))
+                found: dict[str, Any] = first["settings"] if first["kind"] == OWN else {}
+        except StudyError:
+            if is_same:
+                raise
+            # whether it may be replaced is the log's to say
+            return
+        if bool(found) != bool(self._own) or (is_same and found != self._own):
+            here, there = (_settings_words(one) for one in (self._own, found))
+            remedy = "choose another folder (--out)"
+            msg = f"{self._path}: holds claims on {there}, never mixed with those on {here}; {remedy}"
+            raise OutputError(msg)
+
     def _take(self, lines: Iterator[Line]) -> list[Line]:
         """Take up what this code measured."""
         with understood(self._path):
-            for line in lines:
+            for line in (one for one in lines if one["kind"] != OWN):
                 key = (line["kind"], *line["key"])
                 if line["code"] == _code(key) and line.get("scale", self._scale_key) == self._scale_key:
                     self._results[key] = _read(line)
         return []
+
+
+def _settings_words(own: dict[str, Any]) -> str:
+    words = "; ".join(f"{name} {', '.join(map(str, levels))}" for name, levels in own.items())
+    return f"own settings ({words})" if own else "the settings of the study"
 
 
 def _document(kind: str, result: Any) -> Line:  # noqa: ANN401 - one of three tuples

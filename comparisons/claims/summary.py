@@ -15,7 +15,7 @@ from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.claim import Answer
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.headlines import MADE_FOR, headline_table, rows_of, unanswered
-from cgla_graph.comparisons.claims.page import Document, counted, items, page
+from cgla_graph.comparisons.claims.page import OWN, Document, counted, items, page
 from cgla_graph.comparisons.files import write_text
 from cgla_graph.errors import ClaimError
 
@@ -48,6 +48,7 @@ def listed_claims() -> list[dict[str, Any]]:
                 "sentence": one["sentence"],
                 "answers": ", ".join(parts),
                 "place": one["place"],
+                "settings": ", ".join(catalogue.claims()[one["id"]].settings),
             }
         )
     return found
@@ -65,8 +66,9 @@ def shortened(document: Document) -> dict[str, Any]:
     Raises
     ------
     ClaimError
-        If it is not a full study of all claims, or an answer is missing.
+        If it is not a full study of all claims, is of a user's own settings, or an answer is missing.
     """
+    _require_study(document)
     is_all = [claim["id"] for claim in document["claims"]] == list(catalogue.claims())
     if document["quick"] or document["maps"] < Scale().maps or not is_all:
         msg = f"this is no full study of all claims: run cgla claims --out DIR, on at least {Scale().maps} maps a cell"
@@ -84,6 +86,7 @@ def shortened(document: Document) -> dict[str, Any]:
 
 def contradictions(full: Document, quick: Document) -> list[str]:
     """List the statements of which a quick study says something else than the full one, unless that they are open."""
+    _require_study(full, quick)
     own, others = ({what: row["answer"] for what, row in rows_of(one).items()} for one in (full, quick))
     return [
         f"{', '.join(what)}: {others.get(what)} with --quick --seed {quick['seed']}, {own.get(what)} in full"
@@ -99,14 +102,15 @@ def with_answers(text: str, document: Document) -> str:
     Raises
     ------
     ClaimError
-        If it does not have a first mark and the `END`, once each.
+        If it does not have a first mark and the `END`, once each, or the answers are of a user's own settings.
     """
+    _require_study(document)
     mark = next((one for one in (BEGIN, SHORT) if text.count(one) == text.count(END) == 1), None)
     if mark is None:
         msg = f"the page needs {BEGIN} or {SHORT}, and {END}, once each"
         raise ClaimError(msg)
     before, _, rest = text.partition(mark)
-    said = "\n\n".join(["", *page(document), ""]) if mark == BEGIN else f"\n{_short(document)}\n"
+    said = "\n\n".join(["", *page(document, index=True), ""]) if mark == BEGIN else f"\n{_short(document)}\n"
     return f"{before}{mark}{said}{END}{rest.partition(END)[2]}"
 
 
@@ -117,17 +121,26 @@ def _short(document: Document) -> str:
     return "\n".join([f"- {counted(document)} ({links})", items(said)])
 
 
+def rewrite(*pages: Path) -> None:
+    """Write the shipped answers onto pages again, as where their words or their order changed."""
+    for path in pages:
+        write_text(path, with_answers(path.read_text(encoding="utf-8"), shipped_verdicts()))
+
+
 def main(claims: Path, *others: Path) -> None:
     """
     Take the answers of a study (``claims.json``) over into what is shipped, and onto pages (``.md``).
 
-    Other files are what ``cgla claims --quick --json`` printed.
+    Other files are what ``cgla claims --quick --json`` printed. Without a study, pages show what is shipped.
 
     Raises
     ------
     ClaimError
         If it is no full study, or a quick one says something else.
     """
+    if claims.suffix == ".md":
+        rewrite(claims, *others)
+        return
     document = shortened(_read(claims))
     studies = [_read(path) for path in others if path.suffix == ".json"]
     if found := [words for study in studies for words in contradictions(document, study)]:
@@ -138,6 +151,15 @@ def main(claims: Path, *others: Path) -> None:
     write_text(Path(__file__).with_name(FILE), json.dumps(document, ensure_ascii=False, indent=1) + "\n")
     for path, text in pages.items():
         write_text(path, text)
+
+
+def _require_study(*documents: Document) -> None:
+    """Refuse what was found on a user's own settings: it is never mixed with the answers of the study."""
+    for one in documents:
+        if OWN in one:
+            words = "; ".join(f"{name} {', '.join(map(str, levels))}" for name, levels in one[OWN].items())
+            msg = f"these claims were run on a user's own settings ({words}): only a study's answers are shipped"
+            raise ClaimError(msg)
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -1,16 +1,50 @@
 """The command `claims`: check the claims of the paper."""
 
 import dataclasses
-from typing import Annotated
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.cli.options import JsonOption, StudyOptions, option
+from cgla_graph.comparisons.cli.options import JsonOption, StudyOptions, Text, option
+
+if TYPE_CHECKING:
+    from cgla_graph.comparisons.claims.own import Asked
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class OwnSettings:
+    """Your own settings: named claims run on them, beside the study, never part of it."""
+
+    k: Annotated[Text, option("--k K,K", "risk weights, as 0.5,2: length + K * risk")] = None
+    threats: Annotated[Text, option("--threats N,N", "numbers of threats on a map, as 5,20")] = None
+    radius: Annotated[Text, option("--radius R,R", "detection radii, map units (the map is 1 wide), as 0.1,0.3")] = None
+
+    def given(self) -> dict[str, str]:
+        """Return those that are given."""
+        return {name: text for name, text in vars(self).items() if text is not None}
+
+    def refuse_with_list(self) -> None:
+        """Refuse settings beside --list, which shows the study."""
+        from cgla_graph.errors import CglaError
+
+        if given := self.given():
+            msg = f"--list shows the study; leave out --{' and --'.join(given)}, or --list"
+            raise CglaError(msg)
+
+    def asked(self, ids: list[str]) -> "Asked":
+        """Choose what is run: of a study, or on these settings."""
+        from cgla_graph.comparisons.claims import catalogue, own
+
+        given = {name: own.values_of(name, text) for name, text in self.given().items()}
+        panel = own.own_panel(**given)
+        return own.asked_for(ids, panel) if given else own.Asked(catalogue.chosen(ids), panel)
 
 
 def claims(
     study: StudyOptions,
+    settings: OwnSettings,
     ids: Annotated[
         list[str] | None,
         typer.Argument(metavar="ID", help="C28, C17-C19, or a topic of --list (default: all)"),
@@ -32,14 +66,18 @@ def claims(
     three claims all the evidence; all claims take 90 minutes on two cores. With --out, writes a report (report.html,
     report.md), figures and tables of the paper, the counterexamples, and all numbers (claims.json); measurements are
     saved at once (claims.jsonl), so that an interrupted study can be continued.
+
+    With --k, --threats or --radius, runs the named claims on these settings of your own: the answers stand beside the
+    study's, and are never mixed with them.
     """
     if listing:
+        settings.refuse_with_list()
         from cgla_graph.comparisons.claims.summary import listed_claims
         from cgla_graph.comparisons.cli.listings import print_listing
 
-        print_listing("claims", ["claim", "topic", "sentence", "answers"], listed_claims(), as_json)
+        print_listing("claims", ["claim", "topic", "sentence", "answers", "settings"], listed_claims(), as_json)
         return
-    from cgla_graph.comparisons.claims import catalogue, command, page, terminal
+    from cgla_graph.comparisons.claims import catalogue, command, own, terminal
     from cgla_graph.comparisons.claims.evidence import Scale
     from cgla_graph.errors import CglaError
 
@@ -49,17 +87,19 @@ def claims(
     if (study.resume or study.overwrite) and study.out is None:
         msg = f"{'--resume' if study.resume else '--overwrite'} needs the folder of the study (--out)"
         raise CglaError(msg)
-    scale = Scale(Scale().maps if maps is None else maps, seed, quick)
+    asked = settings.asked(ids or [])
+    scale = Scale(Scale().maps if maps is None else maps, seed, quick, asked.panel)
     request = command.Request(
-        catalogue.chosen(ids or []), scale, study.out, study.resume, study.overwrite, scheduler=study.dask
+        asked.claims, scale, study.out, study.resume, study.overwrite, scheduler=study.dask, remarks=asked.remarks
     )
     if study.workers is not None:
         request = dataclasses.replace(request, workers=study.workers)
     done = command.check_all(request)
+    document = own.document_of(done.results, scale, asked.remarks)
     if as_json:
-        console.out_json(page.results_document(done.results, scale))
+        console.out_json(document)
     else:
-        terminal.print_results(done.results, scale)
+        terminal.print_document(document)
         console.out_files(done.written)
     if done.interrupted:
         kept = f"; continue with --out {study.out} --resume" if study.out else ""

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from cgla_graph.comparisons.claims.artefact import Content, artefact
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.figures.figure_page import WIDE, finish, page, picture
-from cgla_graph.comparisons.claims.paper.bcv_claims import AGAINST_BCV
+from cgla_graph.comparisons.claims.paper.bcv_claims import against_bcv
 from cgla_graph.comparisons.claims.paper.direction_claims import DIRECTIONS
 from cgla_graph.comparisons.claims.rule import Judged, judged, part_name, scores_at
 from cgla_graph.comparisons.claims.statement import Shift, Statement
@@ -21,7 +21,7 @@ MEASURES = ("length", "cost", "risk")
 PANELS: Mapping[str, Sequence[Statement]] = {
     "eight directions over CGLA, flown": [one for one in DIRECTIONS if one.where["mode"] == "flown"],
     "CGLA over BCV-style (length only), K = 10": [
-        one for one in AGAINST_BCV["length only"] if isinstance(one.test, Shift)
+        one for one in against_bcv("length only") if isinstance(one.test, Shift)
     ],
 }
 

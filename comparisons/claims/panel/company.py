@@ -25,6 +25,8 @@ FBCRI, CPVS = setup("fbcri-style"), setup("cpvs-style")
 COMPANY: tuple[Setup, ...] = (CGLA, FBCRI, CPVS)
 #: UAVs by name, with where they begin.
 UAVS = {f"UAV {number}": start for number, start in enumerate(STARTS, 1)}
+#: Without virtual obstacles SD decides nothing, but a large one would keep UAVs on the ground, map units.
+SAFE_DISTANCE = 0.2
 #: Constants of planners that are ours, varied one at a time; the tolerance is 0.02 otherwise.
 CONSTANTS: tuple[tuple[Setup, Setup], ...] = (
     *((of, setup(of[0], tolerance=value)) for of in (FBCRI, CPVS) for value in (0.1, 0.005, 0.001)),
@@ -60,7 +62,8 @@ class _Team:
         if key not in self._flown:
             limits = {"max_ticks": MAX_TICKS, "collisions": "record", **one.rules}
             solver = get(one.flown[0], **dict(one.flown[1]))
-            self._flown[key] = fly(UAVS, self._threats, self._map.goal, solver, k=one.k, radius=one.radius, **limits)
+            how = {"k": one.k, "radius": one.radius, "safe_distance": min(0.5 * one.radius, SAFE_DISTANCE), **limits}
+            self._flown[key] = fly(UAVS, self._threats, self._map.goal, solver, **how)
         case = {"planner": setup_name(one.of), "radius": one.radius, "k": one.k, "varied": one.varied}
         flights = self._flown[key].uavs.items()
         return [{**self._map.levels, **case, "uav": uav, **flight_measures(of, one.k)} for uav, of in flights]

@@ -17,7 +17,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.comparisons.claims.experiment import Record, experiment
 from cgla_graph.comparisons.claims.panel.flights import MAX_TICKS, STEP, N, fly, paper_lattice
-from cgla_graph.comparisons.claims.panel.settings import BOUNDS, FACTORS, START, Kind, PanelMap
+from cgla_graph.comparisons.claims.panel.settings import BOUNDS, START, Kind, Panel, PanelMap, across
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix
 from cgla_graph.cost_to_go.repair import lazy_cost_matrix, linked, repair
 from cgla_graph.mission.records import Knowledge, UavFlight
@@ -114,7 +114,7 @@ def plans(map_: PanelMap) -> list[Record]:
     """Plan with all known in eight directions and in any: rounds, edges of the path, its turns, and weights."""
     records: list[Record] = []
     for n in SIZES:
-        for k in FACTORS["k"]:
+        for k in map_.panel.levels("k"):
             problem = map_.problem(k)
             case = {**map_.levels, "n": n, "k": k}
             eight = solve(problem, "eight-direction", resolution=paper_lattice(n))
@@ -187,10 +187,10 @@ def flight_operations(map_: PanelMap) -> list[Record]:
     """
     Fly on lattices of several sizes, and fit a power of N to the operations of the flights.
 
-    A map flies in three of the nine cells of radius and K, each level of each once: which ones, its seed says.
+    A map flies in few cells of radius and K, in which each level of each comes up: which ones, its seed says.
     """
-    radii, weights = FACTORS["radius"], FACTORS["k"]
-    cells = [(one, weights[(place + map_.seed) % len(weights)], "") for place, one in enumerate(radii)]
+    weights = map_.panel.levels("k")
+    cells = [(*cell, "") for cell in across(map_.panel.levels("radius"), weights, shift=map_.seed)]
     cells += [(base["radius"], k, "step 0.02") for base in map_.bases for k in weights]
     return [
         {**map_.levels, "radius": radius, "k": k, "varied": varied, "planning": planning, **found}
@@ -231,7 +231,7 @@ def _changes(map_: PanelMap, n: int) -> list[Record]:
     crossed = float(segments_within(lattice, seen, CROSSED * seen.spread).mean())
     case = {**map_.levels, "varied": "" if n == N else f"N {n}", "crossed": crossed}
     records: list[Record] = []
-    for k in FACTORS["k"]:
+    for k in map_.panel.levels("k"):
         off = k * np.abs(after - before)
         records.append({**case, "k": k, **{name: float((off > least).mean()) for name, least in CHANGES.items()}})
     return records
@@ -254,7 +254,13 @@ def segments_within(lattice: Lattice, threat: Threat, radius: float) -> BoolArra
     return within
 
 
-@experiment("passages", kinds=(Kind(10, "narrow", "diagonal"), Kind(10, "narrow", "aside")))
+def _each_goal(panel: Panel) -> Sequence[Kind]:
+    """Return a kind of map for each goal: threats do not matter."""
+    threats, spread, _ = panel.kinds[0]
+    return [kind for kind in panel.kinds if kind[:2] == (threats, spread)]
+
+
+@experiment("passages", kinds=_each_goal)
 def passages(map_: PanelMap) -> list[Record]:
     """Plan around no-fly areas, and through the one passage of a wall, in eight directions and in any."""
     areas = random_scenario(map_.seed, threats=0, areas=AREAS, start=START, goal=map_.goal).problem.no_fly

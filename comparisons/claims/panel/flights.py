@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.comparisons.claims.panel.settings import BOUNDS, FACTORS, RULES, START, PanelMap
+from cgla_graph.comparisons.claims.panel.settings import BOUNDS, RULES, START, PanelMap
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, MissionStatus, UavFlight
 from cgla_graph.mission.uav import Uav
@@ -111,8 +111,9 @@ def settings_of(map_: PanelMap, planners: Sequence[Setup], constants: Sequence[t
     >>> [len(settings_of(PanelMap(seed), [CGLA], [])) for seed in (1_000_000, 1_010_000)]
     [18, 9]
     """
-    found = [Flown(of, of, radius, k) for radius, k in product(FACTORS["radius"], FACTORS["k"]) for of in planners]
-    for base, k in product(map_.bases, FACTORS["k"]):
+    levels = map_.panel.levels
+    found = [Flown(of, of, radius, k) for radius, k in product(levels("radius"), levels("k")) for of in planners]
+    for base, k in product(map_.bases, levels("k")):
         radius = base["radius"]
         for name, value in RULES.items():
             # only a graph solver weighs segments, and has nearest points to begin from

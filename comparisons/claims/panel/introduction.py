@@ -7,7 +7,7 @@ import numpy as np
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims.experiment import Record, experiment
 from cgla_graph.comparisons.claims.panel.flights import STEP, Flights, Setup, paper_lattice, positions_at_steps, setup
-from cgla_graph.comparisons.claims.panel.settings import BOUNDS, FACTORS, SPREADS, START, PanelMap
+from cgla_graph.comparisons.claims.panel.settings import BOUNDS, SPREADS, START, PanelMap
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.solvers import get, solve
@@ -33,11 +33,11 @@ SHORT = 5.0
 @experiment("introduction", share=0.4)
 def introduction(map_: PanelMap) -> list[Record]:
     """Plan with all known and fly with limited sight; with few threats also let one come up on the way."""
-    records = [*_planned(map_, map_.field), *_flown(map_), *_evolved(map_)]
-    if map_.kind.threats == min(FACTORS["threats"]):
+    records = [{**one, "simple": False} for one in (*_planned(map_, map_.field), *_flown(map_), *_evolved(map_))]
+    if map_.kind.threats == min(map_.panel.levels("threats")):
         few = map_.drawn(threats=SIMPLE)
         simple = [*_planned(map_, few), *_surprised(map_, few)]
-        records += [{**record, "threats": SIMPLE} for record in simple]
+        records += [{**record, "threats": SIMPLE, "simple": True} for record in simple]
     return [{**map_.levels, **record} for record in records]
 
 
@@ -50,7 +50,7 @@ def problem_of(map_: PanelMap, threats: RiskField, k: float, start: FloatArray |
 def _planned(map_: PanelMap, threats: RiskField) -> list[Record]:
     """Plan on graphs with all known; ``ratio`` is the cost over that of fast marching over the plane."""
     records: list[Record] = []
-    for k in FACTORS["k"]:
+    for k in map_.panel.levels("k"):
         problem = problem_of(map_, threats, k)
         best = solve(problem, "fast-marching").cost
         for (planner, constant), (name, settings) in GRAPHS.items():
@@ -64,9 +64,9 @@ def _flown(map_: PanelMap) -> list[Record]:
     """Fly on the first plan, and planning again; ``ratio`` is the cost over that of the plan with all known."""
     flights = Flights(map_)
     records: list[Record] = []
-    for ((planner, constant), of), k in product(GRAPHS.items(), FACTORS["k"]):
+    for ((planner, constant), of), k in product(GRAPHS.items(), map_.panel.levels("k")):
         known = flights.planned(of, k)["cost"]
-        for radius, replan in product(FACTORS["radius"], ("never", "change")):
+        for radius, replan in product(map_.panel.levels("radius"), ("never", "change")):
             # visibility graphs have the same ways for all K
             heeds_k = planner == "voronoi"
             cost = flights.flown(of, k=k, radius=radius, heeds_k=heeds_k, replan=replan)["cost"]
@@ -79,7 +79,7 @@ def _flown(map_: PanelMap) -> list[Record]:
 def _evolved(map_: PanelMap) -> list[Record]:
     """Tell whether evolution finds a path in a short time, by the clock of the machine."""
     records: list[Record] = []
-    for k in FACTORS["k"]:
+    for k in map_.panel.levels("k"):
         found = solve(map_.problem(k), "evolutionary")
         quick = found.status.has_path and found.total_seconds <= SHORT
         records.append({"mode": "known", "planner": "evolutionary", "k": k, "quick": quick})
@@ -95,13 +95,13 @@ def _surprised(map_: PanelMap, threats: RiskField) -> list[Record]:
     """
     records: list[Record] = []
     spread = sum(SPREADS[map_.kind.spread]) / 2.0
-    for k in FACTORS["k"]:
+    for k in map_.panel.levels("k"):
         calm = problem_of(map_, threats, k)
         ways = {
             name: positions_at_steps(np.asarray(solve(calm, name, resolution=paper_lattice()).path))
             for name in ("milp", "cgla")
         }
-        for radius in FACTORS["radius"]:
+        for radius in map_.panel.levels("radius"):
             ahead = ways["milp"][min(SUDDEN + steps_of(radius), len(ways["milp"]) - 1)]
             x, y = ahead.tolist()
             field = RiskField([*threats.threats, Threat(x, y, spread)])

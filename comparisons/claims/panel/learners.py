@@ -12,7 +12,7 @@ from typing import Any
 
 from cgla_graph.comparisons.claims.experiment import Record, experiment
 from cgla_graph.comparisons.claims.panel.flights import Flights, N, paper_lattice, setup
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, Case, PanelMap
+from cgla_graph.comparisons.claims.panel.settings import Case, PanelMap
 from cgla_graph.solvers import solve
 from cgla_graph.solvers.grid.value_iteration import least_target_reward
 
@@ -73,12 +73,12 @@ def flying_learners() -> list[tuple[float, float]]:
 def learners(map_: PanelMap) -> list[Record]:
     """Find what Q-Learning needs, train it with all known, fly it in all cells, and vary how it learns."""
     flights = Flights(map_)
-    needed = {k: list(_needed(flights, k)) for k in FACTORS["k"]}
-    records: list[Record] = [record for k in FACTORS["k"] for record in (*needed[k], *_learned(flights, k, needed[k]))]
-    for gamma, reward in flying_learners():
-        for radius in FACTORS["radius"]:
-            records += [_flown(flights, gamma, reward, {"radius": radius, "k": k}) for k in FACTORS["k"]]
-    for base, k in product(map_.bases, FACTORS["k"]):
+    ks, radii = map_.panel.levels("k"), map_.panel.levels("radius")
+    needed = {k: list(_needed(flights, k)) for k in ks}
+    records: list[Record] = [record for k in ks for record in (*needed[k], *_learned(flights, k, needed[k]))]
+    for of, radius in product(flying_learners(), radii):
+        records += [_flown(flights, *of, {"radius": radius, "k": k}) for k in ks]
+    for base, k in product(map_.bases, ks):
         cell = {"radius": base["radius"], "k": k}
         records += [record for n in RESOLUTIONS for record in _needed(flights, k, n, f"N = {n}")]
         for varied, settings in LEARNING.items():

@@ -7,7 +7,7 @@ import numpy as np
 from cgla_graph.comparisons.claims.experiment import Record, experiment
 from cgla_graph.comparisons.claims.panel.flights import team_measures
 from cgla_graph.comparisons.claims.panel.settings import PanelMap
-from cgla_graph.comparisons.claims.panel.teams import HALF, clear_field, fly_two, fraction, varied
+from cgla_graph.comparisons.claims.panel.teams import clear_field, fly_two, fraction, half, varied
 from cgla_graph.mission.agent import Agent
 from cgla_graph.mission.belief import Belief, Report, sightings
 from cgla_graph.mission.records import Flight
@@ -60,12 +60,14 @@ def fly_on_one_matrix(mission: Rules, delay: int) -> Flight:
     return simulation.flight()
 
 
-@experiment("one-matrix", kinds=HALF, share=0.5)
+@experiment("one-matrix", kinds=half, share=0.5)
 def one_matrix(map_: PanelMap) -> list[Record]:
     """Fly on one matrix and on a matrix each, in some cells of a map; vary rules where it has a base cell."""
     threats = clear_field(map_, map_.kind.threats)
     records: list[Record] = []
-    cases = [{"radius": case["radius"], "k": case["k"]} for case in fraction(HALF.index(map_.kind))]
+    settings = fraction(half(map_.panel).index(map_.kind), map_.panel)
+    met = dict.fromkeys((case["radius"], case["k"]) for case in settings)
+    cases = [{"radius": radius, "k": k} for radius, k in met]
     for (case, rules, name), delay in product(varied(map_, cases), DELAYS):
         each = fly_two(map_, threats, sharing=Sharing(delay=delay), **case, **rules)
         of = {**map_.levels, **case, "varied": name, "delay": delay}

@@ -1,7 +1,7 @@
 """Plans and flights on lattices of several sizes (Fig. 11): how far apart the paths are, and what they cost."""
 
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any, NamedTuple
 
 import shapely
@@ -46,8 +46,9 @@ class Way(NamedTuple):
 @experiment("resolution")
 def resolution(map_: PanelMap) -> list[Record]:
     """Plan a map with all known, fly it at all radii, and vary rules and K from its base cells."""
-    records: list[Record] = [{"mode": "known", "k": k, **compared(_planned(map_, k))} for k in KNOWN_K]
-    records += [_flown(map_, radius) for radius in FACTORS["radius"]]
+    levels = map_.panel.levels
+    records: list[Record] = [{"mode": "known", "k": k, **compared(_planned(map_, k))} for k in levels("k", KNOWN_K)]
+    records += [_flown(map_, radius, k) for radius, k in product(levels("radius"), levels("k", (K,)))]
     for base in map_.bases:
         radius = base["radius"]
         records += [_flown(map_, radius, K, f"{name} {value}", **{name: value}) for name, value in RULES.items()]

@@ -4,10 +4,12 @@ The panel: the settings that all statements about flights are tested in, declare
 A cell is a kind of map (how many threats, how broad, and where the goal is) with a detection radius and a risk weight.
 Each kind has maps of its own; the cells of a kind share them. What else could change an answer (how integrals are
 taken, when and from where plans are made, constants of planners) is varied one at a time from three base cells.
+
+A claim can be run on other levels of some factors, which a user gives: that is a `Panel`, too, with no base cells.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from typing import Any, NamedTuple, TypeAlias
@@ -75,13 +77,57 @@ class Kind(NamedTuple):
     goal: str
 
 
-#: All kinds of maps, in the order of their seeds.
-KINDS = tuple(Kind(*one) for one in product(*(FACTORS[name] for name in Kind._fields)))
+@dataclass(frozen=True)
+class Panel:
+    """
+    The levels of all factors: the study's, or, of some factors, a user's own.
+
+    Attributes
+    ----------
+    own
+        A user's levels by factor, in ascending order; empty for the panel of the study.
+
+    Examples
+    --------
+    >>> own = Panel({"k": (0.5, 2.0)})
+    >>> own.levels("k"), own.levels("radius"), own.levels("k", (40.0,)), PANEL.levels("k", (40.0,))
+    ((0.5, 2.0), (0.1, 0.2, 0.4), (0.5, 2.0), (40.0,))
+    """
+
+    own: Mapping[str, tuple[Any, ...]] = field(default_factory=dict, hash=False)
+
+    def levels(self, name: str, usual: tuple[Any, ...] | None = None) -> tuple[Any, ...]:
+        """Return the levels of a factor: a user's, else the usual ones of an experiment, else the study's."""
+        return self.own.get(name, FACTORS[name] if usual is None else usual)
+
+    @cached_property
+    def kinds(self) -> tuple[Kind, ...]:
+        """All kinds of maps, in the order of their seeds."""
+        return tuple(Kind(*one) for one in product(*(self.levels(name) for name in Kind._fields)))
+
+    @property
+    def bases(self) -> tuple[Case, ...]:
+        """The cells from which rules and constants are varied: none on a user's own levels."""
+        return () if self.own else BASES
+
+    def given(self, *names: str) -> tuple[str, ...]:
+        """Return which of some factors have levels of a user."""
+        return tuple(name for name in names if name in self.own)
+
+    def fixed(self, name: str, level: float) -> Case:
+        """Fix a factor at a level that the paper names; a user's levels count instead of it."""
+        return {} if name in self.own else {name: level}
+
+
+#: The panel of the study.
+PANEL = Panel()
+#: All kinds of its maps, in the order of their seeds.
+KINDS = PANEL.kinds
 #: The kinds of the base cells.
 BASE_KINDS = tuple(Kind(*(base[name] for name in Kind._fields)) for base in BASES)
 
 
-def cells(*factors: str) -> list[dict[str, Any]]:
+def cells(*factors: str, panel: Panel = PANEL) -> list[dict[str, Any]]:
     """
     List the combinations of the levels of some factors, of all without any.
 
@@ -91,10 +137,25 @@ def cells(*factors: str) -> list[dict[str, Any]]:
     (72, {'k': 10.0})
     """
     names = factors or tuple(FACTORS)
-    return [dict(zip(names, levels, strict=True)) for levels in product(*(FACTORS[name] for name in names))]
+    return [dict(zip(names, levels, strict=True)) for levels in product(*map(panel.levels, names))]
 
 
-def seeds_of(kind: Kind, seed: int, count: int) -> list[int]:
+def across(*levels: Sequence[Any], least: int = 1, shift: int = 0) -> list[tuple[Any, ...]]:
+    """
+    Pick few combinations in which each level comes up: `least` of them or more, the last factor `shift` levels on.
+
+    Examples
+    --------
+    >>> across((0.1, 0.2), (10, 50, 200), shift=1)
+    [(0.1, 50), (0.2, 200), (0.1, 10)]
+    """
+    count, shifts = max(least, *map(len, levels)), [0] * (len(levels) - 1) + [shift]
+    return [
+        tuple(one[(number + on) % len(one)] for one, on in zip(levels, shifts, strict=True)) for number in range(count)
+    ]
+
+
+def seeds_of(kind: Kind, seed: int, count: int, panel: Panel = PANEL) -> list[int]:
     """
     Return the seeds of the maps of a kind, in the study of a seed.
 
@@ -103,14 +164,14 @@ def seeds_of(kind: Kind, seed: int, count: int) -> list[int]:
     >>> seeds_of(KINDS[1], 7, 2)
     [7010000, 7010001]
     """
-    first = MAPS_A_SEED * seed + MAPS_A_KIND * KINDS.index(kind)
+    first = MAPS_A_SEED * seed + MAPS_A_KIND * panel.kinds.index(kind)
     return list(range(first, first + count))
 
 
 @dataclass(frozen=True)
 class PanelMap:
     """
-    One map of the panel; its seed says of which kind it is.
+    One map of a panel; its seed says of which kind it is.
 
     Examples
     --------
@@ -119,11 +180,12 @@ class PanelMap:
     """
 
     seed: int
+    panel: Panel = PANEL
 
     @property
     def kind(self) -> Kind:
         """Its kind."""
-        return KINDS[self.seed % MAPS_A_SEED // MAPS_A_KIND]
+        return self.panel.kinds[self.seed % MAPS_A_SEED // MAPS_A_KIND]
 
     @property
     def goal(self) -> Point:
@@ -152,4 +214,4 @@ class PanelMap:
     @property
     def bases(self) -> list[Case]:
         """The base cells that are on maps of its kind."""
-        return [base for base, kind in zip(BASES, BASE_KINDS, strict=True) if kind == self.kind]
+        return [base for base in self.panel.bases if self.kind == tuple(base[name] for name in Kind._fields)]

@@ -2,7 +2,7 @@
 
 from cgla_graph.comparisons.claims.experiment import Record, experiment
 from cgla_graph.comparisons.claims.panel.flights import CGLA, Flights, Setup, settings_of, setup, setup_name
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, PanelMap
+from cgla_graph.comparisons.claims.panel.settings import PanelMap
 
 EIGHT = setup("eight-direction")
 #: BCV as the paper describes it, with nothing but the length in its objective, and with the toolkit's risk aversion.
@@ -26,7 +26,9 @@ def single_uav(map_: PanelMap) -> list[Record]:
     """Plan with all known, fly in all cells of a map, and vary rules and constants from its base cells, for all K."""
     flights = Flights(map_)
     records: list[Record] = [
-        {"mode": "known", "planner": of[0], "k": k, **flights.planned(of, k)} for of in HEED_K for k in FACTORS["k"]
+        {"mode": "known", "planner": of[0], "k": k, **flights.planned(of, k)}
+        for of in HEED_K
+        for k in map_.panel.levels("k")
     ]
     for one in settings_of(map_, FLOWN, CONSTANTS):
         cell = {"radius": one.radius, "k": one.k}

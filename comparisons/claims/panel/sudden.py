@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from cgla_graph._types import Point
-from cgla_graph.comparisons.claims.experiment import Record, experiment
+from cgla_graph.comparisons.claims.experiment import Record, experiment, on_diagonal
 from cgla_graph.comparisons.claims.panel.flights import flight_measures, fly
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, KINDS, RULES, SPREADS, PanelMap
+from cgla_graph.comparisons.claims.panel.settings import RULES, SPREADS, Panel, PanelMap
 from cgla_graph.mission.records import MissionStatus, UavFlight
 from cgla_graph.mission.world import TimedThreat
 from cgla_graph.model.risk import RiskField, Threat
@@ -25,16 +25,22 @@ HIGH_KS = (50.0, 100.0, 200.0)
 SPREADS_AHEAD = (1.0, 2.0, 3.0)
 
 
-@experiment("sudden-threats", kinds=tuple(kind for kind in KINDS if kind.goal == "diagonal"))
+def weights_of(panel: Panel) -> tuple[float, tuple[float, ...]]:
+    """Return the least risk weight, and those that it is compared with."""
+    low, *high = panel.levels("k", (LOW_K, *HIGH_KS))
+    return low, tuple(high)
+
+
+@experiment("sudden-threats", kinds=on_diagonal)
 def sudden_threats(map_: PanelMap) -> list[Record]:
     """Have a threat come up at (0.6, 0.5), as in Fig. 6, or straight ahead; it is as broad as the map's threats are."""
     field = map_.drawn(start=POPUP_START)
     spread = sum(SPREADS[map_.kind.spread]) / 2.0
     fig_6 = Threat(*POPUP, spread)
     records: list[Record] = []
-    for radius in FACTORS["radius"]:
+    for radius in map_.panel.levels("radius"):
         records += _weights_compared(map_, field, fig_6, {"radius": radius})
-        for k in FACTORS["k"]:
+        for k in map_.panel.levels("k"):
             records += _ahead(map_, field, spread, radius, k)
     for base in map_.bases:
         for name, value in RULES.items():
@@ -51,10 +57,11 @@ def _weights_compared(
     **rules: Any,  # noqa: ANN401 - as `Mission` takes them
 ) -> list[Record]:
     """Fly under the lesser risk weight and under each greater one: two records for each pair."""
-    flown = {k: _fly(map_, field, k, cell["radius"], threat, **rules) for k in (LOW_K, *HIGH_KS)}
+    low, greater = weights_of(map_.panel)
+    flown = {k: _fly(map_, field, k, cell["radius"], threat, **rules) for k in (low, *greater)}
     return [
         {"event": "Fig. 6", "varied": "", **cell, "high": high, "k": k, **flight_measures(flown[k], k)}
-        for high, k in ((high, k) for high in HIGH_KS for k in (LOW_K, high))
+        for high, k in ((high, k) for high in greater for k in (low, high))
     ]
 
 

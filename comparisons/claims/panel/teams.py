@@ -8,12 +8,14 @@ from cgla_graph._types import Point
 from cgla_graph.comparisons.claims.experiment import Record, experiment
 from cgla_graph.comparisons.claims.panel.flights import COLLISION_DISTANCE, MAX_TICKS, fly, team_measures
 from cgla_graph.comparisons.claims.panel.settings import (
-    FACTORS,
-    KINDS,
+    PANEL,
     RULES,
     START,
     Case,
+    Kind,
+    Panel,
     PanelMap,
+    across,
     cells,
 )
 from cgla_graph.mission.records import Flight
@@ -33,13 +35,24 @@ NO_OBSTACLE = "none"
 #: What the paper does not print: the spread of a virtual obstacle and SD, map units.
 OBSTACLE_SPREADS = (0.02, 0.03, 0.05)
 SAFE_DISTANCES = (0.06, 0.1)
-#: SD has to be below the detection radius: at most this share of it.
-MOST_OF_RADIUS = 0.9
+#: SD has to be below the detection radius, and above a tenth of it: at most and at least this share of it.
+MOST_OF_RADIUS, LEAST_OF_RADIUS = 0.9, 0.105
 #: The numbers of threats in Fig. 12, with the paper's stepnum.
 FEW_THREATS = (5, 7)
 STEPNUM = 3
-#: Half of the kinds of maps: any two levels of number, spread and goal meet in them.
-HALF = tuple(kind for number, kind in enumerate(KINDS) if number.bit_count() % 2 == 0)
+
+
+def half(panel: Panel) -> Sequence[Kind]:
+    """
+    Return every other kind of map: on the panel of the study, any two levels of number, spread and goal meet in them.
+
+    Examples
+    --------
+    >>> [tuple(kind) for kind in half(Panel({"threats": (5,)}))]
+    [(5, 'narrow', 'diagonal'), (5, 'broad', 'aside')]
+    """
+    numbers = [sum(panel.levels(name).index(level) for name, level in kind._asdict().items()) for kind in panel.kinds]
+    return [kind for kind, number in zip(panel.kinds, numbers, strict=True) if number % 2 == 0]
 
 
 def clear_field(map_: PanelMap, count: int) -> RiskField:
@@ -58,9 +71,11 @@ def clear_field(map_: PanelMap, count: int) -> RiskField:
     return RiskField(kept[:count])
 
 
-def fraction(index: int) -> list[dict[str, Any]]:
+def fraction(index: int, panel: Panel = PANEL) -> list[dict[str, Any]]:
     """
-    List three settings for the first, second, … of four kinds: any two levels of two settings meet on one of them.
+    List a few settings for the first, second, … kind, in which each level comes up.
+
+    On the panel of the study they are three, and any two levels of two settings meet on one of the first four kinds.
 
     Examples
     --------
@@ -70,11 +85,11 @@ def fraction(index: int) -> list[dict[str, Any]]:
     return [
         {
             "radius": radius,
-            "k": FACTORS["k"][(number + index) % 3],
+            "k": k,
             "obstacle_spread": OBSTACLE_SPREADS[(number + 2 * index) % 3],
             "safe_distance": SAFE_DISTANCES[(number + index // 2) % 2],
         }
-        for number, radius in enumerate(FACTORS["radius"])
+        for number, (radius, k) in enumerate(across(panel.levels("radius"), panel.levels("k"), least=3, shift=index))
     ]
 
 
@@ -104,7 +119,8 @@ def fly_two(
     True
     """
     # without virtual obstacles SD decides nothing, but a large one would keep b on the ground
-    usual = {"safe_distance": SAFE_DISTANCES[0], "sharing": "none", "max_ticks": MAX_TICKS}
+    safe_distance = min(SAFE_DISTANCES[0], MOST_OF_RADIUS * settings["radius"])
+    usual = {"safe_distance": safe_distance, "sharing": "none", "max_ticks": MAX_TICKS}
     meeting = {"collisions": "record", "collision_distance": COLLISION_DISTANCE}
     starts = {"a": START, "b": SECOND_STARTS[formation]}
     return fly(starts, threats, map_.goal, **{**usual, **meeting, **settings})
@@ -126,7 +142,7 @@ def sharing_flights(map_: PanelMap) -> list[Record]:
     """Fly without and with sharing, from both formations in all cells of a map, side by side where rules are varied."""
     threats = clear_field(map_, map_.kind.threats)
     records: list[Record] = []
-    for case, rules, name in varied(map_, cells("radius", "k")):
+    for case, rules, name in varied(map_, cells("radius", "k", panel=map_.panel)):
         for formation, sharing in product((SIDE,) if name else SECOND_STARTS, SHARINGS):
             measured = team_measures(fly_two(map_, threats, formation, sharing=sharing, **case, **rules))
             of = {"formation": formation, "sharing": sharing, "varied": name}
@@ -137,17 +153,18 @@ def sharing_flights(map_: PanelMap) -> list[Record]:
 def kept_apart(map_: PanelMap, threats: RiskField, stepnum: int, case: Case, **settings: Any) -> Flight:  # noqa: ANN401
     """Fly side by side with virtual obstacles so many steps ahead, in a case of `fraction`; settings are of `fly`."""
     obstacle = VirtualObstacle(stepnum=stepnum, spread=case["obstacle_spread"])
-    safe_distance = min(case["safe_distance"], MOST_OF_RADIUS * case["radius"])
+    radius = case["radius"]
+    safe_distance = max(min(case["safe_distance"], MOST_OF_RADIUS * radius), LEAST_OF_RADIUS * radius)
     usual = {"k": case["k"], "radius": case["radius"], "safe_distance": safe_distance, "virtual_obstacle": obstacle}
     return fly_two(map_, threats, **usual, **settings)
 
 
-@experiment("obstacles", kinds=HALF)
+@experiment("obstacles", kinds=half)
 def obstacle_flights(map_: PanelMap) -> list[Record]:
     """Fly without virtual obstacles, and with them at several distances ahead, in some cells of a map."""
     threats = clear_field(map_, map_.kind.threats)
     records: list[Record] = []
-    for case, rules, name in varied(map_, fraction(HALF.index(map_.kind))):
+    for case, rules, name in varied(map_, fraction(half(map_.panel).index(map_.kind), map_.panel)):
         bare = team_measures(fly_two(map_, threats, k=case["k"], radius=case["radius"], **rules))
         of = {**map_.levels, **case, "varied": name}
         records.append({**of, "stepnum": NO_OBSTACLE, **bare})
@@ -162,15 +179,22 @@ def obstacle_flights(map_: PanelMap) -> list[Record]:
     return records
 
 
-@experiment("few-threats")
+def _not_by_number(panel: Panel) -> Sequence[Kind]:
+    """Return all kinds of the study, where numbers of threats are others anyhow; a user's numbers need one of each."""
+    return [kind for kind in panel.kinds if not panel.given("threats") or kind.threats == panel.kinds[0].threats]
+
+
+@experiment("few-threats", kinds=_not_by_number)
 def few_threats(map_: PanelMap) -> list[Record]:
     """Fly two UAVs that share and keep apart among five and seven threats; vary one rule, another one on each map."""
     # kinds that differ only in the number of threats are of one kind here
-    cases = fraction(KINDS.index(map_.kind) % 4)
+    cases = fraction(map_.panel.kinds.index(map_.kind) % 4, map_.panel)
     records: list[Record] = []
     rule = dict([list(RULES.items())[map_.seed % len(RULES)]])
-    flown: list[tuple[Case, Case]] = [*((case, {}) for case in cases), (cases[1], rule)]
-    for count, (case, rules) in product(FEW_THREATS, flown):
+    flown: list[tuple[Case, Case]] = [(case, {}) for case in cases]
+    if not map_.panel.own:
+        flown.append((cases[1], rule))
+    for count, (case, rules) in product(map_.panel.levels("threats", FEW_THREATS), flown):
         measured = team_measures(kept_apart(map_, clear_field(map_, count), STEPNUM, case, sharing="global", **rules))
         of = {"few_threats": count, "varied": "".join(f"{name} {value}" for name, value in rules.items())}
         works = measured["arrived"] and not measured["collided"]

@@ -10,9 +10,9 @@ import numpy as np
 
 from cgla_graph._types import Point
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.claim import FLOWN, Answer, Basis, Finding, Row, claim, flown_at, require
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
-from cgla_graph.comparisons.claims.panel.arrivals import EXCLUSION_K, same_trace
+from cgla_graph.comparisons.claims.panel.arrivals import EXCLUSION_K, RADIUS, same_trace
 from cgla_graph.comparisons.claims.panel.flights import MAX_TICKS
 from cgla_graph.comparisons.claims.panel.settings import BOUNDS
 from cgla_graph.comparisons.claims.rule import judged, panel_table
@@ -165,6 +165,7 @@ def _stuck_from_lattice_points(samples: Samples) -> str:
     "A proof, with its steps asserted on random missions. Flights of the panel with plans on every tick, which begin "
     "where the UAV is or at the nearest lattice point: N = 10 and 20, all K, on all kinds of maps.",
     experiments=("starts-of-plans",),
+    settings=FLOWN,
 )
 def _check_c17(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C17"), evidence.instances(200, 25)
@@ -223,6 +224,7 @@ def turns_back(free: UavFlight, bound: UavFlight) -> tuple[int, Point]:
     "A proof for maps that are all known, and a stored flight. How often flights differ: goal on the diagonal, OR 0.2, "
     f"K = {EXCLUSION_K:g}; the UAV flies from lattice point to lattice point, as Step 5 excludes these.",
     experiments=("exclusion",),
+    settings=flown_at(EXCLUSION_K, radii=(RADIUS,)),
 )
 def _check_c18(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C18"), evidence.instances(200, 25)
@@ -230,11 +232,11 @@ def _check_c18(evidence: Evidence) -> Finding:
     free, bound = (one.fly().uavs["a"] for one in counterexamples.mission(EXCLUSION).missions(get).values())
     tick, previous = turns_back(free, bound)
     require(not same_trace(free, bound), f"the two flights of {EXCLUSION} are the same")
-    differs = evidence.samples["exclusion"].column("differs")
+    differs = [float(one["differs"]) for one in evidence.samples["exclusion"].records]
     lengths = f"length {free.length:.4g} and {bound.length:.4g}"
     why = f"asserted at {points} points; in {EXCLUSION} tick {tick} leads back over {previous}: {lengths}"
     where = "holds if all threats are known; fails with limited sight"
-    size = f"{100.0 * np.nanmean(differs):.2g} % of flights differ"
+    size = f"{100.0 * np.mean(differs):.2g} % of flights differ"
     return Finding(
         (Row("the same", Answer.DEPENDS, Basis.COUNTEREXAMPLE, where, size, why=why),),
         notes=(
@@ -265,6 +267,7 @@ _PAIRS = _rarely(
     "Where flights can be stuck by C17: one UAV with plans on every tick from lattice points, on all kinds of maps; "
     "two UAVs with virtual obstacles, which fly side by side or change places, goal on the diagonal; varied: K and OR.",
     experiments=("starts-of-plans", "pairs-apart"),
+    settings=FLOWN,
 )
 def _check_c19(evidence: Evidence) -> Finding:
     locked = stored_livelocks()
@@ -273,7 +276,8 @@ def _check_c19(evidence: Evidence) -> Finding:
         moving = all(np.ptp(one.trace[since - 1 :], axis=0).max() > 0.0 for one in flight.uavs.values())
         require(moving, "a UAV of a stored livelock stands still: it does not fly to and fro")
     single = judged(evidence.samples["starts-of-plans"], _FROM_LATTICE_POINTS)
-    pairs = judged(evidence.samples["pairs-apart"], _PAIRS)
+    in_pairs = replace(_PAIRS, factors=(*_PAIRS.factors, *evidence.panel.given("radius", "k")))
+    pairs = judged(evidence.samples["pairs-apart"], in_pairs)
     never = Row("never stuck", Answer.DEPENDS, Basis.COUNTEREXAMPLE, AS_C17, why="two stored livelocks")
     return Finding(
         (never, single.row, pairs.row),

@@ -6,10 +6,10 @@ The planner that flies here is in the style of the original, whose text is not p
 
 from functools import partial
 
-from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim
+from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, flown_at
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.panel.flights import CGLA, MAX_TICKS, Setup, fly, setup_name
-from cgla_graph.comparisons.claims.panel.settings import FACTORS
+from cgla_graph.comparisons.claims.panel.settings import PANEL, Case, Panel
 from cgla_graph.comparisons.claims.panel.single_uav import BCV, BCV_AVERSE
 from cgla_graph.comparisons.claims.rule import judged, panel_table
 from cgla_graph.comparisons.claims.statement import Rate, Shift, Statement, Within
@@ -21,7 +21,7 @@ _CGLA = {"planner": "cgla"}
 #: BCV-style by what its objective weighs.
 OBJECTIVES = {"length only": BCV, "risk-averse": BCV_AVERSE}
 #: The K of the claim; BCV-style has none.
-_FLOWN = {"mode": "flown", "k": 10.0}
+K = 10.0
 #: Lengths are similar within this.
 SIMILAR = 0.1
 #: Close to risk is where F is above this, by the measure of flights.
@@ -35,9 +35,15 @@ _READS = (
 )
 
 
-def _against_bcv(words: str) -> list[Statement]:
+def _flown(words: str, panel: Panel) -> tuple[dict[str, str], Case]:
+    """Return the case of BCV-style with an objective, and what restricts the panel."""
+    return {"planner": setup_name(OBJECTIVES[words])}, {"mode": "flown", **panel.fixed("k", K)}
+
+
+def against_bcv(words: str, panel: Panel = PANEL) -> list[Statement]:
     """List what is said of CGLA's risk, cost and length against those of BCV-style with an objective."""
-    of = partial(Statement, first=_CGLA, second={"planner": setup_name(OBJECTIVES[words])}, where=_FLOWN)
+    second, where = _flown(words, panel)
+    of = partial(Statement, first=_CGLA, second=second, where=where)
     found = [
         of(f"less risk ({words})", "risk", printed="0.239"),
         of(f"less cost ({words})", "cost"),
@@ -48,13 +54,10 @@ def _against_bcv(words: str) -> list[Statement]:
     return [*found, similar] if OBJECTIVES[words] == BCV else found
 
 
-#: What C32 says, by objective of BCV-style.
-AGAINST_BCV = {words: _against_bcv(words) for words in OBJECTIVES}
-
-
-def _of_bcv(words: str) -> list[Statement]:
+def _of_bcv(words: str, panel: Panel) -> list[Statement]:
     """List what is said of BCV-style's arrivals, and of its way through risk, with an objective."""
-    of = partial(Statement, first={"planner": setup_name(OBJECTIVES[words])}, second=_CGLA, where=_FLOWN)
+    first, where = _flown(words, panel)
+    of = partial(Statement, first=first, second=_CGLA, where=where)
     near = partial(of, less=False, test=Shift(ratio=False), size="{} map units")
     return [
         of(f"arrives less often ({words})", "arrived", test=Rate(), size="{first} % against {second} %"),
@@ -69,9 +72,14 @@ def _of_bcv(words: str) -> list[Statement]:
     _READS,
     experiments=("single-uav",),
     figures=("Fig. 5", "Table 1"),
+    settings=flown_at(K),
 )
 def _check_c32(evidence: Evidence) -> Finding:
-    found = [judged(evidence.samples["single-uav"], one) for of in AGAINST_BCV.values() for one in of]
+    found = [
+        judged(evidence.samples["single-uav"], one)
+        for words in OBJECTIVES
+        for one in against_bcv(words, evidence.panel)
+    ]
     return Finding(tuple(one.row for one in found), tables=(panel_table("CGLA over BCV-style (ratios)", found),))
 
 
@@ -82,24 +90,32 @@ def _check_c32(evidence: Evidence) -> Finding:
     f"{_READS} Close to risk is where F > {CLOSE:g}.",
     experiments=("single-uav",),
     figures=("Fig. 5", "Table 1"),
+    settings=flown_at(K),
 )
 def _check_c33(evidence: Evidence) -> Finding:
-    found = [judged(evidence.samples["single-uav"], one) for words in OBJECTIVES for one in _of_bcv(words)]
-    return Finding((stuck_row(), *(one.row for one in found)), tables=(panel_table("BCV-style against CGLA", found),))
+    found = [
+        judged(evidence.samples["single-uav"], one) for words in OBJECTIVES for one in _of_bcv(words, evidence.panel)
+    ]
+    return Finding(
+        (stuck_row(evidence.panel), *(one.row for one in found)), tables=(panel_table("BCV-style against CGLA", found),)
+    )
 
 
-def stuck_row() -> Row:
+def stuck_row(panel: Panel = PANEL) -> Row:
     """Fly CGLA and BCV-style over the shipped crowd, and say for which objectives and radii only CGLA arrives."""
     problem = load_scenario(STUCK_ON).problem
 
-    def arrives(of: Setup, radius: float) -> bool:
+    def arrives(of: Setup, radius: float, k: float) -> bool:
         solver, one = get(of[0], **dict(of[1])), {"a": problem.start}
-        flight = fly(one, problem.field, problem.goal, solver, k=10.0, radius=radius, max_ticks=MAX_TICKS)
+        flight = fly(one, problem.field, problem.goal, solver, k=k, radius=radius, max_ticks=MAX_TICKS)
         return flight.uavs["a"].status is MissionStatus.ARRIVED
 
-    seen = [radius for radius in FACTORS["radius"] if arrives(CGLA, radius)]
+    # BCV-style weighs nothing by K
+    ks, radii = panel.levels("k", (K,)), panel.levels("radius")
+    seen = [radius for radius in radii if any(arrives(CGLA, radius, k) for k in ks)]
     stuck = [
-        f"OR {radius:g} ({words})" for words, of in OBJECTIVES.items() for radius in seen if not arrives(of, radius)
+        f"OR {radius:g} ({words})" for words, of in OBJECTIVES.items() for radius in seen if not arrives(of, radius, K)
     ]
-    answer, why = Answer.HOLDS if stuck else Answer.OPEN, f"K = 10, with {', '.join(stuck)}"
+    answer = Answer.HOLDS if stuck else Answer.OPEN
+    why = f"K = {', '.join(f'{k:g}' for k in ks)}, with {', '.join(stuck) or f'no OR of {len(radii)}'}"
     return Row("can get stuck where CGLA arrives", answer, Basis.COUNTEREXAMPLE, f"on the map {STUCK_ON}", why=why)

@@ -10,7 +10,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.claim import FLOWN, KNOWN, Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.panel.complexity import (
     CROSSED,
@@ -53,7 +53,8 @@ _proved = partial(Row, answer=Answer.HOLDS, basis=Basis.PROOF)
 def _sized(samples: Samples, found: Judged, size: str, measure: str = "") -> Row:
     """Return a line of the page whose size is that of the values themselves, or of another measure."""
     plain = replace(found.statement, measure=measure or found.statement.measure, second=0.0, size=size)
-    return replace(found.row, size=judged(samples, replace(plain, test=_DIFFERENCE)).size)
+    own = judged(samples, replace(plain, test=_DIFFERENCE))
+    return replace(found.row, size=own.size, interval=own.interval)
 
 
 def sample_count(n: int) -> int:
@@ -81,6 +82,7 @@ def _samples_on(lattice: Lattice) -> int:
     "Computing all weights takes of the order of N^4 operations.",
     "A proof, by counts; and all kinds of maps with each K for how many weights the optimum needs, at N = 20.",
     experiments=("plans",),
+    settings=KNOWN,
 )
 def _check_c20(evidence: Evidence) -> Finding:
     rng = evidence.rng("C20")
@@ -168,6 +170,7 @@ def _late_start() -> tuple[int, int]:
     "T as rounds until p_s is in Delta_k and as edges of the path, planned with all known: all kinds of maps "
     "with each K, and N = 10, 20 and 25, as how far is far may depend on N. T as moves: a proof.",
     experiments=("plans",),
+    settings=KNOWN,
 )
 def _check_c21(evidence: Evidence) -> Finding:
     rng = evidence.rng("C21")
@@ -217,6 +220,7 @@ _PLANNING = {"on every move": "every move", "when something is seen": "on change
     "spreads, detection radii and K, both goals together, as each map flies in a third of the cells. Varied: steps "
     "of 0.02 at each N, and not of 0.4 lattice units. T is the number of moves; the bounds are 4 and 5 to the letter.",
     experiments=("flight-operations",),
+    settings=FLOWN,
 )
 def _check_c22(evidence: Evidence) -> Finding:
     require(all(n * math.log(n**2) <= n**2 for n in range(1, 1001)), "with T = N the second term is the larger one")
@@ -256,6 +260,7 @@ def _check_c22(evidence: Evidence) -> Finding:
     "The first half: a proof. The second: the last threat of each map comes up where the others are known, on all "
     "kinds of maps, with each K, at N = 20; varied: N = 10. Far fewer is read as fewer than half.",
     experiments=("new-threat",),
+    settings=KNOWN,
 )
 def _check_c23(evidence: Evidence) -> Finding:
     reaches, further = _unreached_weights_stay(evidence)

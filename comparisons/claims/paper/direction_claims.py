@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.claim import FLOWN, KNOWN, Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.panel.complexity import PASSAGES, pair_count
 from cgla_graph.comparisons.claims.panel.flights import N, paper_lattice
@@ -41,6 +41,7 @@ DIRECTIONS = [
     "the comparison is about directions alone, as both minimise the same cost.",
     experiments=("single-uav",),
     figures=("Fig. 2",),
+    settings=FLOWN,
 )
 def _check_c26(evidence: Evidence) -> Finding:
     found = [judged(evidence.samples["single-uav"], one) for one in DIRECTIONS]
@@ -71,6 +72,7 @@ def neighbour_count(n: int) -> int:
     "found, which do not depend on threats: both goals, areas 0.075 apart and walls with one passage, at the same N; "
     "varied: the rule for corners of areas, and the lattice.",
     experiments=("plans", "passages"),
+    settings=KNOWN,
 )
 def _check_c55(evidence: Evidence) -> Finding:
     _fewer_operations(evidence)
@@ -92,7 +94,7 @@ def _check_c55(evidence: Evidence) -> Finding:
         why="4 N^2 - 6 N + 2 pairs of neighbours against N^2 (N^2 - 1) / 2 pairs, and Eq. 9 uses none twice",
     )
     return Finding(
-        (replace(found.row, size=narrowest.size), turned.row, operations),
+        (replace(found.row, size=narrowest.size, interval=narrowest.interval), turned.row, operations),
         notes=(
             "Edges in eight directions are edges of the complete graph: plans found can only be fewer.",
             "A lattice unit is 1 / N wide; a passage of a unit or more is no obstacle.",

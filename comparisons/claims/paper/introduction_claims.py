@@ -6,7 +6,7 @@ The planners are in the style of the originals, most of which are not public: an
 
 from functools import partial
 
-from cgla_graph.comparisons.claims.claim import Finding, claim
+from cgla_graph.comparisons.claims.claim import FLOWN, Finding, claim
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.panel.introduction import SHORT, SIMPLE, SUDDEN
 from cgla_graph.comparisons.claims.rule import judged, panel_table
@@ -78,12 +78,11 @@ A2D = _costs("A2D-style fails on complex maps", first=_A2D, second=_CGLA, size="
     f"comes up on its way after {SUDDEN} steps, a detection radius ahead, on simple maps. Factors: Voronoi graphs with "
     "and without their elastic chain, how many spreads visibility graphs keep off threats; varied: A2D's threshold.",
     experiments=("introduction", "single-uav"),
+    settings=FLOWN,
 )
 def _check_c50(evidence: Evidence) -> Finding:
     records = evidence.samples["introduction"].records
-    simple, complex_ = (
-        Samples([one for one in records if (one["threats"] == SIMPLE) is is_simple]) for is_simple in (True, False)
-    )
+    simple, complex_ = (Samples([one for one in records if one["simple"] is is_simple]) for is_simple in (True, False))
     found = [judged(of, one) for of, group in ((simple, ON_SIMPLE), (complex_, ON_COMPLEX)) for one in group]
     found.append(judged(evidence.samples["single-uav"], A2D))
     return Finding(

@@ -9,12 +9,12 @@ from itertools import pairwise
 import numpy as np
 
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.claim import KNOWN, Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.panel.flights import paper_lattice
 from cgla_graph.comparisons.claims.panel.learners import AS_GOOD_AS, GAMMAS, UNDISCOUNTED, discount_name
-from cgla_graph.comparisons.claims.panel.settings import KINDS, PanelMap, seeds_of
+from cgla_graph.comparisons.claims.panel.settings import PanelMap
 from cgla_graph.comparisons.claims.rule import Judged, judged, panel_table
 from cgla_graph.comparisons.claims.statement import Share, Statement
 from cgla_graph.solvers.grid.value_iteration import DecisionProcess, decision_process, least_target_reward
@@ -67,10 +67,10 @@ def least_reward_by_formula(process: DecisionProcess, gamma: float) -> float:
     return max(0.0, least)
 
 
-def require_formula(records: Sequence[Record], seeds: Sequence[int]) -> int:
+def require_formula(records: Sequence[Record], maps: Sequence[PanelMap]) -> int:
     """Assert that rewards of some maps are those of the formula, or 0 without discount or risk; return how many."""
     count = 0
-    for one in map(PanelMap, seeds):
+    for one in maps:
         for gamma in GAMMAS:
             riskless = least_target_reward(one.problem(0.0), gamma=gamma, resolution=paper_lattice())
             require(riskless == 0.0, f"map {one.seed}, gamma = {gamma:g}: without risk {riskless:g} is needed")
@@ -118,12 +118,12 @@ def needed_rewards(samples: Samples) -> Judged:
     f"All kinds of maps and K, for gamma = {', '.join(f'{gamma:g}' for gamma in GAMMAS)}: the least reward at the "
     "target for which the exact best moves lead there, so that training plays no part; varied: the lattice.",
     experiments=("learners",),
+    settings=KNOWN,
 )
 def _check_c25(evidence: Evidence) -> Finding:
     samples = evidence.samples["learners"]
     falls = stored_rewards()
-    seeds = [seed for kind in KINDS for seed in seeds_of(kind, evidence.scale.seed, evidence.instances(3, 1))]
-    count = require_formula(samples.where(mode="needed"), seeds)
+    count = require_formula(samples.where(mode="needed"), evidence.maps(evidence.instances(3, 1)))
     found = needed_rewards(samples)
     why = f"none is on the stored map (gamma = {GAMMAS[0]:g} to 1), nor without risk, nor for gamma = 1"
     always = Row("a target reward is always needed", Answer.FAILS, Basis.COUNTEREXAMPLE, why=why)
@@ -165,6 +165,7 @@ def learned_well(samples: Samples) -> list[Judged]:
     "rewards at the target (the least that is needed and 10 %, 3, 100), against the optimum in the same eight "
     "directions; varied: rate and length of training. gamma = 1 is outside of the paper's range and stands apart.",
     experiments=("learners",),
+    settings=KNOWN,
 )
 def _check_c53(evidence: Evidence) -> Finding:
     found = learned_well(evidence.samples["learners"])

@@ -7,10 +7,10 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.claim import FLOWN, KNOWN, Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.panel.flights import MAX_TICKS, fly, paper_lattice
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, KINDS, START, PanelMap, seeds_of
+from cgla_graph.comparisons.claims.panel.settings import START
 from cgla_graph.comparisons.claims.paper.random_graphs import TIED, least_costs, random_graph, runs_in_circle
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.cost_to_go.theorem_1 import SAME, are_close, eq_9, zero_diagonal
@@ -82,6 +82,7 @@ def _assert_eq_9(rng: np.random.Generator) -> int:
     "Section 4.2.1, Theorem 1 (1), (2)",
     "With positive weights G converges in finitely many steps, and settled values stay.",
     f"{_ON_GRAPHS} Random p_r: all kinds of maps and K, all known, N = 10.",
+    settings=KNOWN,
 )
 def _check_c11(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C11"), evidence.instances(300, 40)
@@ -169,9 +170,9 @@ def _assert_gaps() -> None:
 def _random_pivots(evidence: Evidence) -> tuple[str, float]:
     """Count rounds with random p_r on maps of the panel; return their medians by K, and how much N^2 leave wrong."""
     rng, each = evidence.rng("C11 random p_r"), evidence.instances(5, 1)
-    maps = [PanelMap(seed) for kind in KINDS for seed in seeds_of(kind, evidence.scale.seed, each)]
+    maps = evidence.maps(each)
     found = []
-    for k, one in itertools.product(FACTORS["k"], maps):
+    for k, one in itertools.product(evidence.panel.levels("k"), maps):
         on = one.problem(k).on_lattice(paper_lattice(10))
         graph, n = on.graph.with_weights_held(), on.graph.n_nodes
         least = cost_matrix(graph, on.target).values
@@ -247,6 +248,7 @@ def _check_c13(evidence: Evidence) -> Finding:
     "Dynamic programming cannot be used directly with limited information, and is exhaustive.",
     "Cells drawn from all of the panel, plans where something new is seen and on each tick, to see whether dynamic "
     "programming flies as CGLA; a stored map for the effort.",
+    settings=FLOWN,
 )
 def _check_c24(evidence: Evidence) -> Finding:
     missions = counterexamples.mission("dijkstra-flies.toml").missions(get)
@@ -275,8 +277,8 @@ def _flown_alike(evidence: Evidence) -> str:
     rng, each = evidence.rng("C24 flights"), evidence.instances(3, 1)
     planners = (("change", Dijkstra()), ("tick", Dijkstra()), ("change", Cgla(schedule="synchronous")))
     alike = []
-    for one in (PanelMap(seed) for kind in KINDS for seed in seeds_of(kind, evidence.scale.seed, each)):
-        radius, k = (float(rng.choice(FACTORS[name])) for name in ("radius", "k"))
+    for one in evidence.maps(each):
+        radius, k = (float(rng.choice(evidence.panel.levels(name))) for name in ("radius", "k"))
         for replan, solver in planners:
             flown = [
                 fly({"a": START}, one.field, one.goal, by, k=k, radius=radius, replan=replan, max_ticks=MAX_TICKS)

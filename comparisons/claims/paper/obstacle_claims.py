@@ -7,7 +7,7 @@ The paper prints neither their spread nor SD: both are factors, beside those of 
 from functools import partial
 
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.claim import FLOWN, Answer, Basis, Finding, Row, Setting, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.panel.flights import COLLISION_DISTANCE, team_measures
 from cgla_graph.comparisons.claims.panel.settings import FACTORS
@@ -33,6 +33,10 @@ _SETTINGS = (
 )
 
 
+#: What a user can set of C48, whose numbers of threats are its own.
+_FEW = {**FLOWN, "threats": Setting("the first so many threats of each map", usual=FEW_THREATS)}
+
+
 def _often(measure: str, bar: float) -> partial[Statement]:
     """State that something happens on a share of maps above a bar."""
     return partial(Statement, measure=measure, second=bar, less=False, test=Share(bar))
@@ -50,6 +54,7 @@ _collide = partial(
     _READS,
     experiments=("obstacles",),
     figures=("Fig. 7",),
+    settings=FLOWN,
 )
 def _check_c39(evidence: Evidence) -> Finding:
     more = partial(_collide, second={"stepnum": STEPNUM}, less=False)
@@ -89,6 +94,7 @@ def pairs_that_collide() -> str:
     merged=(40,),
     experiments=("obstacles",),
     figures=("Fig. 8",),
+    settings=FLOWN,
 )
 def _check_c41(evidence: Evidence) -> Finding:
     with_them = {"stepnum": STEPNUM}
@@ -125,6 +131,7 @@ def _check_c41(evidence: Evidence) -> Finding:
     "SD. Varied: integral, replanning and start, each on a third of the maps.",
     experiments=("few-threats",),
     figures=("Fig. 12",),
+    settings=_FEW,
 )
 def _check_c48(evidence: Evidence) -> Finding:
     factors = tuple(name for name in OBSTACLE_FACTORS if name != "threats")
@@ -134,7 +141,7 @@ def _check_c48(evidence: Evidence) -> Finding:
             evidence.samples["few-threats"],
             works(f"{count} threats: it works on > {NEARLY_ALL:.0%}", first={"few_threats": count}),
         )
-        for count in FEW_THREATS
+        for count in evidence.panel.levels("threats", FEW_THREATS)
     ]
     return Finding(
         tuple(one.row for one in found),

@@ -7,10 +7,10 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.claim import KNOWN, Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.panel.flights import paper_lattice
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, GOALS, KINDS, START, PanelMap, seeds_of
+from cgla_graph.comparisons.claims.panel.settings import FACTORS, GOALS, START
 from cgla_graph.comparisons.claims.paper.random_graphs import TIED, least_costs, random_graph, runs_in_circle
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.cost_to_go.theorem_1 import SAME, eq_9, zero_diagonal
@@ -27,6 +27,7 @@ from cgla_graph.solvers.exact.cgla import Cgla
     "Abstract, Section 4.2.1",
     "The path found is optimal.",
     "All paths of small random graphs; for the size all kinds of maps and K, all known, against paths of the plane.",
+    settings=KNOWN,
 )
 def _check_c14(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C14"), evidence.instances(150, 25)
@@ -62,8 +63,8 @@ def _excess(problem: Problem, lattice: Lattice) -> float:
 
 def _in_the_plane(evidence: Evidence) -> str:
     """Return medians of the excess by K, over all kinds of maps: a kind has too few for one of its own."""
-    maps = [PanelMap(seed) for kind in KINDS for seed in seeds_of(kind, evidence.scale.seed, evidence.instances(10, 1))]
-    medians = [np.median([_excess(one.problem(k), paper_lattice()) for one in maps]) for k in FACTORS["k"]]
+    maps, ks = evidence.maps(evidence.instances(10, 1)), evidence.panel.levels("k")
+    medians = [np.median([_excess(one.problem(k), paper_lattice()) for one in maps]) for k in ks]
     return f"N = 20: {min(medians):.2%} to {max(medians):.2%} more (medians by K)".replace("%", " %")
 
 

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from cgla_graph.comparisons.claims.claim import Finding, claim
+from cgla_graph.comparisons.claims.claim import Finding, claim, flown_at
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.panel.resolution import SAME_WITHIN
 from cgla_graph.comparisons.claims.rule import judged, panel_table
@@ -22,6 +22,7 @@ _MODES: tuple[tuple[str, str, str], ...] = (("all known", "known", "k"), ("in fl
     "radius: the paper shows one map and names no radius. Varied in flight: K, integral, replanning and start.",
     experiments=("resolution",),
     figures=("Fig. 11",),
+    settings=flown_at(40.0),
 )
 def _check_c46(evidence: Evidence) -> Finding:
     often = partial(Statement, second=OFTEN, less=False, test=Share(OFTEN), size="on {} % of maps", printed="one map")
@@ -32,7 +33,8 @@ def _check_c46(evidence: Evidence) -> Finding:
                 f"nearly the same on > {OFTEN:.0%} of maps, {words}",
                 "same",
                 first={"mode": mode},
-                factors=("threats", "spread", "goal", factor),
+                # flights are at the paper's K, unless a user gives others
+                factors=("threats", "spread", "goal", *dict.fromkeys((factor, *evidence.panel.given("k")))),
             ),
         )
         for words, mode, factor in _MODES

@@ -10,7 +10,7 @@ from functools import partial
 from typing import TypeAlias
 
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.claim import FLOWN, Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.panel.flights import CGLA, N, Setup, setup_name
@@ -131,6 +131,7 @@ def judged_flights(samples: Mapping[str, Samples]) -> list[Judged]:
     merged=(35,),
     experiments=("single-uav", "learners"),
     figures=("Fig. 5", "Table 1"),
+    settings=FLOWN,
 )
 def _check_c34(evidence: Evidence) -> Finding:
     found = judged_flights(evidence.samples)

@@ -5,12 +5,12 @@ from functools import partial
 import numpy as np
 
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.claim import FLOWN, Answer, Basis, Finding, Row, claim, flown_at, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.panel.company import UAVS
 from cgla_graph.comparisons.claims.panel.flights import team_measures
 from cgla_graph.comparisons.claims.panel.one_matrix import DELAYS, fly_on_one_matrix
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, PanelMap
+from cgla_graph.comparisons.claims.panel.settings import FACTORS, PANEL, Panel, PanelMap
 from cgla_graph.comparisons.claims.panel.teams import fly_two
 from cgla_graph.comparisons.claims.paper.printed_values import value
 from cgla_graph.comparisons.claims.rule import judged, panel_table
@@ -41,6 +41,7 @@ def factors_of_harm() -> dict[str, float]:
     "side by side.",
     experiments=("sharing",),
     figures=("Fig. 9", "Table 3"),
+    settings=FLOWN,
 )
 def _check_c42(evidence: Evidence) -> Finding:
     shared = partial(_LESS, first={"sharing": "global"}, second={"sharing": "none"}, factors=(*FACTORS, "formation"))
@@ -83,6 +84,7 @@ def require_same_at_once(seed: int, count: int) -> None:
     "two levels meet: the effect is large. Reports take 2, 5 or 10 ticks, in which a UAV flies 0.04 to 0.2. Varied: "
     "integral, replanning, start.",
     experiments=("one-matrix",),
+    settings=FLOWN,
 )
 def _check_c45(evidence: Evidence) -> Finding:
     each = partial(_LESS, first={"matrices": "each"}, second={"matrices": "one"}, factors=(*FACTORS, "delay"))
@@ -116,14 +118,14 @@ def _printed(measure: str, rival: str) -> str:
     return ", ".join(f"{own / other:.3g}" for own, other in pairs)
 
 
-def _statement(words: str, measure: str, rival: str) -> Statement:
+def _statement(words: str, measure: str, rival: str, panel: Panel) -> Statement:
     return Statement(
         f"{words} than {rival}-style",
         measure,
         {"planner": "cgla"},
         {"planner": f"{rival.lower()}-style"},
         factors=_OF_UAVS,
-        where={"k": 10.0},
+        where=panel.fixed("k", 10.0),
         printed=_printed(measure, rival),
     )
 
@@ -131,7 +133,11 @@ def _statement(words: str, measure: str, rival: str) -> Statement:
 _WORDS = {"length": "shorter", "risk": "less risk", "cost": "less cost"}
 #: What is said; no risk of CPVS is printed.
 _SAID = {"FBCRI": ("length", "risk", "cost"), "CPVS": ("length", "cost")}
-STATEMENTS = tuple(_statement(_WORDS[measure], measure, rival) for rival, of in _SAID.items() for measure in of)
+
+
+def statements(panel: Panel = PANEL) -> list[Statement]:
+    """List what is said of CGLA against FBCRI-style and CPVS-style."""
+    return [_statement(_WORDS[measure], measure, rival, panel) for rival, of in _SAID.items() for measure in of]
 
 
 @claim(
@@ -145,9 +151,10 @@ STATEMENTS = tuple(_statement(_WORDS[measure], measure, rival) for rival, of in 
     "ours.",
     experiments=("company",),
     figures=("Fig. 10", "Table 4", "Table 5"),
+    settings=flown_at(10.0),
 )
 def _check_c44(evidence: Evidence) -> Finding:
-    found = [judged(evidence.samples["company"], one) for one in STATEMENTS]
+    found = [judged(evidence.samples["company"], one) for one in statements(evidence.panel)]
     return Finding(
         tuple(one.row for one in found),
         notes=(

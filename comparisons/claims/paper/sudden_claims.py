@@ -1,12 +1,13 @@
 """Sudden threats (C37, C38): how K changes the way past one, and how much is met of one that comes up near by."""
 
 import math
+from dataclasses import replace
 from functools import partial
 
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.claim import FLOWN, OVER_K, Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
-from cgla_graph.comparisons.claims.panel.sudden import LOW_K, POPUP, POPUP_START, SPREADS_AHEAD
+from cgla_graph.comparisons.claims.panel.sudden import HIGH_KS, LOW_K, POPUP, POPUP_START, SPREADS_AHEAD, weights_of
 from cgla_graph.comparisons.claims.paper.arrival_claims import AS_C17, ROUNDING, stored_livelocks
 from cgla_graph.comparisons.claims.paper.printed_values import value
 from cgla_graph.comparisons.claims.rule import judged, panel_table
@@ -21,9 +22,8 @@ _LOW, _HIGH = (value("Table 2", f"CGLA, K = {k}") for k in (10, 100))
 _greater = partial(
     Statement,
     first={"side": "greater K"},
-    second={"side": "K = 10"},
+    second={"side": "least K"},
     factors=("threats", "spread", "radius", "high"),
-    size="x {} of K = 10's",
 )
 COMPARED = (
     _greater("the greater K meets less risk", "risk", printed=f"x {_HIGH.risk / _LOW.risk:.3g}"),
@@ -47,24 +47,26 @@ EVADED = Statement(
     "Fig. 6; K = 50, 100 and 200 against K = 10 on the same maps; varied: integral, replanning, start.",
     experiments=("sudden-threats",),
     figures=("Fig. 6", "Table 2"),
+    settings={**OVER_K, "k": OVER_K["k"]._replace(usual=(LOW_K, *HIGH_KS))},
 )
 def _check_c37(evidence: Evidence) -> Finding:
-    samples = sides(evidence.samples["sudden-threats"])
-    found = [judged(samples, one) for one in COMPARED]
+    low, _ = weights_of(evidence.panel)
+    samples = sides(evidence.samples["sudden-threats"], low)
+    found = [judged(samples, replace(one, size=f"x {{}} of K = {low:g}'s")) for one in COMPARED]
     return Finding(
         tuple(one.row for one in found),
         notes=(
             "Where the UAV is when the threat appears, and how broad it is, the paper does not say.",
             "If all is known from then on, less risk and a greater length are a theorem (C28).",
         ),
-        tables=(panel_table("After a sudden threat: a greater K over K = 10 (ratios)", found),),
+        tables=(panel_table(f"After a sudden threat: a greater K over K = {low:g} (ratios)", found),),
     )
 
 
-def sides(samples: Samples) -> Samples:
+def sides(samples: Samples, low: float = LOW_K) -> Samples:
     """Say of flights past the threat of Fig. 6 which side of their pair they are on."""
     flown = samples.where(event="Fig. 6")
-    return Samples([{**one, "side": "K = 10" if one["k"] == LOW_K else "greater K"} for one in flown], samples.failed)
+    return Samples([{**one, "side": "least K" if one["k"] == low else "greater K"} for one in flown], samples.failed)
 
 
 @claim(
@@ -76,6 +78,7 @@ def sides(samples: Samples) -> Samples:
     "stored flight meets a threat on top of the UAV.",
     experiments=("sudden-threats",),
     figures=("Fig. 6",),
+    settings=FLOWN,
 )
 def _check_c38(evidence: Evidence) -> Finding:
     risk, least, k = require_on_top()

@@ -1,15 +1,18 @@
 """What K does (C28): a theorem where all of the map is known, and flights where it is not."""
 
+from collections.abc import Sequence
 from functools import partial
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Answer, Basis, Finding, Row, claim, require
+from cgla_graph.comparisons.claims.claim import OVER_K, Answer, Basis, Finding, Row, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.panel.flights import paper_lattice
-from cgla_graph.comparisons.claims.panel.settings import KINDS, PanelMap, seeds_of
+from cgla_graph.comparisons.claims.panel.settings import PANEL, Panel
 from cgla_graph.comparisons.claims.rule import judged, panel_table
 from cgla_graph.comparisons.claims.statement import Statement
 from cgla_graph.mission.records import MissionStatus
@@ -31,17 +34,27 @@ _RISES = "risk-rises-with-k.toml"
 _IN_FLIGHT = ("threats", "spread", "goal", "radius")
 
 
-_flown = partial(Statement, first={"k": 200.0}, factors=_IN_FLIGHT, where={"mode": "flown", "planner": "cgla"})
-_10, _50 = {"k": 10.0}, {"k": 50.0}
-STATEMENTS = (
-    _flown("less risk in flight, K = 50 against 10", "risk", first=_50, second=_10, printed="x 0.261"),
-    _flown("less risk in flight, K = 200 against 50", "risk", second=_50, printed="x 0.218"),
-    _flown("less risk in flight, K = 200 against 10", "risk", second=_10, printed="x 0.057"),
-    _flown("lower peaks in flight, K = 200 against 10", "max_risk", second=_10),
-    _flown(
-        "farther in flight, K = 200 against 10", "length", second=_10, less=False, size="{} % more", printed="12 % more"
-    ),
-)
+#: Risk of the greater K over that of the smaller, in the paper.
+_PRINTED = {(10.0, 50.0): "x 0.261", (50.0, 200.0): "x 0.218", (10.0, 200.0): "x 0.057"}
+
+
+def statements(panel: Panel = PANEL) -> list[Statement]:
+    """List what is said of flights: a K against the next smaller one, and the greatest against the least."""
+    of = partial(Statement, factors=_IN_FLIGHT, where={"mode": "flown", "planner": "cgla"})
+    ks = panel.levels("k")
+    ends = ks[0], ks[-1]
+
+    def said(words: str, measure: str, pair: tuple[float, float], **more: Any) -> Statement:  # noqa: ANN401 - of `Statement`
+        low, high = pair
+        return of(f"{words} in flight, K = {high:g} against {low:g}", measure, {"k": high}, {"k": low}, **more)
+
+    pairs = dict.fromkeys((*pairwise(ks), ends))
+    longer = "12 % more" if ends in _PRINTED else ""
+    return [
+        *(said("less risk", "risk", pair, printed=_PRINTED.get(pair, "")) for pair in pairs),
+        said("lower peaks", "max_risk", ends),
+        said("farther", "length", ends, less=False, size="{} % more", printed=longer),
+    ]
 
 
 @claim(
@@ -53,15 +66,17 @@ STATEMENTS = (
     merged=(29, 30),
     experiments=("single-uav",),
     figures=("Fig. 5", "Table 1"),
+    settings=OVER_K,
 )
 def _check_c28(evidence: Evidence) -> Finding:
-    seeds = [seed for kind in KINDS for seed in seeds_of(kind, evidence.scale.seed, evidence.instances(10, 1))]
-    optima = np.array([optima_over_k(PanelMap(seed).problem(WEIGHTS[0])) for seed in seeds])
-    require_exchange(*np.moveaxis(optima, 2, 0))
-    found = [judged(evidence.samples["single-uav"], one) for one in STATEMENTS]
+    maps, weights = evidence.maps(evidence.instances(10, 1)), sorted({*WEIGHTS, *evidence.panel.levels("k")})
+    optima = np.array([optima_over_k(one.problem(weights[0]), weights) for one in maps])
+    risk, length, cost = np.moveaxis(optima, 2, 0)
+    require_exchange(risk, length, cost, weights)
+    found = [judged(evidence.samples["single-uav"], one) for one in statements(evidence.panel)]
     low, high = flown_alone(counterexamples.mission(_RISES))
     require(high > low, f"{_RISES} no longer shows a flight with more risk for K = 200 than for K = 10")
-    theorem = f"asserted on {len(seeds)} maps x {len(WEIGHTS)} K without exception"
+    theorem = f"asserted on {len(maps)} maps x {len(weights)} K without exception"
     why = f"on the stored map K = 200 meets {high / low:.3g} times the risk of K = 10"
     region, unknown = "K = 10 passes (0.5, 0.5) and (0.8, 0.8)", "the paper's map is not printed"
     rows = (
@@ -75,16 +90,18 @@ def _check_c28(evidence: Evidence) -> Finding:
     return Finding(rows, notes, (table,), (_RISES,))
 
 
-def optima_over_k(problem: Problem) -> FloatArray:
-    """Solve a problem exactly under each of `WEIGHTS`: risk, length and cost of the optima, shape ``(K, 3)``."""
+def optima_over_k(problem: Problem, weights: Sequence[float] = WEIGHTS) -> FloatArray:
+    """Solve a problem exactly under each of some K: risk, length and cost of the optima, shape ``(K, 3)``."""
     reweighed = Reweighed(problem, "cgla", resolution=paper_lattice())
-    found = [reweighed.at(k) for k in WEIGHTS]
+    found = [reweighed.at(k) for k in weights]
     return np.array([(one.risk, one.length, one.cost) for one in found])
 
 
-def require_exchange(risk: FloatArray, length: FloatArray, cost: FloatArray) -> None:
+def require_exchange(
+    risk: FloatArray, length: FloatArray, cost: FloatArray, weights: Sequence[float] = WEIGHTS
+) -> None:
     """Assert the theorem of optima, each of shape ``(maps, K)``, as a check of the program."""
-    slopes = np.diff(cost, axis=1) / np.diff(WEIGHTS)
+    slopes = np.diff(cost, axis=1) / np.diff(weights)
     broken = {
         "risk rises with K": _any_above(risk[:, 1:], risk[:, :-1]),
         "length falls with K": _any_above(length[:, :-1], length[:, 1:]),

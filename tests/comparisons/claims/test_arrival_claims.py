@@ -13,7 +13,7 @@ from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.claim import Answer, Finding
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.panel import arrivals
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, KINDS, START, PanelMap, seeds_of
+from cgla_graph.comparisons.claims.panel.settings import FACTORS, KINDS, PANEL, START, PanelMap, seeds_of
 from cgla_graph.comparisons.claims.paper import arrival_claims as claims
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.simulation import Simulation
@@ -51,7 +51,7 @@ def pairs(stuck: dict[float, float]) -> Samples:
     return Samples(
         [
             {**PanelMap(seed).levels, "course": course, "obstacle": spread, "n": n, "arrived": i >= share * MAPS}
-            for kind in arrivals.ON_DIAGONAL
+            for kind in arrivals.exclusion.kinds(PANEL)
             for i, seed in enumerate(seeds_of(kind, 1, MAPS))
             for course, (spread, share), n in product(arrivals.COURSES, stuck.items(), arrivals.PAIR_SIZES)
         ]

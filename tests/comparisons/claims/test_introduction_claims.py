@@ -11,7 +11,7 @@ from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.claim import Answer, Finding
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.panel import introduction as panel
-from cgla_graph.comparisons.claims.panel.settings import KINDS, START, PanelMap, seeds_of
+from cgla_graph.comparisons.claims.panel.settings import FACTORS, KINDS, START, PanelMap, seeds_of
 from cgla_graph.model.risk import RiskField
 
 MAP = PanelMap(seeds_of(KINDS[0], 77, 1)[0])
@@ -20,7 +20,8 @@ MAP = PanelMap(seeds_of(KINDS[0], 77, 1)[0])
 @pytest.fixture(scope="module")
 def samples() -> Samples:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(panel, "FACTORS", {"threats": (10, 30), "radius": (0.1, 0.2), "k": (10.0,)})
+        for name, levels in {"radius": (0.1, 0.2), "k": (10.0,)}.items():
+            patch.setitem(FACTORS, name, levels)  # type: ignore[arg-type]
         return Samples(panel.introduction.sample(MAP))
 
 
@@ -49,7 +50,8 @@ def test_who_sees_nothing_at_first_keeps_to_the_straight_line(samples: Samples) 
 
 @pytest.mark.parametrize("radius", [0.1, 0.2])
 def test_a_sudden_threat_comes_up_a_radius_ahead(radius: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(panel, "FACTORS", {"radius": (radius,), "k": (10.0,)})
+    for name, levels in {"radius": (radius,), "k": (10.0,)}.items():
+        monkeypatch.setitem(FACTORS, name, levels)  # type: ignore[arg-type]
     records = panel._surprised(MAP, RiskField())
     found = {(one["planner"], one["replan"]): one["cost"] for one in records}
     spread, whole = 0.0375, math.dist(START, MAP.goal)
@@ -68,6 +70,7 @@ def made_up(beyond: float, maps: int = 30) -> Finding:
     flown: list[dict[str, Any]] = []
     for number, threats in product(range(maps), (panel.SIMPLE, 10)):
         one = {"map": number, "threats": threats, "spread": "narrow", "goal": "aside", "k": 10.0, "radius": 0.2}
+        one["simple"] = threats == panel.SIMPLE
         for planner, constant in panel.GRAPHS:
             case = {**one, "planner": planner, "constant": constant}
             ratio = (1.01 if threats == panel.SIMPLE else beyond) * float(rng.uniform(0.99, 1.01))

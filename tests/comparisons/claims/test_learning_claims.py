@@ -53,17 +53,17 @@ def test_the_formula_is_what_bisection_finds(seed: int) -> None:
 def test_measured_rewards_are_those_of_the_formula(gamma: float | None) -> None:
     records = [{**one, "map": SEED} for one in _needed(Flights(PanelMap(SEED)), 50.0)]
     if gamma is None:
-        assert claims.require_formula(records, [SEED]) == len(GAMMAS) + 1
+        assert claims.require_formula(records, [PanelMap(SEED)]) == len(GAMMAS) + 1
         return
     (wrong,) = (one for one in records if one["gamma"] == discount_name(gamma))
     with pytest.raises(AssertionError, match="by the formula"):
-        claims.require_formula([{**wrong, "least": 1.001 * wrong["least"] + 0.001}], [SEED])
+        claims.require_formula([{**wrong, "least": 1.001 * wrong["least"] + 0.001}], [PanelMap(SEED)])
 
 
 def test_a_reward_without_risk_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(claims, "least_target_reward", lambda *_args, **_settings: 1.0)
     with pytest.raises(AssertionError, match="without risk 1 is needed"):
-        claims.require_formula([], [SEED])
+        claims.require_formula([], [PanelMap(SEED)])
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,8 @@ LATTICE = Lattice(20, bounds=BOUNDS, kind="upper")
 def records() -> Sequence[Record]:
     """Measure on one map, with one K and one radius, both of its base cell."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(table, "FACTORS", {**FACTORS, "k": (10.0,), "radius": (0.4,)})
+        for name, levels in {"k": (10.0,), "radius": (0.4,)}.items():
+            patch.setitem(FACTORS, name, levels)  # type: ignore[arg-type]
         patch.setattr(table, "GAMMAS", (0.5, 0.95))
         patch.setattr(table, "FLOWN_GAMMAS", (0.95,))
         return table.learners.sample(MAP)

@@ -10,7 +10,6 @@ import pytest
 from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.claim import Answer
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
-from cgla_graph.comparisons.claims.panel.settings import KINDS
 from cgla_graph.comparisons.claims.paper import matrix_claims, path_claims
 from cgla_graph.comparisons.claims.paper.path_claims import _all_costs, _best_paths, _tied_but_unique
 from cgla_graph.comparisons.claims.paper.random_graphs import least_costs
@@ -28,8 +27,8 @@ CHECKS = {claim.id: claim.check for claim in catalogue.claims().values()}
 @pytest.fixture(autouse=True)
 def _few_kinds(monkeypatch: pytest.MonkeyPatch) -> None:
     """Take maps of one kind where a check goes through all kinds."""
-    for module in (matrix_claims, path_claims):
-        monkeypatch.setattr(module, "KINDS", KINDS[:1])
+    maps = Evidence.maps
+    monkeypatch.setattr(Evidence, "maps", lambda self, each: maps(self, each)[:each])
 
 
 @pytest.mark.parametrize(

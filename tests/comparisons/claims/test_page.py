@@ -60,7 +60,7 @@ def test_page_report_terminal_and_json_say_the_same(
     assert {path.name for path in tmp_path.glob("*/*")} == {"fig-1.png", "fig-1.svg", counterexamples.names()[0]}
     document = json.loads((tmp_path / "claims.json").read_text())
     assert document == json.loads(json.dumps(page.results_document(RESULTS, scale)))
-    terminal.print_results(RESULTS, scale)
+    terminal.print_document(page.results_document(RESULTS, scale))
     html, text = (tmp_path / "report.html").read_text(), (tmp_path / "report.md").read_text()
     in_terminal = " ".join(capfd.readouterr().out.split())
     for shown in (html, text, in_terminal):
@@ -75,7 +75,7 @@ def test_page_report_terminal_and_json_say_the_same(
         assert "another map" in shown
     # of many claims, the terminal shows the answers
     monkeypatch.setattr(terminal, "FEW", 1)
-    terminal.print_results(RESULTS, scale)
+    terminal.print_document(page.results_document(RESULTS, scale))
     short = capfd.readouterr().out
     assert all((words in short) == (words != "a note") for words in ("C16, C17", "depends (proof)", "a note"))
     # nothing of it runs, and nothing is fetched

@@ -105,6 +105,6 @@ def test_paths_that_are_nearly_the_same_are_told_from_others() -> None:
     known, flown = finding.rows
     assert known.answer is Answer.HOLDS
     assert flown.answer is Answer.DEPENDS
-    shown = {row[1]: row[4] for row in finding.tables[0].rows}
+    shown = {row[1]: row[-2] for row in finding.tables[0].rows}
     assert (shown["OR 0.1"], shown["OR 0.4"]) == ("the opposite", "yes")
     assert judged(world(apart=0.03)[:70]).answers == (Answer.OPEN,)

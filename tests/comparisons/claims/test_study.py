@@ -16,7 +16,7 @@ from cgla_graph.comparisons.claims.checking import Result, Shown, check_claims, 
 from cgla_graph.comparisons.claims.claim import Answer, Basis, Claim, Finding, Row, Table
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
 from cgla_graph.comparisons.claims.experiment import Experiment, Record
-from cgla_graph.comparisons.claims.panel.settings import KINDS, PanelMap
+from cgla_graph.comparisons.claims.panel.settings import PanelMap
 from cgla_graph.comparisons.claims.store import FIGURE, FILE, FINDING, SAMPLE, Measured, Store
 from cgla_graph.comparisons.claims.summary import listed_claims
 from cgla_graph.errors import ClaimError, OutputError, SolverUnavailableError, StudyError
@@ -68,7 +68,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Put claims, experiments and artefacts of our own for the paper's."""
     for module in (command, checking):
         monkeypatch.setattr(module, "artefacts", lambda: ARTEFACTS)
-    experiment = Experiment("squares", _squares, KINDS[:1], quick=5)
+    experiment = Experiment("squares", _squares, lambda panel: panel.kinds[:1], quick=5)
     monkeypatch.setattr(catalogue, "claims", lambda: {claim.id: claim for claim in CLAIMS})
     monkeypatch.setattr(catalogue, "topics", lambda: {"All": CLAIMS})
     monkeypatch.setattr(catalogue, "experiments", lambda: {"squares": experiment})
@@ -243,8 +243,10 @@ def test_topics_are_names_of_their_claims() -> None:
     assert both[0].id == "C1"
     assert {claim.id for claim in both} == {"C1", *(claim.id for claim in catalogue.topics()["BCV"])}
     assert catalogue.remarks(["bcv", "C2"]) == ["C2 is part of C1"]
-    with pytest.raises(ClaimError, match="topics: eight-directions, bcv, risk-weight-k"):
+    with pytest.raises(ClaimError, match="did you mean eight-directions"):
         catalogue.chosen(["nine-directions"])
+    with pytest.raises(ClaimError, match="topics: eight-directions, bcv, risk-weight-k"):
+        catalogue.chosen(["xyzzy"])
     listed = listed_claims()
     assert {one["claim"] for one in listed} == set(catalogue.claims())
     assert {one["topic"] for one in listed} == {catalogue.topic_name(title) for title in catalogue.topics()}

@@ -12,7 +12,7 @@ from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.claim import Answer, Finding
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.panel import sudden
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, PanelMap, seeds_of
+from cgla_graph.comparisons.claims.panel.settings import FACTORS, PANEL, PanelMap, seeds_of
 from cgla_graph.comparisons.claims.paper import sudden_claims as claims
 from cgla_graph.mission.records import UavFlight
 from cgla_graph.model.risk import Threat
@@ -25,7 +25,7 @@ def sample(risks: dict[float, float], met: float = 0.2, *, arrived: bool = True)
     """Return flights on which greater K have `risks` times the risk of K = 10, by radius, and less is met ahead."""
     rng = np.random.default_rng(1)
     records: list[dict[str, Any]] = []
-    for kind in sudden.sudden_threats.kinds:
+    for kind in sudden.sudden_threats.kinds(PANEL):
         for seed in seeds_of(kind, 1, MAPS):
             levels = {**PanelMap(seed).levels, "varied": "", "arrived": arrived}
             for (radius, ratio), high in product(risks.items(), sudden.HIGH_KS):
@@ -89,7 +89,8 @@ def path_integral(threat: Threat, flight: UavFlight) -> float:
 
 
 def test_a_map_has_each_case_once_with_what_is_recomputed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sudden, "FACTORS", {"k": (10.0,), "radius": (0.2,)})
+    for name, levels in {"k": (10.0,), "radius": (0.2,)}.items():
+        monkeypatch.setitem(FACTORS, name, levels)  # type: ignore[arg-type]
     flown = []
 
     def fly(*given: Any, **settings: Any) -> Any:  # noqa: ANN401 - as `fly` takes them

@@ -16,8 +16,17 @@ from cgla_graph.comparisons.claims.panel import company as panel
 from cgla_graph.comparisons.claims.panel import flights
 from cgla_graph.comparisons.claims.panel.flights import setup_name
 from cgla_graph.comparisons.claims.panel.one_matrix import DELAYS
-from cgla_graph.comparisons.claims.panel.settings import BASE_KINDS, KINDS, STARTS, PanelMap, cells, seeds_of
-from cgla_graph.comparisons.claims.panel.teams import FEW_THREATS, HALF, SECOND_STARTS, SIDE, STEPNUMS, fraction
+from cgla_graph.comparisons.claims.panel.settings import (
+    BASE_KINDS,
+    FACTORS,
+    KINDS,
+    PANEL,
+    STARTS,
+    PanelMap,
+    cells,
+    seeds_of,
+)
+from cgla_graph.comparisons.claims.panel.teams import FEW_THREATS, SECOND_STARTS, SIDE, STEPNUMS, fraction, half
 from cgla_graph.comparisons.claims.paper import obstacle_claims, sharing_claims
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.uav import Uav
@@ -40,6 +49,9 @@ def happening(often: Often, measure: str, kinds: tuple[Any, ...], own: list[Mapp
         for case in [{**kind._asdict(), **setting, "varied": "", **one}]
         for map_ in range(MAPS)
     ]
+
+
+HALF = tuple(half(PANEL))
 
 
 def obstacles(often: Often) -> Samples:
@@ -151,7 +163,8 @@ BASE = PanelMap(seeds_of(BASE_KINDS[1], 77, 1)[0])
 @pytest.fixture(scope="module")
 def samples() -> Samples:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(flights, "FACTORS", {"radius": (0.1,), "k": (10.0, 200.0)})
+        for name, levels in {"radius": (0.1,), "k": (10.0, 200.0)}.items():
+            patch.setitem(FACTORS, name, levels)  # type: ignore[arg-type]
         patch.setattr(flights, "RULES", {"start": "snapped"})
         patch.setattr(panel, "CONSTANTS", panel.CONSTANTS[2:3] + panel.CONSTANTS[-1:])
         return Samples(panel.company.sample(BASE))
@@ -226,7 +239,7 @@ def test_statements_are_about_cgla(cgla: float, answer: Answer) -> None:
 
 
 def test_printed_ratios_are_the_paper_s() -> None:
-    printed = {one.text: one.printed for one in sharing_claims.STATEMENTS}
+    printed = {one.text: one.printed for one in sharing_claims.statements()}
     assert printed["shorter than CPVS-style"] == "0.989, 0.671, 0.628"
     assert printed["less risk than FBCRI-style"] == "0.0593, 0.183, 0.0898"
     assert printed["less cost than CPVS-style"] == ""

@@ -9,10 +9,9 @@ import pytest
 
 from cgla_graph.comparisons.claims.panel import one_matrix, teams
 from cgla_graph.comparisons.claims.panel.one_matrix import DELAYS, fly_on_one_matrix
-from cgla_graph.comparisons.claims.panel.settings import FACTORS, KINDS, RULES, START, PanelMap, seeds_of
+from cgla_graph.comparisons.claims.panel.settings import FACTORS, KINDS, PANEL, RULES, START, PanelMap, seeds_of
 from cgla_graph.comparisons.claims.panel.teams import (
     FEW_THREATS,
-    HALF,
     OBSTACLE_SPREADS,
     SAFE_DISTANCES,
     SECOND_STARTS,
@@ -21,6 +20,7 @@ from cgla_graph.comparisons.claims.panel.teams import (
     clear_field,
     fly_two,
     fraction,
+    half,
     kept_apart,
 )
 from cgla_graph.mission.mission import Mission
@@ -84,13 +84,13 @@ def test_threats_keep_off_all_starts_and_fewer_are_the_first_ones() -> None:
 
 def test_all_levels_of_two_factors_meet() -> None:
     levels = {**FACTORS, "obstacle_spread": OBSTACLE_SPREADS, "safe_distance": SAFE_DISTANCES}
-    cells = [{**kind._asdict(), **case} for index, kind in enumerate(HALF) for case in fraction(index)]
+    cells = [{**kind._asdict(), **case} for index, kind in enumerate(half(PANEL)) for case in fraction(index)]
     for a, b in combinations(levels, 2):
         assert {(cell[a], cell[b]) for cell in cells} == set(product(levels[a], levels[b]))
 
 
 def test_records_of_sharing_are_sums_of_flights(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(teams, "cells", lambda *_: [{"radius": 0.2, "k": 50.0}])
+    monkeypatch.setattr(teams, "cells", lambda *_, **__: [{"radius": 0.2, "k": 50.0}])
     records = teams.sharing_flights.sample(ASIDE)
     assert len(records) == 4
     for record in records:
@@ -107,7 +107,7 @@ def test_records_of_sharing_are_sums_of_flights(monkeypatch: pytest.MonkeyPatch)
 def test_obstacles_are_flown_for_all_stepnums_or_need_not_be(monkeypatch: pytest.MonkeyPatch) -> None:
     """A flight that stands for all stepnums is the one that would be flown."""
     cases = [{**fraction(0)[0], "k": 50.0}, {**fraction(0)[2], "k": 10.0, "radius": 0.15}]
-    monkeypatch.setattr(teams, "fraction", lambda _: cases)
+    monkeypatch.setattr(teams, "fraction", lambda *_: cases)
     made: list[int] = []
     monkeypatch.setattr(teams, "kept_apart", lambda *of, **rules: made.append(of[2]) or kept_apart(*of, **rules))
     for map_ in (PAPER, PanelMap(seeds_of(KINDS[0], 7, 2)[1])):
@@ -161,7 +161,7 @@ def test_on_one_matrix_all_know_what_any_has_seen_so_long_ago(delay: int) -> Non
 
 
 def test_records_of_one_matrix_pair_the_two_at_each_delay(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(one_matrix, "fraction", lambda _: fraction(0)[:1])
+    monkeypatch.setattr(one_matrix, "fraction", lambda *_: fraction(0)[:1])
     records = one_matrix.one_matrix.sample(PAPER)
     assert [(record["delay"], record["matrices"]) for record in records] == list(product(DELAYS, ("each", "one")))
     flight = flown(PAPER, (0.1, 0.25), k=10.0, radius=0.1, sharing=Sharing(delay=5))
