@@ -97,10 +97,16 @@ def _surprised(map_: PanelMap, threats: RiskField) -> list[Record]:
     spread = sum(SPREADS[map_.kind.spread]) / 2.0
     for k in map_.panel.levels("k"):
         calm = problem_of(map_, threats, k)
-        ways = {
-            name: positions_at_steps(np.asarray(solve(calm, name, resolution=paper_lattice()).path))
-            for name in ("milp", "cgla")
-        }
+        plans = {name: solve(calm, name, resolution=paper_lattice()) for name in ("milp", "cgla")}
+        if not all(plan.status.has_path for plan in plans.values()):
+            # MILP gives up on weights of very different sizes: nothing is known
+            cases = product(plans, map_.panel.levels("radius"), ("never", "change"))
+            names = ("planner", "radius", "replan")
+            records += [
+                {"mode": "sudden", "k": k, **dict(zip(names, case, strict=True)), "cost": None} for case in cases
+            ]
+            continue
+        ways = {name: positions_at_steps(np.asarray(plan.path)) for name, plan in plans.items()}
         for radius in map_.panel.levels("radius"):
             ahead = ways["milp"][min(SUDDEN + steps_of(radius), len(ways["milp"]) - 1)]
             x, y = ahead.tolist()
