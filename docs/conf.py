@@ -99,9 +99,10 @@ _WAY_BACK = re.compile(r"^\[Manual\]\([./]*README\.md\).*\n\n?", re.MULTILINE)
 _FILE = re.compile(r"^\*\*`([\w.-]+)`\*\*\n```(\w+)\n", re.MULTILINE)
 
 
-def _for_the_site(_app: Sphinx, _name: str, source: list[str]) -> None:
-    """Leave out the way back, link the site's index, and make names of files captions of their blocks."""
+def _for_the_site(_app: Sphinx, name: str, source: list[str]) -> None:
+    """Leave out the way back and links to what the site has not, and make names of files captions of their blocks."""
     text = re.sub(r"\]\(((?:\.\./)?)README\.md\)", r"](\1index.md)", _WAY_BACK.sub("", source[0]))
+    text = re.sub(rf"\[([^\]]+)\]\((?:\.\./){{{name.count('/') + 1}}}\w+\.md\)", r"\1", text)
     source[0] = _FILE.sub(r"```{code-block} \2\n:caption: \1\n\n", text)
 
 
