@@ -7,6 +7,7 @@ fly are an error.
 
 import json
 import math
+import sys
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
@@ -176,7 +177,12 @@ def _other_height(item: Mapping[str, Any], frame: int, height: float) -> str:
     if type(mode) is int and frame not in _FRAMES_OF_MODES.get(mode, FRAMES):
         return f"its AltitudeMode is {mode}, which is not that of its frame, {frame}"
     said = [item.get(key) for key in ("Altitude", "AMSLAltAboveTerrain")]
-    known = [one for one in said if isinstance(one, int | float) and not isinstance(one, bool)]
+    # (whole numbers in JSON may be greater than any float)
+    known = [
+        float(one) if abs(one) <= sys.float_info.max else math.inf
+        for one in said
+        if isinstance(one, int | float) and not isinstance(one, bool)
+    ]
     if known and not math.isnan(height) and not any(abs(one - height) <= _SAME_HEIGHT for one in known):
         return f"its Altitude is {known[0]:g}, and that of its params is {height:g}"
     return ""

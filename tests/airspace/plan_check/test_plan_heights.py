@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from mutations import damaged, damaged_json, tried
 from strategies import examples, few
@@ -304,6 +304,7 @@ def test_too_many_areas_to_compare_are_closed_with_a_note(checked: Check, monkey
 
 @examples(10)
 @given(seed=seeds)
+@example(seed=250000)
 def test_damaged_zones_and_plans_are_checked_or_refused(seed: int) -> None:
     """The check is complete, or its error is one line."""
     zones = ed269(zone(20, "AGL", 100, "AMSL"), zone(0, "AGL", 400, "AGL", uomDimensions="FT"))
