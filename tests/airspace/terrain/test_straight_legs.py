@@ -1,5 +1,6 @@
 """Legs above ground, flown straight: their heights, and the zones that they meet."""
 
+import itertools
 import json
 from pathlib import Path
 
@@ -55,6 +56,8 @@ def test_a_leg_above_ground_counts_as_straight_as_well(
         heights, one = found.on.heights, found.crossings.found[0]
         assert heights is not None
         assert "straight between them" in heights.heights_text(one.leg, one.area, is_place=False)
+        parts = heights.on_leg(one.leg, one.area)
+        assert all(before[1] < after[0] for before, after in itertools.pairwise(parts))
 
 
 def test_unknown_ground_below_a_straight_leg_closes_zones_and_is_said(tmp_path: Path) -> None:
