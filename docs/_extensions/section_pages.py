@@ -2,11 +2,14 @@
 
 import re
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from generated import write
-from sphinx.application import Sphinx
-from sphinx.util.typing import ExtensionMetadata
+
+if TYPE_CHECKING:
+    # (tests read the sections without Sphinx)
+    from sphinx.application import Sphinx
+    from sphinx.util.typing import ExtensionMetadata
 
 FOLDER = "generated/sections"
 #: Pages that only the site has, by their section.
@@ -63,7 +66,7 @@ def page(section: Section) -> str:
     return "\n".join([*lines, *(f"{title} </{name}>" for name, title, _ in section.pages), "```", ""])
 
 
-def generate(app: Sphinx) -> None:
+def generate(app: "Sphinx") -> None:
     """Write all pages."""
     folder = Path(app.srcdir) / FOLDER
     folder.mkdir(parents=True, exist_ok=True)
@@ -71,7 +74,7 @@ def generate(app: Sphinx) -> None:
         write(Path(app.srcdir) / f"{section.name}.md", page(section))
 
 
-def setup(app: Sphinx) -> ExtensionMetadata:
+def setup(app: "Sphinx") -> "ExtensionMetadata":
     """Generate before any page is read."""
     app.connect("builder-inited", generate)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
