@@ -55,7 +55,7 @@ def test_text_keeps_every_bit(values: np.ndarray, tmp_path_factory: pytest.TempP
 def test_nodata_is_refused_unless_it_is_said_what_it_stands_for(tmp_path: Path) -> None:
     file = tmp_path / "a.asc"
     file.write_text(ASC + "1 2 -9\n4 5 6\n")
-    refused(file, "1 of its cells have no data, the first in row 0, column 2; say .* nodata")
+    refused(file, "1 of its cells have no data, the first in row 0, column 2; give .* nodata")
     assert RasterRisk.from_file(file, nodata=0.0).missing.sum() == 1
     assert RasterRisk.from_file(file, nodata=0.0, kind="count").greatest == 6.0 / 100.0
 
