@@ -103,6 +103,27 @@ class Arrangement:
         x, y = np.append(self.x[column], self.x[-1]), np.append(self.y[row], self.y[-1])
         return Arrangement.laid(x, y, sums(self.costs * areas) / sums(areas))
 
+    def of_few_shapes(self, most: int) -> "Arrangement":
+        """
+        Round widths and heights until so many shapes are left, at most; lines stay where they are.
+
+        Each size is rounded to the mean of those that are about as long, so that sums over many cells stay right.
+
+        Examples
+        --------
+        >>> laid = Arrangement.laid(np.array([0.0, 1.0, 3.0, 6.0, 10.0]), np.array([0.0, 1.0]), np.ones((1, 4)))
+        >>> laid.widths.tolist(), laid.of_few_shapes(2).widths.tolist(), laid.of_few_shapes(2).shape_of.tolist()
+        ([1.0, 2.0, 3.0, 4.0], [1.0, 3.0], [[0, 1, 1, 1]])
+        """
+        across, up = len(self.widths), len(self.heights)
+        if across * up <= most:
+            return self
+        half = math.isqrt(most)
+        (widths, width), (heights, height) = (
+            _rounded(np.diff(lines), max(half, most // other)) for lines, other in ((self.x, up), (self.y, across))
+        )
+        return Arrangement(self.x, self.y, self.costs, widths, heights, height[:, None] * len(widths) + width)
+
     def without(self, cells: BoolArray) -> "Arrangement":
         """Return an arrangement in which no path enters some cells, shape ``(rows, columns)``."""
         costs = np.where(cells, math.inf, self.costs)
@@ -180,6 +201,13 @@ def _different(sizes: FloatArray) -> tuple[FloatArray, IntArray]:
     unit = SAME * float(sizes.min())
     _, first, number = np.unique(np.round(sizes / unit * 0.25), return_index=True, return_inverse=True)
     return sizes[first], number
+
+
+def _rounded(sizes: FloatArray, most: int) -> tuple[FloatArray, IntArray]:
+    """Return means of so many groups of sizes, at most, and the group of each."""
+    part = np.minimum((sizes / sizes.max() * most).astype(np.int64), most - 1)
+    _, number, count = np.unique(part, return_inverse=True, return_counts=True)
+    return np.bincount(number, sizes) / count, number
 
 
 def _touched(lines: FloatArray, at: float) -> list[int]:

@@ -16,6 +16,9 @@ from cgla_graph.regions.arrangement import Arrangement
 #: Points of a side lie at such powers of their part of half of it: they are denser towards corners, around which the
 #: directions of paths change most.
 GRADE = 1.6
+#: Tables of lengths for cells of different shapes, at most, and numbers in all of them. Where rasters of different
+#: cells overlap, there may be a shape for each cell.
+MOST_TABLES, TABLE_NUMBERS = 10_000, 1 << 25
 
 
 def fractions(m: int, grade: float = GRADE) -> FloatArray:
@@ -121,16 +124,24 @@ class Points:
         >>> len(points.positions), points.tables.shape
         (16, (1, 16, 16))
         """
-        parts = fractions(m)
+        parts, size = fractions(m), (4 + 4 * m, 4 + 4 * m)
+        cells = cells.of_few_shapes(min(MOST_TABLES, TABLE_NUMBERS // size[0] ** 2))
         shapes = [(width, height) for height in cells.heights for width in cells.widths]
-        tables = np.array([lengths(width, height, parts) for width, height in shapes])
-        if area is None or area.is_empty:
-            return cls(cells, parts, tables, cells.shape_of)
-        inside, cut = covered(cells, area)
-        own = [_free(cells, cell, tables[cells.shape_of[*cell]], parts, area) for cell in np.argwhere(cut).tolist()]
-        table_of = cells.shape_of.copy()
-        table_of[cut] = len(tables) + np.arange(len(own))
-        return cls(cells.without(inside), parts, np.concatenate([tables, *([own] if own else [])]), table_of, area)
+        inside, cut, table_of = None, np.empty((0, 2), dtype=np.int64), cells.shape_of
+        if area is not None and not area.is_empty:
+            inside, is_cut = covered(cells, area)
+            # (where no way leads through, none is cut)
+            cut = np.argwhere(is_cut & np.isfinite(cells.costs))
+            table_of = cells.shape_of.copy()
+            table_of[*cut.T] = len(shapes) + np.arange(len(cut))
+        tables = np.empty((len(shapes) + len(cut), *size))
+        for number, (width, height) in enumerate(shapes):
+            tables[number] = lengths(width, height, parts)
+        if area is None or inside is None:
+            return cls(cells, parts, tables, table_of)
+        for number, cell in enumerate(cut.tolist(), len(shapes)):
+            tables[number] = _free(cells, cell, tables[cells.shape_of[*cell]], parts, area)
+        return cls(cells.without(inside), parts, tables, table_of, area)
 
     @cached_property
     def sides(self) -> tuple[WholeArray, WholeArray, WholeArray]:
@@ -281,15 +292,21 @@ def covered(cells: Arrangement, area: NoFlyArea) -> tuple[BoolArray, BoolArray]:
     [[0, 2, 2, 0], [4, 2, 2, 4]]
     """
     rows, columns = cells.costs.shape
-    step = 0.5 * min(float(cells.widths.min()), float(cells.heights.min()))
-    outline = shapely.get_coordinates(shapely.segmentize(shapely.boundary(area.geometry), step))
-    column = np.searchsorted(cells.x, outline[:, 0]) - 1
-    row = np.searchsorted(cells.y, outline[:, 1]) - 1
-    near = np.zeros((rows + 4, columns + 4), dtype=np.bool_)
-    for up in (-1, 0, 1):
-        for right in (-1, 0, 1):
-            near[np.clip(row + up + 2, 0, rows + 3), np.clip(column + right + 2, 0, columns + 3)] = True
-    at = np.nonzero(near[2:-2, 2:-2])
+    # (between lines that nearly meet there are cells as thin as rounding: pieces as short are too many)
+    step = 0.5 * float(min(np.median(np.diff(cells.x)), np.median(np.diff(cells.y))))
+    pieces = shapely.segmentize(shapely.get_rings(shapely.get_parts(area.geometry)), step)
+    at, ring = shapely.get_coordinates(pieces, return_index=True)
+    # the cells from the lowest to the highest of the two ends of each piece, and their neighbours
+    column, row = np.searchsorted(cells.x, at[:, 0]) - 1, np.searchsorted(cells.y, at[:, 1]) - 1
+    one = np.nonzero(ring[1:] == ring[:-1])[0]
+    low_row, low_column = np.minimum(row[one], row[one + 1]), np.minimum(column[one], column[one + 1])
+    high_row, high_column = np.maximum(row[one], row[one + 1]), np.maximum(column[one], column[one + 1])
+    count = np.zeros((rows + 1, columns + 1), dtype=np.int32)
+    for up, rows_at in ((1, low_row - 1), (-1, high_row + 2)):
+        for right, columns_at in ((1, low_column - 1), (-1, high_column + 2)):
+            np.add.at(count, (np.clip(rows_at, 0, rows), np.clip(columns_at, 0, columns)), up * right)
+    near = count.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0
+    at = np.nonzero(near)
     boxes = shapely.box(cells.x[at[1]], cells.y[at[0]], cells.x[at[1] + 1], cells.y[at[0] + 1])
     edge = shapely.boundary(area.geometry)
     shapely.prepare(edge)
