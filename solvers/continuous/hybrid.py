@@ -148,6 +148,8 @@ class _Search:
         roadmap = hybrid_roadmap.lay(self.problem, self.settings.points, self.settings.radius)
         self.evaluations += roadmap.evaluations
         guesses = self._candidates(roadmap)
+        if not guesses and len(self.best):
+            return self._answer("its roadmap does not join start and goal, an earlier search does")
         if not guesses:
             return Solution(
                 Status.NOT_FOUND, evaluations=self.evaluations, message="its roadmap does not join start and goal"
