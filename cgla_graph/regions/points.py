@@ -306,12 +306,12 @@ def covered(cells: Arrangement, area: NoFlyArea) -> tuple[BoolArray, BoolArray]:
         for right, columns_at in ((1, low_column - 1), (-1, high_column + 2)):
             np.add.at(count, (np.clip(rows_at, 0, rows), np.clip(columns_at, 0, columns)), up * right)
     near = count.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0
-    at = np.nonzero(near)
-    boxes = shapely.box(cells.x[at[1]], cells.y[at[0]], cells.x[at[1] + 1], cells.y[at[0] + 1])
+    j, i = np.nonzero(near)
+    boxes = shapely.box(cells.x[i], cells.y[j], cells.x[i + 1], cells.y[j + 1])
     edge = shapely.boundary(area.geometry)
     shapely.prepare(edge)
     cut = np.zeros((rows, columns), dtype=np.bool_)
-    cut[at] = shapely.intersects(edge, boxes)
+    cut[j, i] = shapely.intersects(edge, boxes)
     middles = np.meshgrid(0.5 * (cells.x[1:] + cells.x[:-1]), 0.5 * (cells.y[1:] + cells.y[:-1]))
     inside = area.contains(np.stack(middles, axis=-1)) & ~cut
     return inside, cut
