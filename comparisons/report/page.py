@@ -33,10 +33,10 @@ from cgla_graph.comparisons.statistics.ranking import ranking
 from cgla_graph.comparisons.study.provenance import Session
 from cgla_graph.comparisons.study.rows import by_scenario, by_solver
 from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.study.sampling import independence_note
 from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.comparisons.tables.overview import overview
 from cgla_graph.plots.standing_out import standing_out
-from cgla_graph.scenarios.graphs.graph_scenario import sampling_note
 
 NOTES = (
     ("cost", "Length plus k times the risk of a path, re-evaluated by the oracle; no solver is trusted about its own."),
@@ -88,7 +88,7 @@ def report_html(stored: Stored, *, live: bool = False) -> str:
             n_runs=len(runs) + len(stored.flights),
             n_cells=stored.n_cells + stored.n_flights,
             progress=_progress(stored),
-            overview=overview(found, len(stored.scenarios), sampling_note(stored.scenarios)),
+            overview=overview(found, len(stored.scenarios), independence_note(stored.scenarios)),
             missions=missions_part(stored),
             ranking=ranking_table(found, ranks),
             ranks=rank_picture(ranks),

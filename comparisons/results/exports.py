@@ -11,11 +11,11 @@ from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.results.ompl_database import ompl_database
 from cgla_graph.comparisons.study.rows import EXPORTED, Kind, best_exact, by_scenario, exported, row
 from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.study.sampling import independence_note
 from cgla_graph.comparisons.study.store import FILE, Stored
 from cgla_graph.comparisons.tables.latex import booktabs
 from cgla_graph.comparisons.tables.leaderboard_columns import leaderboard_cells, leaderboard_heads, leaderboard_notes
 from cgla_graph.errors import CglaError, OutputError
-from cgla_graph.scenarios.graphs.graph_scenario import sampling_note
 
 #: The columns of a run of a study.
 RUN_COLUMNS = tuple(column.key for column in EXPORTED)
@@ -145,7 +145,7 @@ def _pyarrow() -> Any:  # noqa: ANN401 - pyarrow has no types
 def _tex(stored: Stored, runs: Sequence[Run]) -> bytes:
     found = leaderboard_of(runs)
     title = f"{stored.title or stored.folder.name}: leaderboard of {len(found)} solvers over {len(runs)} runs"
-    sampled = sampling_note(list({run.scenario.name: run.scenario for run in runs}.values()))
+    sampled = independence_note(list({run.scenario.name: run.scenario for run in runs}.values()))
     notes = [title, *leaderboard_notes(found), *filter(None, [sampled]), "needs the package booktabs"]
     return booktabs(leaderboard_heads(found), [leaderboard_cells(one) for one in found], notes).encode("ascii")
 

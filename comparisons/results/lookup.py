@@ -25,11 +25,11 @@ from cgla_graph.comparisons.results.tables import (
 )
 from cgla_graph.comparisons.study.flight_run import FlightRun
 from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.study.sampling import independence_note
 from cgla_graph.comparisons.study.store import Stored, load
 from cgla_graph.comparisons.tables.flights import print_flights
 from cgla_graph.comparisons.tables.overview import overview
 from cgla_graph.errors import CglaError
-from cgla_graph.scenarios.graphs.graph_scenario import sampling_note
 
 #: Tables of single solvers are shown up to so many lines, unless solvers are asked for by name.
 MOST_LINES = 120
@@ -213,7 +213,7 @@ def print_leaderboard(runs: Sequence[Run], ranked: Sequence[LeaderboardRow]) -> 
     """Print who wins, by how much, how sure that is, and where each solver fails (errors as `console.out`)."""
     console.out_table(leaderboard_table("leaderboard", ranked))
     scenarios = {run.scenario.name: run.scenario for run in runs}
-    said = overview(ranked, len(scenarios), sampling_note(list(scenarios.values())))
+    said = overview(ranked, len(scenarios), independence_note(list(scenarios.values())))
     unable = sorted({run.solver for run in runs} - {row.solver for row in ranked})
     left_out = [f"not ranked, as they could not run: {listed(unable)}"] if unable else []
     _print_lines("", [*left_out, *overview_lines(said)])

@@ -299,9 +299,9 @@ class PairOptions:
         if not specs:
             msg = "no graph is named; give files, as cgla graph compare roads.csv --from A --to B, or --pairs N"
             raise CglaError(msg)
-        pairs: int | Path | None = None
-        if self.pairs is not None:
-            pairs = int(self.pairs) if re.fullmatch(r"[+-]?\d{1,18}", self.pairs, re.ASCII) else Path(self.pairs)
+        pairs: int | str | None = self.pairs
+        if self.pairs is not None and re.fullmatch(r"[+-]?\d{1,18}", self.pairs, re.ASCII):
+            pairs = int(self.pairs)
         how: dict[str, Any] = {"source": self.source, "target": self.target, "pairs": pairs}
         how |= {"weight": self.weight, "directed": self.directed}
         return [one for spec in specs for one in graph_pairs(spec, **how)]

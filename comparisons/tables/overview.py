@@ -58,7 +58,7 @@ def overview(found: Sequence[LeaderboardRow], n_scenarios: int, sampled: str = "
     n_scenarios
         Number of scenarios of the study, run or not.
     sampled
-        What is independent among them (`cgla_graph.scenarios.graphs.graph_scenario.sampling_note`); may be empty.
+        What is independent among them (`cgla_graph.comparisons.study.sampling.independence_note`); may be empty.
 
     Examples
     --------

@@ -13,7 +13,7 @@ import numpy as np
 from cgla_graph._display import Plottable
 from cgla_graph._text import counted, shown
 from cgla_graph._validate import instance
-from cgla_graph.errors import ScenarioError
+from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.adjacency import Node, label_text
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
@@ -253,9 +253,23 @@ def _chosen(
         if named:
             msg = f"{named[0]} beside pairs that name both nodes; leave it out"
             raise ScenarioError(msg)
-        listed = _read_pairs(Path(pairs)) if isinstance(pairs, str | Path) else _checked(pairs)
-        for one, other in listed:
+        yield from _listed(opened, pairs)
+
+
+def _listed(
+    opened: "GraphFile | GeometricGraph", pairs: str | Path | Sequence[tuple[Node, Node]]
+) -> Iterator[tuple[Node, Node]]:
+    """Yield the pairs of a list or a file; an unknown node of a file is named with its line."""
+    if not isinstance(pairs, str | Path):
+        for one, other in _checked(pairs):
             yield _node(opened, one), _node(opened, other)
+        return
+    for number, row in _read_pairs(pairs):
+        try:
+            yield _node(opened, row[0]), _node(opened, row[1])
+        except CglaError as error:
+            msg = f"{pairs}, line {number}: {error}"
+            raise ScenarioError(msg) from error
 
 
 def _checked(pairs: object) -> list[tuple[Any, Any]]:
@@ -270,21 +284,31 @@ def _checked(pairs: object) -> list[tuple[Any, Any]]:
     return [(pair[0], pair[1]) for pair in listed]
 
 
-def _read_pairs(path: Path) -> list[tuple[str, str]]:
-    """Read a CSV file of two columns; further ones are not read."""
-    lines = [row for row in csv.reader(read_text(path, str(path), "a file of pairs").splitlines()) if row]
-    found = [tuple(cell.strip() for cell in row[:2]) for row in lines]
-    for number, row in enumerate(found, start=1):
-        if len(row) != 2 or not all(row):  # noqa: PLR2004 - a pair
-            msg = f"{path}: row {number} is {shown(','.join(lines[number - 1]))}; give two nodes, source and target"
-            raise ScenarioError(msg)
-    rows = [(row[0], row[1]) for row in found]
-    if rows and (rows[0][0].lower(), rows[0][1].lower()) in _HEADS:
+def _read_pairs(given: str | Path) -> list[tuple[int, tuple[str, str]]]:
+    """Read the line numbers and pairs of a CSV file of two columns; further ones are not read."""
+    if not Path(given).is_file() and Path(given).suffix.lower() != ".csv":
+        msg = (
+            f"pairs is {shown(str(given))}; give a number from 1 to {MOST_PAIRS:,}, or a CSV file that exists, with a "
+            f"line for each pair: source,target"
+        )
+        raise ScenarioError(msg)
+    reader = csv.reader(read_text(given, str(given), "a file of pairs").splitlines())
+    try:
+        rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
+    except csv.Error as error:
+        msg = f"{given}, line {reader.line_num}: {error}; give a line for each pair: source,target"
+        raise ScenarioError(msg) from error
+    rows = [(number, row) for number, row in rows if any(row)]  # blank lines, and those of commas alone
+    if rows and tuple(cell.lower() for cell in rows[0][1][:2]) in _HEADS:
         rows = rows[1:]
     if not rows:
-        msg = f"{path}: it has no pairs; give a line for each: source, target"
+        msg = f"{given}: it has no pairs; give a line for each: source,target"
         raise ScenarioError(msg)
-    return rows
+    for number, row in rows:
+        if len(row) < 2 or not all(row[:2]):  # noqa: PLR2004 - a pair
+            msg = f"{given}, line {number}: {shown(','.join(row))} is not a pair; give two nodes: source,target"
+            raise ScenarioError(msg)
+    return [(number, (row[0], row[1])) for number, row in rows]
 
 
 def _drawn(graph: GeometricGraph, fixed: tuple[int | None, int | None], count: int, seed: int) -> list[tuple[int, int]]:

@@ -21,6 +21,8 @@ from cgla_graph.comparisons.report.page import report_html
 from cgla_graph.comparisons.study.documents import graph_text, scenario_document, scenario_from
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.graph_bound import certify_on_graph
+from cgla_graph.comparisons.study.options import PairOptions, number_names
+from cgla_graph.comparisons.study.sampling import independence_note
 from cgla_graph.comparisons.study.study_file import study_from_toml
 from cgla_graph.errors import NodeNotFoundError, ScenarioError, StudyError
 from cgla_graph.isolation.limits import Limits
@@ -28,7 +30,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
-from cgla_graph.scenarios.graphs.graph_scenario import GraphScenario, sampling_note
+from cgla_graph.scenarios.graphs.graph_scenario import GraphScenario, as_any_scenario, sampling_note
 from cgla_graph.testing import graphs
 
 #: Installed with the package.
@@ -156,6 +158,27 @@ def test_pairs_at_one_end_and_from_a_file(tmp_path: Path) -> None:
 def test_wrong_pairs_say_the_remedy(how: dict[str, Any], says: str) -> None:
     with pytest.raises(ScenarioError, match=says):
         graph_pairs(roads(), **how)
+
+
+@pytest.mark.parametrize("pairs", ["1e9", "a,b", "1.5", "", "9" * 30, "\u0663"])
+def test_pairs_that_are_no_number_and_no_file_say_both(pairs: str, tmp_path: Path) -> None:
+    (tmp_path / "roads.csv").write_text("source,target,weight\na,b,1\n", encoding="utf-8")
+    with pytest.raises(ScenarioError, match=r"pairs is .*; give a number from 1 to 1,000,000, or a CSV file"):
+        PairOptions(pairs=pairs).open([str(tmp_path / "roads.csv")])
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("source,target\n\ndepot,tower\ndepot,shire\n", r"pairs.csv, line 4: .*'shire'"),
+        ("\ufeffdepot,tower\n , \ndepot\n", r"pairs.csv, line 3: 'depot' is not a pair"),
+        ("depot," + "x" * 200_000, r"pairs.csv, line 1: field larger"),
+    ],
+)
+def test_wrong_rows_of_a_file_of_pairs_are_named(text: str, says: str, tmp_path: Path) -> None:
+    (tmp_path / "pairs.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(ScenarioError, match=says):
+        graph_pairs(roads(), pairs=tmp_path / "pairs.csv")
 
 
 def test_an_unknown_node_is_named() -> None:
@@ -365,3 +388,21 @@ def test_pairs_of_one_graph_share_it_and_the_note_says_so() -> None:
     assert "4 pairs of one graph" in sampling_note(pairs)
     assert "5 pairs of 2 graphs" in sampling_note([*pairs, *graph_pairs(roads(), pairs=1)])
     assert sampling_note([pairs[0], graph_pairs(roads(), pairs=1)[0]]) == ""
+
+
+def test_repeated_scenarios_are_counted_in_the_note() -> None:
+    def note(*scenarios: object) -> str:
+        return independence_note(
+            Study(number_names([as_any_scenario(one, "mine") for one in scenarios]), ["cgla"]).scenarios
+        )
+
+    pair, other = graph_pairs(roads(), pairs=2, name="roads")
+    again, _ = graph_pairs(roads(), pairs=2, name="roads")
+    assert "1 of 3 are the same as an earlier one (such as roads: " in note(pair, other, again)
+    assert "repeated scenarios: 2 of 3" in note(pair, pair, pair)
+    assert "repeat" not in note(pair, other)
+    heavier = GeometricGraph.from_matrix(3 * roads().weight_matrix(), labels=roads().labels)
+    assert "repeat" not in note(pair, GraphScenario(pair.name, cg.GraphProblem(heavier, *pair.ends)))
+    assert "1 of 3 are the same as an earlier one (such as one-threat-2)" in note("one-threat", "trap", "one-threat")
+    problem = cg.load_scenario("one-threat").problem
+    assert "repeated scenarios: 1 of 2" in independence_note(Study([problem, problem], ["cgla"]).scenarios)
