@@ -80,7 +80,7 @@ def read_tree(root: Element, where: str) -> FlightPlan:
     lines: list[tuple[str, list[Waypoint]]] = []
     points: list[Waypoint | Home] = []
     remarks: list[str] = []
-    has_roles = False
+    has_roles = _has_roles(root)
     number = 0
     unknown = [_DJI] if any(_WPML in str(element.tag) for element in root.iter()) else []
     for element in root.iter():
@@ -95,15 +95,13 @@ def read_tree(root: Element, where: str) -> FlightPlan:
         for geometry in _geometries(element):
             shape = tag_of(geometry)
             if shape == "Point":
-                has_roles = has_roles or ROLE in tags
                 found = _waypoints(geometry, tags, place)
                 if len(found) != 1:
                     fault(place, f"its point has {len(found)} positions", "a point has one")
                 points += found
             elif shape == "LineString":
-                lines.append(
-                    (name, [one for one in _waypoints(geometry, of_line(tags), place) if isinstance(one, Waypoint)])
-                )
+                said = None if has_roles else of_line(tags)
+                lines.append((name, [one for one in _waypoints(geometry, said, place) if isinstance(one, Waypoint)]))
             elif shape in _TRACKS:
                 fault(place, f"it is a {shape}", "a plan is a LineString or Points: save the track as a path")
             else:
@@ -112,6 +110,12 @@ def read_tree(root: Element, where: str) -> FlightPlan:
     plan = choose_plan(lines, points, has_roles=has_roles, remarks=remarks, where=where, unknown=unknown)
     title = next((child_text(one, "name") for one in root.iter() if tag_of(one) == "Document"), "")
     return plan.renamed(title or plan.name)
+
+
+def _has_roles(root: Element) -> bool:
+    """Return whether a point has a role: then the points are the plan, and the line only shows it."""
+    placemarks = (one for one in root.iter() if tag_of(one) == "Placemark")
+    return any(ROLE in _tags(one) and any(tag_of(part) == "Point" for part in _geometries(one)) for one in placemarks)
 
 
 def _geometries(element: Element) -> Iterator[Element]:
@@ -134,8 +138,8 @@ def _tags(element: Element) -> dict[str, str]:
     return tags
 
 
-def _waypoints(geometry: Element, tags: Mapping[str, object], where: str) -> list[Waypoint | Home]:
-    """Return the positions of a geometry."""
+def _waypoints(geometry: Element, tags: Mapping[str, object] | None, where: str) -> list[Waypoint | Home]:
+    """Return the positions of a geometry; without tags, one that only shows the points: its altitudes do not count."""
     mode = child_text(geometry, "altitudeMode") or _ON_GROUND
     if mode not in {_ON_GROUND, "clampToSeaFloor", *_REFERENCES}:
         fault(where, f"its altitudeMode is {shown(mode)}", f"{_ON_GROUND}, relativeToGround and absolute are read")
@@ -152,9 +156,10 @@ def _waypoints(geometry: Element, tags: Mapping[str, object], where: str) -> lis
         parts = text.split(",")
         if not _LEAST <= len(parts) <= _MOST or not all(parts):
             fault(where, f"its coordinates have {shown(text)}", "a position is longitude,latitude,altitude, no blanks")
-        said = tags
-        if mode in _REFERENCES and len(parts) == _MOST and ALTITUDE not in tags:
-            said = {**tags, ALTITUDE: parts[2], REFERENCE: _REFERENCES[mode]}
+        said = tags or {}
+        if mode in _REFERENCES and len(parts) == _MOST and ALTITUDE not in said:
+            height = number_of(parts[2], f"{where}: {ALTITUDE}")
+            said = said if tags is None else {**said, ALTITUDE: height, REFERENCE: _REFERENCES[mode]}
         waypoints.append(waypoint_of(place_of(parts[:2], where), said, where))
     return waypoints
 

@@ -10,7 +10,7 @@ import gpxpy
 import numpy as np
 import pytest
 import shapely
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from plan_files import FILES, flight_plans, mine
 from pymavlink import mavwp
 from strategies import few, usual
@@ -18,7 +18,7 @@ from strategies import few, usual
 import cgla_graph as cg
 from cgla_graph.airspace.flight_plans.formats import plan_of_bytes, read_plan, text_of_plan, write_plan
 from cgla_graph.airspace.flight_plans.mavlink import FRAMES
-from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Waypoint
 from cgla_graph.errors import OutputError, PlanError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.solution import Solution, Status
@@ -31,8 +31,22 @@ def again(plan: FlightPlan, kind: str) -> FlightPlan:
 # read by our own readers
 
 
+#: Ends at or below the place of take-off, or on ground below it: viewers show such heights as if above the ground.
+START = Waypoint(24.0, 60.0, 0.0)
+LOW_ENDS = (
+    FlightPlan((START, Waypoint(24.1, 60.0, -1.0, role="landing"))),
+    FlightPlan((START, Waypoint(24.1, 60.0, -1.0))),
+    FlightPlan((START, Waypoint(24.1, 60.0, -5.0, "ground", role="touch-down"), Waypoint(24.2, 60.0, 5.0, "ground"))),
+    FlightPlan((START, Waypoint(24.1, 60.0, -5.0, "ground", role="landing")), Home(24.0, 60.0)),
+)
+
+
 @usual
 @given(flight_plans(autopilot=False))
+@example(LOW_ENDS[0])
+@example(LOW_ENDS[1])
+@example(LOW_ENDS[2])
+@example(LOW_ENDS[3])
 def test_files_for_viewers_read_back_to_the_last_bit(plan: FlightPlan) -> None:
     for kind in (".kml", ".gpx", ".geojson"):
         assert again(plan, kind) == plan
@@ -334,6 +348,14 @@ def test_line_and_points_of_one_file_agree() -> None:
     text = FILES[".kml"].replace(b"24.96,60.18", b"24.97,60.18", 1)
     with pytest.raises(PlanError, match="different routes"):
         plan_of_bytes(text, "moved.kml")
+
+
+def test_a_line_that_is_flown_is_not_below_the_ground() -> None:
+    """Altitudes of a line are left out only where points with roles are the plan; they have to be numbers still."""
+    text = text_of_plan(LOW_ENDS[0], "low.kml").encode()
+    for wrong, words in ((text.replace(b"role", b"colour"), "below the ground"), (text.replace(b",-1", b",x"), "'x'")):
+        with pytest.raises(PlanError, match=words):
+            plan_of_bytes(wrong, "low.kml")
 
 
 @few
