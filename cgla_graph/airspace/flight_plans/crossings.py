@@ -102,7 +102,8 @@ class Crossings:
         Numbers of the legs that cross an area by no more than a rounding, shape ``(n,)``; they do not count.
     clearances
         Least distance of each leg to an area, shape ``(n_legs,)``, map units: 0 where it crosses or touches one,
-        infinite without areas. That of a leg that passes a waypoint at a distance is that of all that may be flown
+        infinite without areas. Below the required distance, areas count at the heights of the leg beside them; others
+        are at least that. That of a leg that passes a waypoint at a distance is that of all that may be flown
         through.
     columns
         Places where the aircraft climbs or descends vertically, with their distances to areas at the heights there;
@@ -150,7 +151,7 @@ def crossings_of(
     heights
         The parts of the legs at the height of each area, where alone the area counts; None if areas count everywhere.
     required
-        Distance to be kept from areas, map units: distances of climbs and descents below this are exact.
+        Distance to be kept from areas, map units: within it, distances are those from areas at the heights there.
 
     Examples
     --------
@@ -191,12 +192,13 @@ def crossings_of(
         crossing += [leg] if is_inside else []
         rounded += [leg] if is_dodged and not is_inside else []
     legs = np.sort(np.array(crossing, dtype=np.int64))
-    simultaneous.widen_clearances(starts, ends, np.setdiff1d(np.arange(len(starts)), legs), crosses, clearances)
+    clean = np.setdiff1d(np.arange(len(starts)), legs)
+    simultaneous.widen_clearances(starts, ends, clean, crosses, clearances, required)
     found += _uprights(route, before, simultaneous, found, rounding)
     found += lookup.circles(route, radii, before, rounding, heights)
     beside = []
     seen = {(one.leg, one.area) for one in found if not (one.is_circle or one.is_upright)}
-    for wide in wide_legs(route, areas, reaches, radii, rounding=rounding, heights=heights):
+    for wide in wide_legs(route, areas, reaches, radii, rounding=rounding, heights=heights, required=required):
         leg = wide.leg
         clearances[leg] = min(wide.clearance, clearances[leg]) if heights is None else wide.clearance
         new = [area for area in wide.areas if (leg, area) not in seen]
@@ -306,7 +308,7 @@ class _AreaLookup:
                 shape = self.areas[number].shape
                 if shapely.distance(place, shape) >= radius - rounding:
                     continue
-                if heights is not None and not heights.at_place(index, number):
+                if heights is not None and not heights.at_place(index, number, radius):
                     continue
                 inside = float(shapely.intersection(circle, shape).length)
                 at, far = (float(place.x), float(place.y)), float(before[index])

@@ -1,13 +1,15 @@
 """Areas that count at the same time on parts of a leg, if the height changes along it."""
 
 import itertools
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol, TypeAlias
+from typing import Any, Final, Protocol, TypeAlias
 
 import numpy as np
 import shapely
 from shapely.geometry import LineString
+from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph.airspace.flight_plans.area_outline import ClosedArea, Outline
@@ -22,6 +24,8 @@ MOST_BUILT, MOST_PAIRS = 1_000_000, 3_000_000
 MOST_GROUPED: Final = 100
 #: Groups of legs whose clearances are computed at their heights; for further legs, all areas count.
 MOST_GROUPS: Final = 50
+#: Legs near areas whose clearances are computed with elevations; for further legs, all areas may count.
+MOST_REFINED: Final = 10_000
 #: Climbs and descents above one place of a plan up to which the distance of each to an area is computed.
 MOST_PLACES: Final = 1000
 
@@ -29,11 +33,11 @@ MOST_PLACES: Final = 1000
 class HeightOverlap(Protocol):
     """Parts of a route where the aircraft may be at the height of an area."""
 
-    def on_leg(self, leg: int, area: int) -> Shares:
-        """Return the parts of a leg on which the aircraft may be at the height of an area."""
+    def on_leg(self, leg: int, area: int, beside: float = 0.0) -> Shares:
+        """Return the parts of a leg, within a distance of an area, where it may be at the height of the area."""
 
-    def at_place(self, place: int, area: int) -> bool:
-        """Return whether it may be at the height of an area where it climbs, descends or circles at a place."""
+    def at_place(self, place: int, area: int, beside: float = 0.0) -> bool:
+        """Return whether it may be at the height of an area, up to a distance from a place, as it climbs or circles."""
 
     def goes_upright(self, place: int) -> bool:
         """Return whether it climbs or descends vertically at a place."""
@@ -204,7 +208,7 @@ class SimultaneousAreas:
         trees: dict[bytes, shapely.STRtree] = {}
         for index in places:
             here = shapely.Point(route[index])
-            numbers = [number for number in near.get(index, []) if heights.at_place(index, number)]
+            numbers = [number for number in near.get(index, []) if heights.at_place(index, number, required)]
             if numbers:
                 away = shapely.distance(self.shapes[numbers], here)
                 yield index, numbers[int(np.argmin(away))], float(away.min())
@@ -214,10 +218,19 @@ class SimultaneousAreas:
                 yield index, int(np.nonzero(counts)[0][nearest[0]]), max(float(distances[0]), required)
 
     def widen_clearances(
-        self, starts: FloatArray, ends: FloatArray, clean: IntArray, crosses: BoolArray, clearances: FloatArray
+        self,
+        starts: FloatArray,
+        ends: FloatArray,
+        clean: IntArray,
+        crosses: BoolArray,
+        clearances: FloatArray,
+        required: float = 0.0,
     ) -> None:
         """
-        Increase clearances of legs that cross no area to the distance from areas at their heights.
+        Change clearances of legs that cross no area to the distance from areas at their heights.
+
+        Without elevations first: areas count that may be at the heights of a leg. Then areas within the required
+        distance are compared with the parts of the leg there, with elevations.
 
         Parameters
         ----------
@@ -229,6 +242,8 @@ class SimultaneousAreas:
             Whether each leg crosses an area if all areas count, shape ``(n,)``.
         clearances
             Distance from all areas, shape ``(n,)``, map units; changed in place.
+        required
+            Distance to be kept, map units.
         """
         kinds = None if self.heights is None else self.heights.kinds()
         if kinds is None:
@@ -251,6 +266,69 @@ class SimultaneousAreas:
                 away = outline.distances(starts[legs], ends[legs])
             own = np.array([self.beside[leg][1] if leg in self.beside else np.inf for leg in legs])
             clearances[legs] = np.minimum(away, own)
+        if self.heights is None or required <= 0.0:
+            return
+        near, divided = NearAreas(self.shapes, self.tree, self.heights), self.beside.keys()
+        close = [
+            leg for leg in clean.tolist() if leg not in divided and not crosses[leg] and clearances[leg] < required
+        ]
+        for leg in [*sorted(divided & set(clean.tolist())), *close[:MOST_REFINED]]:
+            line = LineString([starts[leg], ends[leg]])
+            clearances[leg] = near.distance(leg, line, meets[kind[leg]], required)
+
+
+class NearAreas:
+    """
+    Distances of areas from legs, at the heights of both.
+
+    Parameters
+    ----------
+    shapes, tree
+        Shapes of the areas, shape ``(n_areas,)``, map units, and the tree of them.
+    heights
+        Where the route is at the height of each area.
+    """
+
+    def __init__(self, shapes: "np.ndarray[Any, Any]", tree: shapely.STRtree, heights: HeightOverlap) -> None:
+        self.shapes, self.tree, self.heights = shapes, tree, heights
+        self.pairs = 0
+
+    def distance(self, leg: int, shape: BaseGeometry, counts: BoolArray, required: float, reach: float = 0.0) -> float:
+        """
+        Return the least distance of a leg from an area that counts at its heights; infinite without any.
+
+        Parameters
+        ----------
+        leg
+            Number of the leg.
+        shape
+            Its line, or all that may be flown through, map units.
+        counts
+            Which areas may count on the leg, without using elevations, shape ``(n_areas,)``.
+        required
+            Areas within this distance are compared with the parts of the leg there, with elevations, map units.
+        reach
+            Distance from the line that may be flown through, map units; 0 if `shape` is the line.
+        """
+        near = [n for n in self.tree.query(shape, predicate="dwithin", distance=required).tolist() if counts[n]]
+        others = counts.copy()
+        others[near] = False
+        found = math.inf
+        for number in near:
+            self.pairs += 1
+            # (beyond the limit, each counts)
+            spans = WHOLE if self.pairs > MOST_PAIRS else self.heights.on_leg(leg, number, required + reach)
+            parts = [shape] * bool(spans) if reach > 0.0 else [_part(shape, *span) for span in spans]
+            found = min([found, *shapely.distance(parts, self.shapes[number]).tolist()])
+        if found >= required and others.any():
+            found = min(found, float(shapely.distance(shape, self.shapes[others]).min()))
+        return found
+
+
+def _part(line: BaseGeometry, first: float, last: float) -> LineString:
+    """Return the part of a line of two ends between two shares of it."""
+    start, end = shapely.get_coordinates(line)
+    return LineString([_along(start, end, first), _along(start, end, last)])
 
 
 def _along(start: FloatArray, end: FloatArray, share: float) -> FloatArray:

@@ -16,7 +16,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
 from cgla_graph.airspace.flight_plans.area_outline import ClosedArea
-from cgla_graph.airspace.flight_plans.simultaneous_areas import HeightOverlap
+from cgla_graph.airspace.flight_plans.simultaneous_areas import HeightOverlap, NearAreas
 
 #: Corners per right angle of a disc around a waypoint.
 CORNERS: Final = 32
@@ -53,6 +53,7 @@ def wide_legs(
     *,
     rounding: float = 0.0,
     heights: HeightOverlap | None = None,
+    required: float = 0.0,
 ) -> Iterator[WideLeg]:
     """
     Yield the legs that may be flown at a distance from their straight lines.
@@ -71,6 +72,8 @@ def wide_legs(
         What a shift by this would undo does not count, map units.
     heights
         The parts of legs at the height of each area, where alone the area counts; None if areas count everywhere.
+    required
+        Distance to be kept, map units: areas within it are compared with elevations.
 
     Examples
     --------
@@ -82,7 +85,8 @@ def wide_legs(
     if not any(reaches) or not areas:
         return
     shapes = np.array([one.shape for one in areas], dtype=object)
-    tree, trees = shapely.STRtree(shapes), _Trees(shapes, heights)
+    tree = shapely.STRtree(shapes)
+    trees = _Trees(shapes, tree, heights)
     starts = np.arange(max(len(route) - 1, 1))
     ends = np.minimum(starts + 1, len(route) - 1)
     widest = np.maximum(np.array(reaches)[starts], np.array(reaches)[ends])
@@ -104,8 +108,10 @@ def wide_legs(
             near = [number for number in sorted(tree.query(beside).tolist()) if _overlap(beside, shapes[number])]
             inner = shapely.buffer(beside, -rounding) if near and rounding > 0.0 else beside
             near = [number for number in near if _overlap(inner, shapes[number])]
-            met = tuple(number for number in near if heights is None or len(heights.on_leg(leg, number)))
-        yield WideLeg(leg, met, trees.distance(leg, hull))
+            met = tuple(
+                number for number in near if heights is None or len(heights.on_leg(leg, number, float(widest[leg])))
+            )
+        yield WideLeg(leg, met, trees.distance(leg, hull, required, float(widest[leg])))
 
 
 def cut_corners(
@@ -153,7 +159,7 @@ def cut_corners(
         near = [area for area in sorted(tree.query(hull).tolist()) if _overlap(hull, shapes[area])]
         inner = shapely.buffer(hull, -rounding) if near and rounding > 0.0 else hull
         near = [area for area in near if _overlap(inner, shapes[area])]
-        met = tuple(area for area in near if heights is None or len(heights.on_leg(number, area)))
+        met = tuple(area for area in near if heights is None or len(heights.on_leg(number, area, cuts[number])))
         if met:
             yield number, met
 
@@ -184,19 +190,23 @@ def _cut(route: FloatArray, number: int, cuts: Sequence[float], reaches: Sequenc
 class _Trees:
     """Areas that may count on a leg, looked up by their distance."""
 
-    def __init__(self, shapes: np.ndarray[Any, Any], heights: HeightOverlap | None) -> None:
+    def __init__(self, shapes: np.ndarray[Any, Any], tree: shapely.STRtree, heights: HeightOverlap | None) -> None:
         self.shapes = shapes
         self.kinds = None if heights is None else heights.kinds()
+        self.near = None if heights is None else NearAreas(shapes, tree, heights)
         self.trees: dict[int, shapely.STRtree] = {}
 
-    def distance(self, leg: int, shape: BaseGeometry) -> float:
-        """Return the distance of a shape from the areas that may count on a leg."""
+    def distance(self, leg: int, shape: BaseGeometry, required: float = 0.0, reach: float = 0.0) -> float:
+        """Return the distance of a shape from the areas that count on a leg, within what is required at its heights."""
         kind = 0 if self.kinds is None else int(self.kinds[0][leg])
         if kind not in self.trees:
             counts = slice(None) if self.kinds is None else self.kinds[1][kind]
             self.trees[kind] = shapely.STRtree(self.shapes[counts])
         nearest, distances = self.trees[kind].query_nearest(shape, return_distance=True, all_matches=False)
-        return float(distances[0]) if len(nearest) else math.inf
+        away = float(distances[0]) if len(nearest) else math.inf
+        if away >= required or self.near is None or self.kinds is None:
+            return away
+        return self.near.distance(leg, shape, self.kinds[1][kind], required, reach)
 
 
 def _hull(route: FloatArray, ends: tuple[int, int], reaches: Sequence[float]) -> BaseGeometry:

@@ -16,7 +16,7 @@ from cgla_graph.airspace.terrain.straight import StraightLeg, straight_leg
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.heights import ABOVE, ROUNDING, Range, height_offset, home_heights
 from cgla_graph.airspace.zones.zone import Limits
-from cgla_graph.model.earth import LocalProjection
+from cgla_graph.model.earth import LocalProjection, box_around
 
 _WORDS: Final = {"HOME": "above home", "AGL": "above ground", "AMSL": "above the sea", "WGS84": "above the ellipsoid"}
 #: Parts into which a leg over an elevation raster is divided, at most; each spans two cells or more.
@@ -99,8 +99,8 @@ class PlanHeights:
             first, last = max(first, here[0]), min(last, here[1])
         return (first, last), all_known
 
-    def _shares(self, heights: Heights, area: int, ends: FloatArray, leg: int) -> Shares:
-        """Return the parts of a leg on which an area counts."""
+    def _shares(self, heights: Heights, area: int, ends: FloatArray, leg: int, beside: float = 0.0) -> Shares:
+        """Return the parts of a leg, within a distance of an area, on which the area counts."""
         limits = self.limits[area]
         if limits is None or not limits.bounded:
             return WHOLE
@@ -115,7 +115,7 @@ class PlanHeights:
         if shares is not None:
             return shares
         parts: list[Range] = []
-        for part, ground in self._grounds(ends, area):
+        for part, ground in self._grounds(ends, area, beside):
             found, all_known = self._within(heights, limits, ground, part)
             if found is None:
                 continue
@@ -124,12 +124,12 @@ class PlanHeights:
             parts.append(found)
         return _union(parts)
 
-    def _grounds(self, ends: FloatArray, area: int) -> Iterator[tuple[Range, Range | None]]:
-        """Yield parts of a leg near an area, and the least and the greatest elevation around each."""
+    def _grounds(self, ends: FloatArray, area: int, beside: float) -> Iterator[tuple[Range, Range | None]]:
+        """Yield parts of a leg within a distance of an area, and the least and the greatest elevation around each."""
         if self.ground is None:
             yield (0.0, 1.0), None
             return
-        first, last = _part_in_box(ends[0], ends[1], self.boxes[area])
+        first, last = _part_in_box(ends[0], ends[1], self.boxes[area] + beside * np.array([-1.0, -1.0, 1.0, 1.0]))
         places = self.projection.inverse(ends[0] + np.array([[first], [last]]) * (ends[1] - ends[0]))
         cells = float((np.abs(places[1] - places[0]) / self.ground.cell).max())
         number = int(min(max(math.ceil(0.5 * cells), 1), _MOST_PARTS)) if math.isfinite(cells) else 1
@@ -138,8 +138,8 @@ class PlanHeights:
         at = np.sort(np.concatenate([shares, 0.5 * (shares[:-1] + shares[1:])]))
         lonlat = self.projection.inverse(ends[0] + at[:, None] * (ends[1] - ends[0]))
         for index in range(number):
-            here = lonlat[2 * index : 2 * index + 3]
-            (west, south), (east, north) = here.min(axis=0).tolist(), here.max(axis=0).tolist()
+            around = np.array([box_around((x, y), beside) for x, y in lonlat[2 * index : 2 * index + 3].tolist()])
+            (west, south), (east, north) = around[:, :2].min(axis=0).tolist(), around[:, 2:].max(axis=0).tolist()
             yield (float(shares[index]), float(shares[index + 1])), self.ground.range_in((west, south, east, north))
 
     def _note(self, why: str, leg: int, area: int) -> None:
@@ -150,10 +150,10 @@ class PlanHeights:
 
     # methods of `HeightOverlap`
 
-    def on_leg(self, leg: int, area: int) -> Shares:
-        """Return the parts of a leg on which the aircraft may be at the height of an area."""
+    def on_leg(self, leg: int, area: int, beside: float = 0.0) -> Shares:
+        """Return the parts of a leg, within a distance of an area, where it may be at the height of the area."""
         heights, limits = self.profile.legs[leg], self.limits[area]
-        found = self._shares(heights, area, self._ends(leg), leg)
+        found = self._shares(heights, area, self._ends(leg), leg, beside)
         if limits is None or not limits.bounded or found == WHOLE or not self._may_be_straight(heights):
             return found
         return _union([*found, *self._straight_parts(heights, limits, area, leg)])
@@ -189,11 +189,11 @@ class PlanHeights:
             counts &= sign * (flown - limit.metres) + beyond >= 0.0
         return [(first, last) for first, _, last in line.shares[counts].tolist()]
 
-    def at_place(self, place: int, area: int) -> bool:
-        """Return whether it may be at the height of an area where it climbs, descends or circles at a place."""
+    def at_place(self, place: int, area: int, beside: float = 0.0) -> bool:
+        """Return whether it may be at the height of an area, up to a distance from a place, as it climbs or circles."""
         leg = min(place, len(self.profile.legs) - 1)
         heights = self.profile.places[place] or self.profile.legs[leg]
-        return bool(self._shares(heights, area, self.route[[place, place]], leg))
+        return bool(self._shares(heights, area, self.route[[place, place]], leg, beside))
 
     def goes_upright(self, place: int) -> bool:
         """Return whether it climbs or descends vertically at a place."""

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 import shapely
 from hypothesis import example, given
-from hypothesis import strategies as st
 from mutations import damaged, damaged_json, tried
+from scipy.ndimage import map_coordinates
 from strategies import examples, few
 from zone_files import data_of, ed269, volume
 
+from cgla_graph._types import FloatArray
 from cgla_graph.airspace.flight_plans import simultaneous_areas
 from cgla_graph.airspace.flight_plans.area_outline import ClosedArea
 from cgla_graph.airspace.flight_plans.crossings import crossings_of
@@ -25,8 +26,9 @@ from cgla_graph.airspace.flight_plans.profile import profile_of
 from cgla_graph.airspace.plan_check.check import check
 from cgla_graph.airspace.plan_check.plan_heights import PlanHeights
 from cgla_graph.airspace.plan_check.result import PlanCheck
+from cgla_graph.airspace.zones.applying import Zones
 from cgla_graph.airspace.zones.ground import Ground
-from cgla_graph.airspace.zones.zone import Limit, Limits
+from cgla_graph.airspace.zones.zone import Layer, Limit, Limits, Zone
 from cgla_graph.errors import CglaError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.testing.strategies import seeds
@@ -188,10 +190,9 @@ def test_elevations_resolve_heights_along_the_leg(checked: Check, tmp_path: Path
     assert "has data there" in checked(through(530, 530, "sea"), limits, ground=str(raster)).on.heights.notes()[0]
 
 
-@st.composite
-def flights(draw: st.DrawFn) -> tuple[PlanHeights, list[ClosedArea], Ground]:
-    """Draw zigzags with altitudes over boxes with floors and ceilings, some of them side by side, and hills."""
-    rng = np.random.default_rng(draw(seeds))
+def flight(seed: int) -> tuple[PlanHeights, list[ClosedArea], Ground]:
+    """Return a zigzag with altitudes over boxes with floors and ceilings, some of them side by side, and hills."""
+    rng = np.random.default_rng(seed)
     projection = LocalProjection(6.0, 49.0)
     (west, south), (east, north) = projection.inverse([(-9000.0, -9000.0), (9000.0, 9000.0)]).tolist()
     ground = Ground(100.0 * rng.integers(0, 4, (12, 12)).astype(float), (west, south, east, north))
@@ -220,29 +221,60 @@ def flights(draw: st.DrawFn) -> tuple[PlanHeights, list[ClosedArea], Ground]:
     return PlanHeights(plan, stops, limits, with_ground, places, boxes, projection), areas, ground
 
 
+def above_the_sea(ground: Ground, lonlat: FloatArray) -> FloatArray:
+    """Return elevations linear between centres of cells (scipy)."""
+    west, _, _, north = ground.bounds
+    at = [(north - lonlat[:, 1]) / ground.cell[1] - 0.5, (lonlat[:, 0] - west) / ground.cell[0] - 0.5]
+    return np.asarray(map_coordinates(ground.values, at, order=1, mode="nearest"))
+
+
+def straight(heights: PlanHeights, ground: Ground, leg: int, shares: FloatArray) -> dict[str, FloatArray]:
+    """Return heights above sea and ground of the straight line between the highest ends of a leg above ground."""
+    start, end = heights.route[[leg, min(leg + 1, len(heights.route) - 1)]]
+    lonlat = heights.projection.inverse(start + shares[:, None] * (end - start))
+    levels = above_the_sea(ground, heights.projection.inverse([start, end])) + heights.profile.legs[leg].high
+    sea = levels[0] + shares * (levels[1] - levels[0])
+    return {"AMSL": sea, "AGL": sea - above_the_sea(ground, lonlat)}
+
+
 @few
-@given(flights())
-def test_wherever_it_is_inside_and_within_the_limits_it_crosses(
-    found: tuple[PlanHeights, list[ClosedArea], Ground],
-) -> None:
-    """Sample places with their own elevation; where references are equal, it crosses nowhere else."""
-    heights, areas, ground = found
-    crossings = crossings_of(heights.route, areas, heights=heights)
+@given(seeds)
+# one place, and a straight leg that is higher above a valley than at its ends
+@example(234500)
+@example(324)
+def test_wherever_it_is_inside_and_within_the_limits_it_crosses(seed: int) -> None:
+    """
+    Sample places with their own elevation; where references are equal, it crosses nowhere else.
+
+    Over known elevations, legs above ground follow the ground or are straight: it crosses where either is inside. An
+    area beside a place at its heights is no nearer than the clearance of the leg says.
+    """
+    heights, areas, ground = flight(seed)
+    required = 1500.0
+    crossings = crossings_of(heights.route, areas, heights=heights, required=required)
     west, _, _, north = ground.bounds
     for leg, profile in enumerate(heights.profile.legs):
-        start, end = heights.route[leg], heights.route[leg + 1]
+        start, end = heights.route[[leg, min(leg + 1, len(heights.route) - 1)]]
+        may_be_straight = profile.reference == "ground" and heights.ground is not None
         for share in np.linspace(0.003, 0.997, 60).tolist():
             place = start + share * (end - start)
             longitude, latitude = heights.projection.inverse(place).tolist()
             wide, high = ground.cell
             here = float(ground.values[int((north - latitude) / high), int((longitude - west) / wide)])
             above = {"ground": here, "sea": 0.0, "home": 150.0}[str(profile.reference)]
-            altitude = profile.at(share)[0] + above
+            # (a leg from or to the ground is anywhere below)
+            least, most = (here if math.isinf(height) else height + above for height in profile.at(share))
+            is_free = math.isinf(profile.lowest)
+            own = straight(heights, ground, leg, np.array([share]))
+            # (straight legs count in pieces of at most 200 m, by bounds of their heights)
+            about = np.clip(share + np.linspace(-200.0, 200.0, 21) / max(math.dist(start, end), 1.0), 0.0, 1.0)
+            near = straight(heights, ground, leg, about)
             far = math.dist(place, start)
             for number, area in enumerate(areas):
                 limits = heights.limits[number]
                 assert limits is not None
-                floor, ceiling = (one.metres + here * (one.reference == "AGL") for one in (limits.lower, limits.upper))
+                lower, upper = limits.lower, limits.upper
+                floor, ceiling = (one.metres + here * (one.reference == "AGL") for one in (lower, upper))
                 inside = shapely.contains_xy(area.shape, *place)
                 is_in = [
                     one
@@ -250,15 +282,56 @@ def test_wherever_it_is_inside_and_within_the_limits_it_crosses(
                     if (one.leg, one.area) == (leg, number)
                     and math.dist(one.entry, start) - 1e-6 <= far <= math.dist(one.exit, start) + 1e-6
                 ]
-                if inside and floor <= altitude <= ceiling:
-                    assert is_in
+                below = own[upper.reference][0] <= upper.metres or (is_free and ceiling >= here)
+                within = below and own[lower.reference][0] >= lower.metres
+                if (floor <= most and least <= ceiling) or (may_be_straight and within):
+                    assert is_in or not inside
+                    away = float(area.shape.distance(shapely.Point(place)))
+                    assert crossings.clearances[leg] <= away + 1e-6 or away >= required
                 same = {one.reference for one, _ in limits.bounded} <= {
                     {"ground": "AGL", "sea": "AMSL"}.get(str(profile.reference))
                 }
                 if same and is_in:
                     edge = 1.0 + abs(profile.high[0] - profile.high[1]) * 1e-3
                     assert inside or area.shape.distance(shapely.Point(place)) < 1e-6
-                    assert floor - edge <= altitude <= ceiling + edge or limits.lower.metres <= 0.0
+                    flown = near[lower.reference]
+                    reaches = (is_free or flown.min() - 10.0 <= upper.metres) and flown.max() + 10.0 >= lower.metres
+                    follows = floor - edge <= most and least <= ceiling + edge
+                    assert follows or lower.metres <= 0.0 or (may_be_straight and reaches)
+
+
+@pytest.mark.parametrize("reach", [0.0, 50.0])
+@pytest.mark.parametrize(
+    ("reference", "limits", "least", "clean"),
+    [
+        # at 20 m above the west end of the leg, 50 m is reached 126 m before the zone, flying on at 142 m in the east
+        ("sea", (0, "AGL", 50, "AGL"), 300.0, False),
+        ("sea", (0, "AMSL", 350, "AMSL"), 300.0, False),
+        ("ground", (0, "AMSL", 350, "AMSL"), 0.0, False),
+        # far above, far below
+        ("sea", (0, "AGL", 50, "AGL"), 400.0, True),
+        ("ground", (0, "AMSL", 350, "AMSL"), 100.0, True),
+        ("ground", (0, "AGL", 50, "AGL"), 100.0, True),
+        ("sea", (500, "AGL", 600, "AGL"), 300.0, True),
+        ("home", (0, "AGL", 50, "AGL"), 100.0, True),
+        ("home", (0, "AGL", 50, "AGL"), 0.0, False),
+    ],
+)
+def test_a_clearance_is_kept_from_areas_at_the_heights_of_the_leg_beside_them(
+    reference: Reference, limits: tuple[float, str, float, str], least: float, reach: float, *, clean: bool
+) -> None:
+    """Known elevations count up to the clearance from an area, on the leg's way there and where it passes beside."""
+    layer = Layer(shapely.box(6.0, 49.0, 6.2, 49.2), Limit(*limits[:2]), Limit(*limits[2:]))  # type: ignore[arg-type]
+    zones = Zones((Zone("A", "", "PROHIBITED", (layer,)),))
+    ground = Ground(np.full((60, 60), 300.0), (5.7, 48.7, 6.5, 49.5))
+    for y in (49.1, 49.2005):
+        places = ((5.8, 60.0), (5.9, 20.0), (6.3, 142.1), (6.4, 142.0))
+        found = (Waypoint(x, y, least + height, reference, pass_radius=reach * (x > 6.2)) for x, height in places)
+        plan = FlightPlan(tuple(found), Home(5.8, y, 300.0))
+        checked = check(
+            plan, zones=zones, ground=ground, terrain_clearance=0.0, clearance=300.0 + 2.0 * reach, tolerance=None
+        )
+        assert checked.is_clean is clean, (y, checked.verdict)
 
 
 def test_two_areas_side_by_side_leave_no_way_at_heights_of_both() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from pyproj import Transformer
 from strategies import usual
@@ -239,6 +239,11 @@ def metres(shape: shapely.Geometry) -> shapely.Geometry:
     return shapely.transform(dense, lambda points: np.column_stack(METRES.transform(*points.T)))
 
 
+#: A zone on the ground alone, within 2 km of a flight at cruise but not of its ends; and one that it would fly over.
+ON_GROUND = of_layers((0, "AGL", 0, "AGL"), area=shapely.box(6.04, 49.04, 6.14, 49.14))
+BESIDE, ACROSS = [(6.19, 49.13), (6.05, 49.19)], [(6.01, 49.01), (6.19, 49.17)]
+
+
 @usual
 @given(
     zones_and_places(),
@@ -247,6 +252,10 @@ def metres(shape: shapely.Geometry) -> shapely.Geometry:
     st.sampled_from([0.0, 300.0, 2000.0]),
     st.booleans(),
 )
+@example(drawn=(ON_GROUND, BESIDE), altitude=10.0, vertical=0.0, clearance=2000.0, own=True)
+@example(drawn=(ON_GROUND, BESIDE), altitude=10.0, vertical=0.0, clearance=2000.0, own=False)
+@example(drawn=(ON_GROUND, BESIDE), altitude=10.0, vertical=10.0, clearance=2000.0, own=True)
+@example(drawn=(ON_GROUND, ACROSS), altitude=10.0, vertical=0.0, clearance=2000.0, own=True)
 def test_clean_is_what_an_independent_reader_calls_clean(
     drawn: tuple[Zones, list[tuple[float, float]]], altitude: float, vertical: float, clearance: float, own: bool
 ) -> None:
