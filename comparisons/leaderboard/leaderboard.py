@@ -104,12 +104,15 @@ class MetricStanding:
     estimate
         Median over the scenarios, each by the solver's median run.
     average_rank
-        Mean of its rank by the metric; without a value it ranks last.
+        Mean of its rank by the metric; without a value it ranks last. NaN where no solver has a value.
+    n_missing
+        Number of the solver's paths, on all scenarios, without a value of the metric.
     """
 
     measure: Measure
     estimate: Estimate
     average_rank: float
+    n_missing: int = 0
 
 
 @dataclass(frozen=True)
@@ -247,8 +250,10 @@ def _by_metric(runs: Sequence[Run]) -> dict[str, list[MetricStanding]]:
         ranks = rankdata(np.where(np.isnan(table), np.inf, table), axis=0)
         for own, rank, solver in zip(values.values(), ranks, values, strict=True):
             finite = [one for one in own if not math.isnan(one)]
-            average = float(rank.mean()) if len(rank) else math.nan
-            found[solver].append(MetricStanding(said, _estimate(finite), average))
+            average = float(rank.mean()) if len(rank) and not np.isnan(table).all() else math.nan
+            paths = [run for run in runs if run.solver == solver and run.solution.status.has_path]
+            missing = sum(math.isnan(run.measure(name)) for run in paths)
+            found[solver].append(MetricStanding(said, _estimate(finite), average, missing))
     return found
 
 

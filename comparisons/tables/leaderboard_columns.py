@@ -1,9 +1,10 @@
 """The columns of a table of leaderboard, said once: the terminal, LaTeX and the report all show these."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from cgla_graph._text import DASH, duration, figure, percent
+from cgla_graph._text import DASH, counted, duration, figure, percent
 from cgla_graph.comparisons.leaderboard.leaderboard import NEAR_PERCENT, LeaderboardRow, MetricStanding
 from cgla_graph.comparisons.numbers import Cell, estimate_cell, or_never, p_value, rate_cell, ratio
 from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
@@ -104,6 +105,20 @@ def _metric_columns(metric: MetricStanding) -> tuple[Column, Column]:
     )
 
 
+def _missing_notes(found: Sequence[LeaderboardRow]) -> list[str]:
+    """Say of each metric that has no value on some paths on how many, and where the reason stands."""
+    n_paths = sum(one.n_paths for one in found)
+    counts = Counter({one.measure.name: 0 for row in found for one in row.metrics})
+    for row in found:
+        counts.update({one.measure.name: one.n_missing for one in row.metrics})
+    return [
+        f"{name}: the metric has no value on {n_missing:,} of {counted(n_paths, 'path')}; it failed or "
+        f"returned NaN, as the message of the run says (rows.csv of --out; the runs in the report)"
+        for name, n_missing in counts.items()
+        if n_missing
+    ]
+
+
 def leaderboard_heads(found: Sequence[LeaderboardRow]) -> tuple[str, ...]:
     """Return the heads of the columns, the solver's first."""
     return "solver", *(column.head for column in columns_of(found))
@@ -117,6 +132,7 @@ def leaderboard_cells(one: LeaderboardRow) -> list[str]:
 def leaderboard_notes(found: Sequence[LeaderboardRow]) -> list[str]:
     """Explain the columns, a line each, and the intervals."""
     notes = [f"{column.head}: {column.explained}" for column in columns_of(found)]
+    notes += _missing_notes(found)
     notes.append("below: 95 % intervals, of medians and ratios free of any distribution")
     n_instances = found[0].n_instances if found else 0
     if note := too_few_note(n_instances, len(found)):

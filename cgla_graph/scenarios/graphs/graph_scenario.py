@@ -12,7 +12,7 @@ import numpy as np
 
 from cgla_graph._display import Plottable
 from cgla_graph._text import counted, shown
-from cgla_graph._validate import instance
+from cgla_graph._validate import instance, truth_value, whole_number
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.adjacency import Node, label_text
 from cgla_graph.model.graph import GeometricGraph
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 #: The seed of pairs that are drawn.
 SEED = 1
+#: The largest seed.
+LARGEST_SEED = 2**63 - 1
 #: Most pairs that are drawn; more are a mistake.
 MOST_PAIRS = 1_000_000
 #: Words for the two columns of a file of pairs, in a header.
@@ -161,6 +163,8 @@ def graph_pairs(
         If a file is wrong, the nodes are not named, or a node is not in the file.
     NodeNotFoundError
         If a node is not in a graph that was given as such.
+    ProblemError
+        If the seed is no whole number from 0.
 
     Examples
     --------
@@ -168,6 +172,10 @@ def graph_pairs(
     >>> [one.name for one in graph_pairs(roads, source="depot", pairs=2, name="roads")]
     ['roads: depot to bridge', 'roads: depot to tower']
     """
+    truth_value("directed", directed, ScenarioError)
+    seed = whole_number("seed", seed, at_least=0, at_most=LARGEST_SEED)
+    instance("weight", weight, (str, type(None)), "the name of an attribute or a column, as 'minutes'", ScenarioError)
+    pairs = int(pairs) if isinstance(pairs, np.integer) else pairs
     opened = _opened(graph, weight, directed=directed)
     stem = name or ("graph" if isinstance(opened, GeometricGraph) else opened.file.stem)
     made = opened if isinstance(opened, GeometricGraph) else opened.graph()

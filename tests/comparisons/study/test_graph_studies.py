@@ -24,7 +24,7 @@ from cgla_graph.comparisons.study.graph_bound import certify_on_graph
 from cgla_graph.comparisons.study.options import PairOptions, number_names
 from cgla_graph.comparisons.study.sampling import independence_note
 from cgla_graph.comparisons.study.study_file import study_from_toml
-from cgla_graph.errors import NodeNotFoundError, ScenarioError, StudyError
+from cgla_graph.errors import CglaError, NodeNotFoundError, ScenarioError, StudyError
 from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
@@ -135,7 +135,7 @@ def test_pairs_at_one_end_and_from_a_file(tmp_path: Path) -> None:
     (tmp_path / "pairs.csv").write_text("from,to\ndepot, tower\nrock,isle\n", encoding="utf-8")
     listed = graph_pairs(roads(), pairs=tmp_path / "pairs.csv", name="roads")
     assert [one.name for one in listed] == ["roads: depot to tower", "roads: rock to isle"]
-    to_tower = graph_pairs(roads(), target="tower", pairs=99)
+    to_tower = graph_pairs(roads(), target="tower", pairs=np.int64(99))  # type: ignore[arg-type]
     assert {one.problem.source for one in to_tower} == {"depot", "bridge", "isle", "rock"}
     assert {one.problem.target for one in to_tower} == {"tower"}
 
@@ -153,10 +153,14 @@ def test_pairs_at_one_end_and_from_a_file(tmp_path: Path) -> None:
         ({"source": "depot", "target": "tower", "pairs": 3}, "draws nodes"),
         ({"source": "depot", "pairs": [("depot", "tower")]}, "leave it out"),
         ({"weight": "minutes", "pairs": 3}, "for files"),
+        ({"weight": 3, "pairs": 3}, "weight is 3"),
+        ({"directed": "yes", "pairs": 3}, "directed is 'yes'; give True or False"),
+        ({"seed": -1, "pairs": 3}, "seed is -1; give a whole number from 0"),
+        ({"seed": "x", "pairs": 3}, "seed is 'x'"),
     ],
 )
 def test_wrong_pairs_say_the_remedy(how: dict[str, Any], says: str) -> None:
-    with pytest.raises(ScenarioError, match=says):
+    with pytest.raises(CglaError, match=says):
         graph_pairs(roads(), **how)
 
 

@@ -12,7 +12,9 @@ import pytest
 
 import cgla_graph as cg
 from cgla_graph.comparisons import Study, metric, run_study, standings
+from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.study.metric import read_metrics
+from cgla_graph.comparisons.tables.leaderboard_columns import leaderboard_notes
 from cgla_graph.errors import CglaError
 
 FILE = """
@@ -111,6 +113,11 @@ def test_a_metric_that_fails_says_so_and_harms_no_run(mine: Path) -> None:
     assert "metric dies: " in run.solution.message
     assert "metric raises: ValueError: no such number" in run.solution.message
     assert run.solution.status.has_path
+    found = leaderboard_of([run])
+    assert [one.average_rank for one in found[0].metrics] == pytest.approx([np.nan, np.nan, 1.0], nan_ok=True)
+    notes = "\n".join(leaderboard_notes(found))
+    assert "dies: the metric has no value on 1 of 1 path;" in notes
+    assert "turning: the metric has no value" not in notes
 
 
 @pytest.mark.parametrize(
