@@ -461,7 +461,7 @@ def kept_note(request: Request, how: RunOptions, done: Compared) -> str:
     if how.folder is not None:
         kept = f" and kept in {how.folder}"
         if done.left:
-            kept += f" ({_remedy(how)} goes on)"
+            kept += f" ({_remedy(how, request.study)} goes on)"
     total = max(sum(1 for _ in (*request.study.cells(), *request.study.flights())), n_done + done.left)
     return f"{n_done} of {total} run{'s' * (total != 1)} {'is' if n_done == 1 else 'are'} done{kept}"
 
@@ -469,8 +469,10 @@ def kept_note(request: Request, how: RunOptions, done: Compared) -> str:
 def left_note(how: RunOptions, done: Compared) -> str:
     """Say how to make the runs that the study in the folder has besides; empty where there are none."""
     runs = "run is" if done.left == 1 else "runs are"
-    return f"{done.left} {runs} left of the study in {how.folder}: {_remedy(how)} goes on" if done.left else ""
+    return f"{done.left} {runs} left of the study in {how.folder}: {_remedy(how, None)} goes on" if done.left else ""
 
 
-def _remedy(how: RunOptions) -> str:
-    return f"cgla compare --resume --out {how.folder}"
+def _remedy(how: RunOptions, study: Study | None) -> str:
+    """Name the command that goes on: one that gives code of the user's own again, which no study keeps."""
+    has_own = study is not None and (study.metrics or any(one.own is not None for one in study.entrants))
+    return "the same command with --resume" if has_own else f"cgla compare --resume --out {how.folder}"

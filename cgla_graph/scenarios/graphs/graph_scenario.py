@@ -125,7 +125,7 @@ def graph_pairs(
     *,
     source: Node | None = None,
     target: Node | None = None,
-    pairs: int | str | Path | Sequence[tuple[Node, Node]] | None = None,
+    pairs: "int | np.integer[Any] | str | Path | Sequence[tuple[Node, Node]] | None" = None,
     seed: int = SEED,
     weight: str | None = None,
     directed: bool = False,

@@ -135,7 +135,7 @@ def test_pairs_at_one_end_and_from_a_file(tmp_path: Path) -> None:
     (tmp_path / "pairs.csv").write_text("from,to\ndepot, tower\nrock,isle\n", encoding="utf-8")
     listed = graph_pairs(roads(), pairs=tmp_path / "pairs.csv", name="roads")
     assert [one.name for one in listed] == ["roads: depot to tower", "roads: rock to isle"]
-    to_tower = graph_pairs(roads(), target="tower", pairs=np.int64(99))  # type: ignore[arg-type]
+    to_tower = graph_pairs(roads(), target="tower", pairs=np.int64(99))
     assert {one.problem.source for one in to_tower} == {"depot", "bridge", "isle", "rock"}
     assert {one.problem.target for one in to_tower} == {"tower"}
 

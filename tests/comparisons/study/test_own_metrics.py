@@ -13,6 +13,7 @@ import pytest
 import cgla_graph as cg
 from cgla_graph.comparisons import Study, metric, run_study, standings
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
+from cgla_graph.comparisons.results import study_run
 from cgla_graph.comparisons.study.metric import read_metrics
 from cgla_graph.comparisons.tables.leaderboard_columns import leaderboard_notes
 from cgla_graph.errors import CglaError
@@ -145,3 +146,13 @@ def test_names_that_no_table_can_have_are_refused() -> None:
 
         with pytest.raises(CglaError, match=says):
             Study(["one-threat"], ["cgla"], metrics=[mine])  # type: ignore[list-item]
+
+
+def test_an_interrupted_study_of_own_code_is_resumed_by_the_same_command(mine: Path) -> None:
+    def note(*metrics: str) -> str:
+        study = Study(["one-threat"], ["cgla"], tolerance=None, metrics=read_metrics(metrics))
+        done = study_run.Compared(left=1)
+        return study_run.kept_note(study_run.Request(study), study_run.RunOptions(folder=mine.parent / "out"), done)
+
+    assert note("mine.py:turning").endswith("(the same command with --resume goes on)")
+    assert "(cgla compare --resume --out " in note()
