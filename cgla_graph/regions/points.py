@@ -135,7 +135,8 @@ class Points:
             table_of = cells.shape_of.copy()
             table_of[*cut.T] = len(shapes) + np.arange(len(cut))
         tables = np.empty((len(shapes) + len(cut), *size))
-        for number, (width, height) in enumerate(shapes):
+        for number in np.unique(cells.shape_of[np.isfinite(cells.costs)]).tolist():
+            width, height = shapes[number]
             tables[number] = lengths(width, height, parts)
         if area is None or inside is None:
             return cls(cells, parts, tables, table_of)

@@ -69,3 +69,29 @@ def test_hybrid_keeps_a_way_over_cells_that_its_roadmap_misses(monkeypatch: pyte
 
     answer = cg.solve(problem, tolerance=None)
     assert answer.cost == cg.solve(problem, "weighted-regions").cost
+
+
+@pytest.mark.parametrize("wall", [None, shapely.box(0.4, -0.1, 0.5, 0.8)])
+def test_a_tube_leaves_out_cells_and_not_the_best_path(wall: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    from cgla_graph.regions import paths  # noqa: PLC0415 - of this test alone
+
+    values = np.exp(4.0 * np.random.default_rng(3).random((12, 12)))
+    raster = cg.RasterRisk(values, (0, 0, 1, 1), interpolation="nearest")
+    problem = cg.Problem((0.1, 0.2), (0.9, 0.8), cg.RiskField(rasters=[raster]), 1.0, no_fly=wall)
+    part = paths.least_path(problem, 7)
+    monkeypatch.setattr(paths, "MANY", 99)
+    whole = paths.least_path(problem, 7)
+
+    assert part.nodes < 0.8 * whole.nodes
+    assert problem.evaluate(part.path).cost == pytest.approx(problem.evaluate(whole.path).cost, rel=1e-9)
+
+
+def test_lengths_are_computed_for_the_shapes_that_are_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+    lengths = points.lengths
+    monkeypatch.setattr(points, "lengths", lambda *shape: made.append(shape) or lengths(*shape))
+    closed = np.ones((20, 20), dtype=np.bool_)
+    closed[3, 4] = False
+    Points.lay(odd_cells(20).without(closed), 1)
+
+    assert len(made) == 1
