@@ -17,8 +17,8 @@ def claims_on(
     threats: object = None,
     radius: object = None,
     maps: int | None = None,
-    seed: int = 1,
     quick: bool = False,
+    seed: int = 1,
     out: Path | str | None = None,
     workers: int | None = None,
 ) -> dict[str, Any]:
