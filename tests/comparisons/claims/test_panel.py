@@ -135,7 +135,7 @@ def test_bcv_style_is_stuck_where_cgla_arrives() -> None:
 
 def test_claims_about_single_uavs_read_the_panel(monkeypatch: pytest.MonkeyPatch) -> None:
     stuck = Row("can get stuck where CGLA arrives", Answer.HOLDS, Basis.COUNTEREXAMPLE)
-    monkeypatch.setattr(bcv_claims, "stuck_row", lambda: stuck)
+    monkeypatch.setattr(bcv_claims, "stuck_row", lambda _: stuck)
     evidence = Evidence(Scale(maps=4, quick=True), {"single-uav": fabricated(3.0, 0.97)})
     c32 = {row.statement: row for row in bcv_claims._check_c32.check(evidence).rows}
     assert c32["less risk (length only)"].answer.label == "holds"
