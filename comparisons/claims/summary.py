@@ -8,6 +8,7 @@ ships nothing if a quick study says more than the full one, or something else.
 import json
 import sys
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +53,34 @@ def listed_claims() -> list[dict[str, Any]]:
             }
         )
     return found
+
+
+def listed_statements(ids: Sequence[str]) -> list[dict[str, str]]:
+    """
+    List the statements of some claims with the answers of the full study, which are shipped.
+
+    Parameters
+    ----------
+    ids
+        Claims, ranges or topics.
+
+    Raises
+    ------
+    ClaimError
+        If there is no such claim.
+
+    Examples
+    --------
+    >>> [one["answer"] for one in listed_statements(["C26"]) if one["statement"].startswith("length")][0]
+    'holds'
+    """
+    wanted = {claim.id for claim in catalogue.chosen(ids)}
+    return [
+        {"claim": one["id"], **{entry: row[entry] for entry in ("statement", "answer", "where", "size")}}
+        for one in shipped_verdicts()["claims"]
+        if one["id"] in wanted
+        for row in one["rows"]
+    ]
 
 
 def shipped_verdicts() -> dict[str, Any]:

@@ -34,12 +34,17 @@ class OwnSettings:
             raise CglaError(msg)
 
     def asked(self, ids: list[str]) -> "Asked":
-        """Choose what is run: of a study, or on these settings."""
+        """Choose what is run: of a study, or on these settings; say where a study's answers are."""
         from cgla_graph.comparisons.claims import catalogue, own
 
         given = {name: own.values_of(name, text) for name, text in self.given().items()}
         panel = own.own_panel(**given)
-        return own.asked_for(ids, panel) if given else own.Asked(catalogue.chosen(ids), panel)
+        if given:
+            return own.asked_for(ids, panel)
+        study = own.Asked(catalogue.chosen(ids), panel)
+        if ids:
+            console.say(f"cgla: measures now; `cgla claims {' '.join(ids)} --list` prints what the full study found")
+        return study
 
 
 def claims(
@@ -55,15 +60,18 @@ def claims(
     ] = False,
     maps: Annotated[int | None, option("--maps N", "maps per cell of the panel (default: 40)", min=1)] = None,
     seed: Annotated[int, option("--seed S", "seed of all random numbers", min=0)] = 1,
-    listing: Annotated[bool, option("--list", "list claims, topics and the answers of the full study")] = False,
+    listing: Annotated[
+        bool, option("--list", "list the answers of the full study, or only those of the claims named")
+    ] = False,
     strict: Annotated[bool, option("--strict", "exit with 1 unless every statement holds")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """
     Check the claims of the paper.
 
-    With --list, prints what the full study found. Else prints an answer for each statement of the paper, and for up to
-    three claims all the evidence; all claims take 90 minutes on two cores. With --out, writes a report (report.html,
+    With --list, prints what the full study found: of claims that are named each statement, else each claim in short.
+    Without it, prints an answer for each statement of the paper, measured now, and for up to three claims all the
+    evidence; all claims take 90 minutes on two cores. With --out, writes a report (report.html,
     report.md), figures and tables of the paper, the counterexamples, and all numbers (claims.json); measurements are
     saved at once (claims.jsonl), so that an interrupted study can be continued.
 
@@ -72,10 +80,7 @@ def claims(
     """
     if listing:
         settings.refuse_with_list()
-        from cgla_graph.comparisons.claims.summary import listed_claims
-        from cgla_graph.comparisons.cli.listings import print_listing
-
-        print_listing("claims", ["claim", "topic", "sentence", "answers", "settings"], listed_claims(), as_json)
+        _print_list(ids or [], as_json=as_json)
         return
     from cgla_graph.comparisons.claims import catalogue, command, own, terminal
     from cgla_graph.comparisons.claims.evidence import Scale
@@ -112,3 +117,15 @@ def claims(
         console.say(remark)
     if not done.is_whole or (strict and not done.all_hold):
         raise typer.Exit(console.MISSING)
+
+
+def _print_list(ids: list[str], *, as_json: bool) -> None:
+    """Print what the full study found, by claim, or by statement of those that are named."""
+    from cgla_graph.comparisons.claims.summary import listed_claims, listed_statements
+    from cgla_graph.comparisons.cli.listings import print_listing
+
+    if ids:
+        heads = ["claim", "statement", "answer", "where", "size"]
+        print_listing("statements", heads, listed_statements(ids), as_json)
+    else:
+        print_listing("claims", ["claim", "topic", "sentence", "answers", "settings"], listed_claims(), as_json)

@@ -18,7 +18,7 @@ from cgla_graph.comparisons.claims.evidence import Evidence, Scale
 from cgla_graph.comparisons.claims.experiment import Experiment, Record
 from cgla_graph.comparisons.claims.panel.settings import PanelMap
 from cgla_graph.comparisons.claims.store import FIGURE, FILE, FINDING, SAMPLE, Measured, Store
-from cgla_graph.comparisons.claims.summary import listed_claims
+from cgla_graph.comparisons.claims.summary import listed_claims, listed_statements, shipped_verdicts
 from cgla_graph.errors import ClaimError, OutputError, SolverUnavailableError, StudyError
 
 QUICK = Scale(quick=True)
@@ -247,6 +247,9 @@ def test_topics_are_names_of_their_claims() -> None:
         catalogue.chosen(["nine-directions"])
     with pytest.raises(ClaimError, match="topics: eight-directions, bcv, risk-weight-k"):
         catalogue.chosen(["xyzzy"])
+    named = listed_statements(["bcv"])
+    assert {one["claim"] for one in named} == {claim.id for claim in catalogue.topics()["BCV"]}
+    assert len(listed_statements([])) == sum(len(one["rows"]) for one in shipped_verdicts()["claims"])
     listed = listed_claims()
     assert {one["claim"] for one in listed} == set(catalogue.claims())
     assert {one["topic"] for one in listed} == {catalogue.topic_name(title) for title in catalogue.topics()}
