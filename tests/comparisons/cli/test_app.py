@@ -23,12 +23,11 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 import shapely
-from command_line import Call, caller
+from command_line import Call, caller, without_compiling
 from map_files import AREAS, name_of
 from programs import program
 
 from cgla_graph.comparisons.cli.commands import COMMANDS
-from cgla_graph.comparisons.console import COMPILING
 from cgla_graph.comparisons.study import options
 from cgla_graph.comparisons.study.rows import COLUMNS
 from cgla_graph.comparisons.study.runner import Run
@@ -108,8 +107,7 @@ def names_in(folder: Path) -> set[str]:
 
 def process(*words: object, **more: Any) -> subprocess.CompletedProcess[str]:  # noqa: ANN401 - as subprocess.run
     done = subprocess.run([*PROGRAM, *map(str, words)], capture_output=True, text=True, check=False, **more)
-    # (which kernels are compiled already depends on the tests before)
-    done.stderr = done.stderr.replace(f"{COMPILING}\n", "")
+    done.stderr = without_compiling(done.stderr)
     return done
 
 
