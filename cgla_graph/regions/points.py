@@ -220,10 +220,14 @@ class Points:
         """
         values = np.full(self.n_nodes, math.inf)
         np.minimum.at(values, *self.around(place))
+        self.spread(values, limit)
+        return values
+
+    def spread(self, values: FloatArray, limit: float) -> None:
+        """Turn costs of some nodes, infinite elsewhere, into the least costs from there, in place."""
         region_kernels.least_costs(
             self.cells.costs, self.tables, self.table_of, *self.sides, len(self.parts), limit, values
         )
-        return values
 
     def nodes_to(self, values: FloatArray, place: Point) -> IntArray:
         """
