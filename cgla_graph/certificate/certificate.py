@@ -1,7 +1,8 @@
 """
 A proven lower bound of the cost of every path, and with it the gap of a path to the optimum.
 
-`subsolution` shows how a grid yields a bound, and proves it. This module refines the grids.
+`subsolution` shows how a grid yields a bound, and proves it. This module refines the grids. Where the cost is constant
+on cells, a proof over these cells comes first (`cell_proof`), and is mostly all.
 
 **The tube.** With bounds from both ends, a path through ``x`` costs at least the sum of the two bounds at ``x``.
 Cells where that sum exceeds the cost of a known path are left out of the next, finer grid: no path through them is
@@ -22,7 +23,7 @@ import math
 import time
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import shapely
@@ -33,7 +34,8 @@ from cgla_graph._progress import Tell, showing
 from cgla_graph._text import json_number, shown
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
-from cgla_graph.certificate import corners
+from cgla_graph.certificate import cell_proof, corners
+from cgla_graph.certificate.cell_proof import CellProof
 from cgla_graph.certificate.costs import least_scale, scale_at
 from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, halo, next_grid
 from cgla_graph.eikonal import cell_runs
@@ -46,6 +48,12 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.small_problem import SMALL_PATH, small_problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, TOLERANCE
 from cgla_graph.refine.refine import refine_path
+from cgla_graph.regions.arrangement import refusal
+from cgla_graph.regions.paths import least_path
+
+#: How a bound was proven: by the straight line between start and goal, a spline on a grid, or points on the borders of
+#: cells of constant cost; empty if it was otherwise, or nothing was.
+Proof: TypeAlias = Literal["", "line", "grid", "cells"]
 
 #: Cells of a grid by default, at most: about 750 MB.
 MAX_CELLS = 2_500_000
@@ -94,6 +102,11 @@ class Grid:
         rectangle of one step around it.
     lower_bound, upper_bound
         The bracket after this grid, map units.
+    along
+        Over cells of constant cost, distances of points along the longer side of the bounds: `spacing` is that of
+        points then, and `last` and `runs` are those of a coarse picture of the tube. Else 0.
+    count
+        How many cells of constant cost there are in the tube; else 0.
     """
 
     spacing: float
@@ -101,6 +114,18 @@ class Grid:
     runs: WholeArray
     lower_bound: float
     upper_bound: float
+    along: int = 0
+    count: int = 0
+
+    @property
+    def steps(self) -> int:
+        """How many steps the longer side of the bounds has."""
+        return self.along or max(self.last)
+
+    @property
+    def cells(self) -> int:
+        """How many cells the tube has."""
+        return self.count or int((self.runs[:, 2] - self.runs[:, 1]).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,15 +147,20 @@ class Certificate(Plottable):
     tolerance
         The tolerance asked for.
     spacing
-        Step of the finest grid, map units; 0 where the straight line was proof enough.
+        Step of the finest grid, map units; 0 where the straight line was proof enough. Over cells of constant cost, the
+        mean distance of points on their borders.
     cells
-        Cells of the finest grid, those of its rim included.
+        Cells of the finest grid, those of its rim included; or cells of constant cost that the last points were on.
     message
         Why it ended, in one line.
     seconds
         Time that the proof took, without compiling or loading kernels.
     grids
         The grids, coarse to fine: how the bracket closed.
+    proof
+        What the bound was proven by: ``line``, the straight line from start to goal; ``grid``, a spline on a grid;
+        ``cells``, points on the borders of cells of constant cost (rasters read as `nearest`). Empty for other proofs,
+        and where nothing is proven.
     problem
         The problem, for pictures; None in a copy from another process or a file.
     """
@@ -144,6 +174,7 @@ class Certificate(Plottable):
     message: str
     seconds: float
     grids: tuple[Grid, ...] = ()
+    proof: Proof = field(default="", kw_only=True)
     problem: Problem | None = field(default=None, repr=False, kw_only=True)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -178,6 +209,7 @@ class Certificate(Plottable):
             "reached": bool(self.reached),
             "spacing": json_number(self.spacing),
             "cells": int(self.cells),
+            "proof": self.proof,
             "seconds": json_number(self.seconds),
             "message": self.message,
         }
@@ -310,6 +342,8 @@ def _proven(
         none = f"no bound: {NEGATIVE_WEIGHTS}"
         return Certificate(math.nan, math.inf, tolerance, 0.0, 0, none, 0.0, problem=problem), 0.0
     with showing("proof") as tell:
+        if not refusal(problem):
+            cell_proof.load_kernels()
         load_kernels(MapKind.of(problem.model))
         began = time.perf_counter()
         held = _KnownPath() if path is None else _given(problem, path)
@@ -466,6 +500,9 @@ class _Search:
     best: float = 0.0
     cells: int = 0
     grids: list[Grid] = field(default_factory=list)
+    #: What proved the bound so far, and the rounds over cells of constant cost.
+    proof: Proof = "line"
+    rounds: list[Grid] = field(default_factory=list)
 
     def run(self, tell: Tell) -> Certificate:
         """Refine until the tolerance or a limit is reached."""
@@ -476,7 +513,7 @@ class _Search:
         shrink = 1.0 - rounding(problem)
         # (the factor covers the rounding of that length)
         self.best = problem.least_length * (1.0 - 2.0**-50)
-        if outcome := self._settled(shrink):
+        if outcome := self._settled(shrink) or self._over_cells(closed, tell):
             return self._end(outcome)
         last = first_grid(problem)
         runs = cell_runs.rectangle(last)
@@ -492,18 +529,17 @@ class _Search:
             bounds = level.both(FRACTION * self.tolerance, charge=True, known=self.known.least, wanted=wanted)
             if bounds is None:
                 # the cells left out of the grid are more expensive than a known path
-                self.best = max(self.best, self.known.least)
+                self._prove(self.known.least, "grid")
                 return self._end(self._outcome())
             here = max(one.bound for one in bounds) - (GEODESIC_ERROR if self.on_earth else 0.0)
             # no bound exceeds the cost of a known path
-            self.best = max(self.best, min(here * shrink, self.known.least))
+            self._prove(min(here * shrink, self.known.least), "grid")
             if math.isinf(self.known.least) and len(self.grids) == 1 and is_separated(closed):
-                self.best = math.inf
+                self._prove(math.inf, "grid")
             self.grids[-1] = replace(self.grids[-1], lower_bound=self.best)
             if outcome := self._outcome():
                 return self._end(outcome)
-            gap = 100.0 * (self.held.cost / (self.best or math.nan) - 1.0)
-            tell(f"gap {gap:.2g} % after {len(self.grids)} grids, {100.0 * self.tolerance:.2g} % asked")
+            tell(f"gap {self._gap()} after {len(self.grids)} grids, {100.0 * self.tolerance:.2g} % asked")
             # a fine grid shows better than the lattice on which side of an obstacle to pass
             if self._looks_stuck(here, here - before) or max(last) >= look:
                 self.improve(level, bounds[0])
@@ -515,6 +551,52 @@ class _Search:
             before = here
             if outcome := self._outcome() or self._limit(last, needed):
                 return self._end(outcome)
+
+    def _prove(self, bound: float, by: Proof) -> None:
+        """Take a bound if it is better."""
+        if bound > self.best:
+            self.best, self.proof = bound, by
+
+    def _gap(self) -> str:
+        return f"{100.0 * (self.held.cost / (self.best or math.nan) - 1.0):.2g} %"
+
+    def _over_cells(self, closed: Problem, tell: Tell) -> str:
+        """
+        Prove over cells of constant cost, if there are any.
+
+        Returns the outcome; empty if a spline is to go on: among areas, whose outlines cut cells.
+        """
+        proof = CellProof.begin(closed, self.max_cells)
+        if proof is None:
+            return ""
+        if self.known.path is None:
+            self._offer(_refined(self.problem, least_path(self.problem).path, self.tolerance))
+        has_looked, before = False, math.inf
+        while True:
+            last, runs = proof.runs()
+            along = round(max(np.ptp(proof.cells.x), np.ptp(proof.cells.y)) / proof.spacing)
+            self.cells = int(proof.is_open.sum())
+            found, keep = proof.bounds(self.known.least, self._wanted() * (1.0 + 2.0**-50))
+            self._prove(found, "cells")
+            cost = self.held.cost
+            self.rounds.append(Grid(proof.spacing, last, runs, self.best, cost, along, self.cells))
+            if outcome := self._outcome():
+                return outcome
+            tell(f"gap {self._gap()} over {self.cells} cells, {100.0 * self.tolerance:.2g} % asked")
+            missing = self.known.least / (self.best or math.nan) - 1.0
+            if not has_looked and not missing < cell_proof.USUAL_GAP * proof.m**-cell_proof.ORDER:
+                has_looked = True
+                self._offer(_refined(self.problem, least_path(self.problem).path, self.tolerance))
+                found_better = "a better path was found" if self.is_trial and self.improved_at else ""
+                if outcome := self._outcome() or found_better:
+                    return outcome
+            missing = self.known.least / (self.best or math.nan) - 1.0
+            if keep is None or (proof.loose and not missing < (1.0 - cell_proof.WORTH) * before):
+                return ""
+            keep(self.known.least)
+            before = missing
+            if limit := proof.finer():
+                return "" if proof.loose else limit
 
     def _settled(self, shrink: float) -> str:
         """Return why no grid is laid: the straight line is enough, or no grid proves more; empty if one is laid."""
@@ -618,13 +700,21 @@ class _Search:
     def improve(self, level: Level, to_goal: Subsolution) -> None:
         """Search for a better path by descending the costs-to-go."""
         path = descent(self.problem, level.mesh, to_goal.values, radius=level.reach + 1.0)
-        found = _refined(self.problem, path, self.tolerance)
+        self._offer(_refined(self.problem, path, self.tolerance))
+
+    def _offer(self, found: _KnownPath) -> None:
+        """Take a path that is better than the known one, or than the one that the bound is compared with."""
         if found.least < self.known.least:
             self.known = found
         if not self.keeps_path and found.cost < self.held.cost:
             self.held, self.improved_at = found, time.perf_counter()
 
     def _end(self, message: str) -> Certificate:
-        spacing = self.grids[-1].spacing if self.grids else 0.0
+        grids, cells, proof = self.grids, self.cells, self.proof
+        if self.rounds and (proof == "cells" or not grids):
+            grids, cells = self.rounds, self.rounds[-1].count
+            message += "; proven over cells of constant cost" if proof == "cells" else ""
+        spacing = grids[-1].spacing if grids else 0.0
         bracket = self.best, self.held.cost, self.tolerance
-        return Certificate(*bracket, spacing, self.cells, message, 0.0, tuple(self.grids), path=self.held.path)
+        shown = proof if self.best > 0.0 else ""
+        return Certificate(*bracket, spacing, cells, message, 0.0, tuple(grids), path=self.held.path, proof=shown)

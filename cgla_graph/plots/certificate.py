@@ -109,7 +109,7 @@ def _draw_tubes(axes: Axes, problem: Problem, grids: Sequence[Grid], scale: floa
         fill = outline(shapely.difference(tube, finer), scale)
         axes.add_patch(PathPatch(fill, facecolor=(colour, _OPACITY), edgecolor="none", zorder=1.5))
         axes.add_patch(PathPatch(outline(tube, scale), facecolor="none", edgecolor=colour, linewidth=0.8, zorder=1.6))
-        yield Patch(facecolor=(colour, _OPACITY), edgecolor=colour), f"tube, grid step 1/{max(grid.last)}"
+        yield Patch(facecolor=(colour, _OPACITY), edgecolor=colour), f"tube, grid step 1/{grid.steps}"
 
 
 def _corners(problem: Problem, grids: Sequence[Grid]) -> list[FloatArray]:
@@ -138,7 +138,7 @@ def _tube(problem: Problem, grid: Grid) -> BaseGeometry:
 def _draw_bracket(axes: Axes, proof: Certificate, problem: Problem, *, with_path: bool) -> None:
     """Draw lower and upper bound against the grid step, coarse to fine, and write the gap."""
     grids, scale = proof.grids, unit_scale(problem)
-    cells = np.array([max(grid.last) for grid in grids], dtype=np.float64)
+    cells = np.array([grid.steps for grid in grids], dtype=np.float64)
     lower, upper = (
         np.array([getattr(grid, side) for grid in grids]) * scale for side in ("lower_bound", "upper_bound")
     )
@@ -152,7 +152,8 @@ def _draw_bracket(axes: Axes, proof: Certificate, problem: Problem, *, with_path
     # the last one, and as many before it as there is room for
     shown = cells[:: -math.ceil(len(cells) / _MOST_TICKS)]
     axes.set_xticks(shown, [f"1/{count:.0f}" for count in shown])
-    axes.set_xlabel("grid step, of the map's longer side")
+    step = "distance of points" if proof.proof == "cells" else "grid step"
+    axes.set_xlabel(f"{step}, of the map's longer side")
     axes.set_ylabel(f"cost{cost_unit(problem)}")
     every = np.concatenate([lower, upper[known]])
     reach = max(float(np.ptp(every)), 1e-3 * abs(float(every[-1])), 1e-9)

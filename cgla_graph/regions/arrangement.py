@@ -8,6 +8,7 @@ import numpy as np
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
+from cgla_graph.model.risk_raster import RasterRisk
 
 #: Lines nearer than this part of the least cell are one line, and sides of cells that differ by less are equal.
 SAME = 1e-9
@@ -45,7 +46,7 @@ class Arrangement:
     shape_of: IntArray
 
     @classmethod
-    def of(cls, problem: Problem, *, least: int = 1) -> "Arrangement":
+    def of(cls, problem: Problem, *, least: int = 1, for_bound: bool = False) -> "Arrangement":
         """
         Lay the lines of the rasters over the bounds, and more lines where cells are too large.
 
@@ -55,6 +56,8 @@ class Arrangement:
             The problem. Where its cost is not constant on cells (`refusal`), it is sampled in their middles.
         least
             No cell is longer than this part of the longer side of the bounds: with 1, lines are those of rasters.
+        for_bound
+            Whether no place, also on a line, may cost less than its cells; then lines are on the edges of rasters.
 
         Examples
         --------
@@ -68,8 +71,10 @@ class Arrangement:
         >>> laid.costs.tolist()
         [[11.0, 41.0, 1.0], [11.0, 31.0, 1.0]]
         """
-        x, y = (_lines(problem, axis, least) for axis in (0, 1))
+        x, y = (_lines(problem, axis, least, 0.0 if for_bound else BESIDE) for axis in (0, 1))
         costs = _costs(problem, x, y)
+        if for_bound and len(problem.field.rasters) > 1:
+            _lower_to_lines(problem, x, y, costs)
         if least == 1:
             kept_x = np.concatenate([[True], (costs[:, 1:] != costs[:, :-1]).any(axis=0), [True]])
             kept_y = np.concatenate([[True], (costs[1:] != costs[:-1]).any(axis=1), [True]])
@@ -102,6 +107,19 @@ class Arrangement:
 
         x, y = np.append(self.x[column], self.x[-1]), np.append(self.y[row], self.y[-1])
         return Arrangement.laid(x, y, sums(self.costs * areas) / sums(areas))
+
+    def divided(self, across: int, up: int) -> "Arrangement":
+        """
+        Divide all cells into equal ones, columns and rows.
+
+        Examples
+        --------
+        >>> laid = Arrangement.laid(np.arange(3.0), np.arange(2.0), np.array([[1.0, 2.0]])).divided(2, 1)
+        >>> laid.x.tolist(), laid.costs.tolist()
+        ([0.0, 0.5, 1.0, 1.5, 2.0], [[1.0, 1.0, 2.0, 2.0]])
+        """
+        x, y = _in_parts(self.x, across), _in_parts(self.y, up)
+        return Arrangement.laid(x, y, np.repeat(np.repeat(self.costs, up, axis=0), across, axis=1))
 
     def of_few_shapes(self, most: int) -> "Arrangement":
         """
@@ -153,14 +171,14 @@ def refusal(problem: Problem) -> str:
     return "" if other is None else f"{takes}; one is {other.interpolation}"
 
 
-def _lines(problem: Problem, axis: int, parts: int) -> FloatArray:
+def _lines(problem: Problem, axis: int, parts: int, beside: float) -> FloatArray:
     """Return the lines across one axis: of the rasters, the bounds, and as many more as cells have to be divided."""
     low, high = problem.bounds[axis], problem.bounds[axis + 2]
     every, least = [np.array([low, high])], high - low
     for raster in problem.field.rasters:
         count, size = raster.values.shape[1 - axis], raster.cell_size[axis]
         edges = raster.bounds[axis] + np.arange(count + 1) * size
-        edges[[0, -1]] = raster.bounds[axis] - BESIDE * size, raster.bounds[axis + 2] + BESIDE * size
+        edges[[0, -1]] = raster.bounds[axis] - beside * size, raster.bounds[axis + 2] + beside * size
         every.append(edges)
         least = min(least, size)
     lines = np.unique(np.concatenate(every))
@@ -187,13 +205,40 @@ def _costs(problem: Problem, x: FloatArray, y: FloatArray) -> FloatArray:
         grid = np.stack(np.meshgrid(*middles), axis=-1)
         risk = RiskField(problem.field.threats, rasters=others).density(grid.reshape(-1, 2)).reshape(risk.shape)
     for raster in jumping:
-        rows, columns = raster.values.shape
-        width, height = raster.cell_size
-        column = np.floor((middles[0] - raster.bounds[0]) / width).astype(np.int64)
-        row = np.floor((middles[1] - raster.bounds[1]) / height).astype(np.int64)
-        covered = np.nonzero((column >= 0) & (column < columns))[0], np.nonzero((row >= 0) & (row < rows))[0]
-        risk[np.ix_(covered[1], covered[0])] += raster.cells[np.ix_(row[covered[1]], column[covered[0]])]
+        risk += _risk_on(raster, *middles)
     return 1.0 + problem.k * risk
+
+
+def _risk_on(raster: RasterRisk, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return the risk of a `nearest` raster at all pairs of coordinates, none of them on its lines."""
+    rows, columns = raster.values.shape
+    width, height = raster.cell_size
+    column = np.floor((x - raster.bounds[0]) / width).astype(np.int64)
+    row = np.floor((y - raster.bounds[1]) / height).astype(np.int64)
+    covered = np.nonzero((column >= 0) & (column < columns))[0], np.nonzero((row >= 0) & (row < rows))[0]
+    risk = np.zeros((len(y), len(x)))
+    risk[np.ix_(covered[1], covered[0])] = raster.cells[np.ix_(row[covered[1]], column[covered[0]])]
+    return risk
+
+
+def _lower_to_lines(problem: Problem, x: FloatArray, y: FloatArray, costs: FloatArray) -> None:
+    """Lower costs of cells to those along their sides, in place: there each raster has its lesser value."""
+    middles = 0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1])
+    across, up = np.zeros((len(y) - 1, len(x) - 2)), np.zeros((len(y) - 2, len(x) - 1))
+    for raster in problem.field.rasters:
+        risk = _risk_on(raster, *middles)
+        across += np.minimum(risk[:, 1:], risk[:, :-1])
+        up += np.minimum(risk[1:], risk[:-1])
+    for part, beside in (
+        (costs[:, 1:], across), (costs[:, :-1], across), (costs[1:], up), (costs[:-1], up),
+    ):  # fmt: skip
+        np.minimum(part, 1.0 + problem.k * beside, out=part)
+
+
+def _in_parts(lines: FloatArray, times: int) -> FloatArray:
+    """Return lines with others between them."""
+    parts = lines[:-1, None] + np.diff(lines)[:, None] * (np.arange(times) / times)
+    return np.append(parts.ravel(), lines[-1])
 
 
 def _different(sizes: FloatArray) -> tuple[FloatArray, IntArray]:

@@ -1,19 +1,33 @@
 """
 A lower bound of the cost of every path where the cost is constant on cells.
 
-`W` has values at points on the borders of cells and is linear in between (`pair_kernels`); ``W(p) - W(q) <= c |p - q|``
-for all places ``p`` and ``q`` on the border of each cell, and ``W(p) <= c |p - goal|`` on the borders of the cells that
-the goal is in or on. In a cell, let ``W(x)`` be the least ``W(q) + c |x - q|`` over its border (McShane 1934): that
-agrees with `W` on the border and changes by at most ``c`` a unit of length in the closed cell; along a side, by the
-lesser cost of both cells. So a path from ``p`` to the goal costs at least ``W(p)``, and a path from the start costs at
-least the minimum of ``c |start - p| + W(p)`` over the border of a cell of the start, or goes straight to the goal
-inside of it.
+**Statement.** `W` has values at points on the borders of cells and is linear in between (`pair_kernels`); ``W(p) - W(q)
+<= c |p - q|`` for all places ``p`` and ``q`` on the border of each cell of cost ``c``, and ``W(p) <= c |p - goal|`` on
+the borders of the cells that the goal is in or on. A path is cut where it enters and leaves cells. A piece inside of a
+cell from ``p`` to ``q`` costs at least ``c |p - q| >= W(p) - W(q)``; so does one along a side, which has the lesser
+cost of both cells. The pieces add up: a path from ``p`` to the goal costs at least ``W(p)``, and a path from the start
+at least the minimum of ``c |start - p| + W(p)`` over the border of a cell of the start, unless it goes straight to the
+goal inside of it.
 
 Only the stored values are checked, not how they were found: where a pair is steeper than it may be by a factor, the
-bound is divided by it.
+bound is divided by it. So sums of lengths need no care. `W` may have any values where no path goes: on cells inside of
+no-fly areas, and on those through which all paths cost more than a known one (`through`).
+
+**On a line** the oracle takes the least value of each raster. If several rasters have a line in common, that sum may be
+less than the cost of both cells; then it is the cost of both (`Arrangement.of`).
+
+**Rounding** (`Rounding`). Let ``d`` bound how far lines are from where the oracle has them. It counts places within
+some ulps of a line as on it; lines nearer than `SAME` are one. A map that draws strips of width ``d`` on both sides of
+the lines onto them stretches the rest of a cell, of width ``w`` at least, by ``1 / (1 - 2 d / w)`` at most. It turns a
+path into one that costs at most so many times as much over the cells, and moves its ends by ``2 d`` at most, inside of
+each cell that they are in or on: that costs at most ``2 d`` times the least cost of these. The places of points are off
+by some ulps of the coordinates; where they are compared with those of start and goal, distances are lowered by `ULPS`
+of them. Sizes of cells of one shape differ by four times `SAME`. All other operations have errors relative to what they
+add up, which `LESS` exceeds by far.
 """
 
 import math
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -21,13 +35,59 @@ import numpy as np
 from cgla_graph._types import FloatArray, IntArray, Point
 from cgla_graph.model.problem import Problem
 from cgla_graph.regions import pair_kernels
-from cgla_graph.regions.arrangement import BESIDE, Arrangement, refusal
+from cgla_graph.regions.arrangement import SAME, Arrangement
 from cgla_graph.regions.points import Points, border_points, fractions, lengths, side_orders
 
 #: Boxes along each side of the unit square, and along an interval.
 BOXES, PARTS = 8, 16
-#: The part of a bound that covers what differs between cells of one shape, and the rounding of sums.
-LESS = 1e-6
+#: The part of a bound that covers rounding, and cells of one shape that differ.
+LESS = 1e-7
+#: Rounding of places, as a part of the greatest coordinate: 32 ulps.
+ULPS = 2.0**-47
+#: Numbers of all tables, at most.
+TABLE_NUMBERS = 1 << 25
+
+
+@dataclass(frozen=True)
+class Rounding:
+    """
+    What covers the rounding of a bound.
+
+    Attributes
+    ----------
+    share
+        The part of a bound that is taken off; 1 where lines are too uncertain for a bound.
+    apart
+        How far a map that draws lines onto each other may move start and goal, map units.
+    """
+
+    share: float
+    apart: float
+
+    @classmethod
+    def of(cls, problem: Problem, cells: Arrangement) -> "Rounding":
+        """Bound the rounding on the cells of a problem (see the module)."""
+        rasters = problem.field.rasters
+        least = min(float(np.diff(lines).min()) for lines in (cells.x, cells.y))
+        smallest = min([least, *(min(raster.cell_size) for raster in rasters)])
+        reach = max(max(map(abs, box)) for box in (problem.bounds, *(raster.bounds for raster in rasters)))
+        # (each of several lines may be next to another one)
+        off = 2.0 * ULPS * reach + (2.0 * len(rasters) + 2.0) * SAME * smallest
+        for raster in rasters:
+            *_, near_x, near_y = raster.header(0)
+            off = max(off, 2.0 * near_x * raster.cell_size[0], 2.0 * near_y * raster.cell_size[1])
+        return cls(min(LESS + 4.0 * off / least, 1.0), 2.0 * off)
+
+    def below(self, value: float, costs: float) -> float:
+        """
+        Lower a bound by its rounding; `costs` are the least of the cells of either end, added up.
+
+        Examples
+        --------
+        >>> Rounding(0.25, 0.5).below(8.0, 2.0)
+        5.0
+        """
+        return (1.0 - self.share) * value - self.apart * costs
 
 
 def intervals(m: int) -> IntArray:
@@ -44,6 +104,19 @@ def lowered(width: float, height: float, parts: FloatArray) -> FloatArray:
     full = np.hypot(*(at[:, None] - at).transpose(2, 0, 1))
     table = np.where(less > 0.0, full, lengths(width, height, parts))
     return np.asarray(table * (1.0 - less) * (1.0 - pair_kernels.ROUNDED))
+
+
+def lay(cells: Arrangement, m: int) -> Points | None:
+    """Lay `m` points on each side, with lowered lengths; None if there would be too many tables."""
+    shapes = [(width, height) for height in cells.heights for width in cells.widths]
+    size = 4 + 4 * m
+    if len(shapes) * size**2 > TABLE_NUMBERS:
+        return None
+    parts, tables = fractions(m), np.empty((len(shapes), size, size))
+    for number in np.unique(cells.shape_of[np.isfinite(cells.costs)]).tolist():
+        width, height = shapes[number]
+        tables[number] = lowered(width, height, parts)
+    return Points(cells, parts, tables, cells.shape_of)
 
 
 def _segments(points: Points, cell: tuple[int, int]) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -64,13 +137,21 @@ def _tangents(start: FloatArray, end: FloatArray, place: Point) -> tuple[FloatAr
     return edges, away - half * slope, away + half * slope
 
 
+def _uncertain(points: Points) -> float:
+    """Bound the rounding of the places of points, map units."""
+    cells = points.cells
+    return ULPS * float(np.abs([cells.x[0], cells.x[-1], cells.y[0], cells.y[-1]]).max())
+
+
 def seeds(points: Points, goal: Point) -> tuple[IntArray, FloatArray]:
     """Return nodes and values of `W` such that ``W(p) <= c |p - goal|`` between them."""
-    nodes, values = [], []
+    nodes, values = [np.empty(0, dtype=np.int64)], [np.empty(0)]
     for cell in points.cells.cells_of(goal):
         near, start, end = _segments(points, cell)
         edges, low, high = _tangents(start, end, goal)
-        first, last = np.hypot(*(start - goal).T), np.hypot(*(end - goal).T)
+        near_by = _uncertain(points)
+        low, high = low - near_by, high - near_by
+        first, last = (np.maximum(np.hypot(*(at - goal).T) - near_by, 0.0) for at in (start, end))
         mean = first[:, None] * (1.0 - edges) + last[:, None] * edges
         with np.errstate(divide="ignore", invalid="ignore"):
             part = np.minimum(low / mean[:, :-1], high / mean[:, 1:])
@@ -85,76 +166,68 @@ def seeds(points: Points, goal: Point) -> tuple[IntArray, FloatArray]:
     return np.concatenate(nodes), np.concatenate(values)
 
 
-def slack(problem: Problem, cells: Arrangement) -> float:
+def values_to(points: Points, goal: Point, limit: float = math.inf) -> FloatArray:
     """
-    Return the part of a bound that covers where lines are.
-
-    Within a distance ``d`` of a line the oracle counts a place as on it, and lines are off by `SAME` or `BESIDE` of a
-    cell. The map that draws such strips onto the lines stretches the rest of a cell of width ``w`` by ``1 / (1 - 2 d /
-    w)`` at most, and so the cost of a path.
-    """
-    least = min(float(cells.widths.min()), float(cells.heights.min()))
-    heads = [(raster.header(0), raster.cell_size) for raster in problem.field.rasters]
-    near = max(max(head[-2] * size[0], head[-1] * size[1]) for head, size in heads)
-    beside = BESIDE * max(max(size) for _, size in heads)
-    return LESS + 4.0 * (near + beside) / least
-
-
-def lower_bound(problem: Problem, m: int, limit: float = math.inf) -> tuple[float, float]:
-    """
-    Bound the cost of every path from below.
+    Return values at all nodes that bound the cost of every path from there to a place, shape ``(n,)``, map units.
 
     Parameters
     ----------
-    problem
-        One in the plane whose risk is on `nearest` rasters (`refusal`). No-fly areas are left out of account: paths
-        that keep clear of them cost no less than the bound.
-    m
-        Points of a side, from 1 to 64.
+    points
+        Points with lowered lengths (`lay`).
+    goal
+        The place.
     limit
-        Cost of a known path: no bound above it is sought.
+        No value is above it.
 
     Returns
     -------
-    bound, factor
-        The bound, map units, and by which factor some pair was too steep, 1 but for rounding.
+    values
+        Checked, but for `Rounding`; 0 where the check fails.
+    """
+    values = np.full(points.n_nodes, math.inf)
+    near, most = seeds(points, goal)
+    np.minimum.at(values, near, most)
+    points.spread(values, limit)
+    np.minimum.at(values, near, most)
+    # (the lesser of a value and a constant changes no faster than the value)
+    np.minimum(values, min(limit, float(np.max(values, where=values < math.inf, initial=0.0))), out=values)
+    horizontal, vertical, _ = points.sides
+    cells = points.cells
+    steep = pair_kernels.steepest(
+        cells.costs, points.tables, points.table_of, horizontal, vertical, len(points.parts), values
+    )
+    if not steep < math.inf:
+        return np.zeros(len(values))
+    return values / max(steep, 1.0)
+
+
+def bound_at(points: Points, values: FloatArray, start: Point, goal: Point) -> float:
+    """
+    Return the least cost from a place by way of the border of a cell of it, or straight to the other one inside.
 
     Examples
     --------
-    >>> from cgla_graph.model.risk import RiskField
-    >>> from cgla_graph.model.risk_raster import RasterRisk
-    >>> field = RiskField(rasters=[RasterRisk([[0, 3, 0], [0, 9, 0]], (0, 0, 3, 2), interpolation="nearest")])
-    >>> problem = Problem((0.5, 0.5), (2.5, 0.5), field, k=1.0, bounds=(0, 0, 3, 2))
-    >>> bound, factor = lower_bound(problem, 15)
-    >>> 0.99 < bound / (4.0 + 2.0**0.5) < 1.0, factor < 1.0 + 1e-9
-    (True, True)
+    >>> cells = Arrangement.laid(np.arange(4.0), np.arange(3.0), np.array([[1.0, 10.0, 1.0], [1.0, 4.0, 1.0]]))
+    >>> points = lay(cells, 15)
+    >>> least = bound_at(points, values_to(points, (2.5, 0.5)), (0.5, 0.5), (2.5, 0.5))
+    >>> 0.99 < least / (4.0 + 2.0**0.5) < 1.0
+    True
     """
-    if problem.projection is not None or refusal(problem):
-        return 0.0, 1.0
-    cells = Arrangement.of(problem)
-    parts = fractions(m)
-    shapes = [(width, height) for height in cells.heights for width in cells.widths]
-    points = Points(cells, parts, np.array([lowered(*shape, parts) for shape in shapes]), cells.shape_of)
-    values = np.full(points.n_nodes, math.inf)
-    np.minimum.at(values, *seeds(points, problem.goal))
-    points.spread(values, limit)
-    # (the lesser of a value and a constant changes no faster than the value)
-    np.minimum(values, limit, out=values)
-    horizontal, vertical, _ = points.sides
-    steep = pair_kernels.steepest(cells.costs, points.tables, points.table_of, horizontal, vertical, m, values)
-    factor = max(steep, 1.0)
-    least = min(_from_start(points, values / factor, problem), limit)
-    return max(least * (1.0 - slack(problem, cells)), 0.0), factor
-
-
-def _from_start(points: Points, values: FloatArray, problem: Problem) -> float:
-    """Return the least cost from the start by way of the border of a cell of it, or straight to the goal inside."""
-    cell = points.cells.cells_of(problem.start)[0]
+    of_start = points.cells.cells_of(start)
+    if not of_start:
+        return 0.0
+    cell = min(of_start, key=lambda cell: float(points.cells.costs[cell]))
     near, one, other = _segments(points, cell)
-    edges, low, high = _tangents(one, other, problem.start)
+    edges, low, high = _tangents(one, other, start)
+    low, high = low - _uncertain(points), high - _uncertain(points)
     at = values[near[:, :1]] * (1.0 - edges) + values[near[:, 1:]] * edges
-    cost = points.cells.costs[cell]
+    cost = float(points.cells.costs[cell])
     least = float(min((cost * low + at[:, :-1]).min(), (cost * high + at[:, 1:]).min()))
-    if cell in points.cells.cells_of(problem.goal):
-        least = min(least, float(cost) * math.dist(problem.start, problem.goal))
+    if cell in points.cells.cells_of(goal):
+        least = min(least, cost * math.dist(start, goal))
     return least
+
+
+def least_cost_at(cells: Arrangement, place: Point) -> float:
+    """Return the least cost of the cells that a place is in or on the border of; 0 if there is none."""
+    return min((float(cells.costs[cell]) for cell in cells.cells_of(place)), default=0.0)

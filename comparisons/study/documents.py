@@ -22,7 +22,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
-from cgla_graph.certificate.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate, Proof
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.metric import Better, Measure, Metric, forgotten
 from cgla_graph.comparisons.study.runner import Run
@@ -477,7 +477,8 @@ def certificate_document(certificate: Certificate) -> Document:
     {'!float': 'inf'}
     """
     numbers: Document = {name: encode(float(getattr(certificate, name))) for name in _NUMBERS}
-    return {**numbers, "cells": int(certificate.cells), "message": str(certificate.message)}
+    texts = {"message": str(certificate.message), "proof": str(certificate.proof)}
+    return {**numbers, "cells": int(certificate.cells), **texts}
 
 
 def certificate_from(document: Document) -> Certificate:
@@ -499,7 +500,9 @@ def certificate_from(document: Document) -> Certificate:
 
 def _certificate(document: Document) -> Certificate:
     numbers: dict[str, Any] = {name: float(decode(document[name])) for name in _NUMBERS}
-    return Certificate(**numbers, cells=int(document["cells"]), message=_text(document["message"]))
+    # (documents of earlier versions do not have the kind of proof)
+    by = cast("Proof", _text(document.get("proof", "")))
+    return Certificate(**numbers, cells=int(document["cells"]), message=_text(document["message"]), proof=by)
 
 
 #: The numbers of an answer. Documents of earlier versions have no claimed bounds.

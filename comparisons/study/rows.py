@@ -461,7 +461,8 @@ def bound_note(runs: Sequence[Run], unit: str = "") -> str:
         return f"not known, as no lower bound could be proven: {proof.message}"
     if math.isinf(proof.lower_bound):
         return f"none, as it is proven that there is no path: {proof.message}"
-    grid = f"grid step {proof.spacing:.3g}{unit}, " if proof.spacing > 0.0 else ""
+    step = f"points on cells every {proof.spacing:.3g}" if proof.proof == "cells" else f"grid step {proof.spacing:.3g}"
+    grid = f"{step}{unit}, " if proof.spacing > 0.0 else ""
     missed = "" if proof.reached else f"; not as tight as asked for: {proof.message}"
     return (
         f"how far above the proven lower bound {rounded_down(bound, 6)}{unit} ({grid}{duration(proof.seconds)}){missed}"

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from typing import Any
 
 from cgla_graph._text import at_most, figure, json_number, rounded_down
-from cgla_graph._types import WholeArray
 from cgla_graph.certificate.certificate import Certificate, Grid
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
@@ -34,15 +33,20 @@ def certificate_table(run: Run) -> FittedTable:
     """Show how the bracket closed: a line a grid, coarse to fine."""
     unit = "m" if run.scenario.projection else "map units"
     columns: dict[str, Callable[[Grid], str]] = {
-        "grid step": lambda grid: f"1/{max(grid.last)}",
+        "grid step": lambda grid: f"1/{grid.steps}",
         f"in {unit}": lambda grid: figure(grid.spacing, 3),
-        "cells": lambda grid: f"{n_cells(grid.runs):,}",
+        "cells": lambda grid: f"{grid.cells:,}",
         "lower bound": lambda grid: rounded_down(grid.lower_bound, 7),
         "upper bound": lambda grid: figure(grid.upper_bound, 7),
         "gap at most": lambda grid: at_most(_gap(grid)),
     }
-    notes = ("grid step: as a part of the map's longer side", "cells: the tube, which no better path leaves")
-    return FittedTable.of("", proof_of(run).grids, {}, columns, (f"in {unit}", "cells"), notes)
+    proof = proof_of(run)
+    of_points = ", mean distance of points on cells" if proof.proof == "cells" else ""
+    notes = (
+        f"grid step: as a part of the map's longer side{of_points}",
+        "cells: the tube, which no better path leaves",
+    )
+    return FittedTable.of("", proof.grids, {}, columns, (f"in {unit}", "cells"), notes)
 
 
 def _gap(grid: Grid) -> float:
@@ -52,18 +56,13 @@ def _gap(grid: Grid) -> float:
     return grid.upper_bound / grid.lower_bound - 1.0 if grid.lower_bound > 0.0 else math.inf
 
 
-def n_cells(runs: WholeArray) -> int:
-    """Count the cells of merged runs, shape ``(n, 3)`` (see `cgla_graph.eikonal.cell_runs`)."""
-    return int((runs[:, 2] - runs[:, 1]).sum())
-
-
 def grid_rows(proof: Certificate) -> list[dict[str, Any]]:
     """Turn the grids of a certificate into rows with `COLUMNS`; numbers that do not exist are None."""
     return [
         {
             "spacing": grid.spacing,
-            "fraction": 1.0 / max(grid.last),
-            "cells": n_cells(grid.runs),
+            "fraction": 1.0 / grid.steps,
+            "cells": grid.cells,
             "lower_bound": json_number(grid.lower_bound),
             "upper_bound": json_number(grid.upper_bound),
             "gap": json_number(_gap(grid)),

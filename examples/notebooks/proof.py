@@ -47,7 +47,7 @@ def _(mo, proof):
     mo.ui.table(
         [
             {
-                "cells a side": max(grid.last),
+                "cells a side": grid.steps,
                 "no path costs less than": round(grid.lower_bound, 5),
                 "a path costs": round(grid.upper_bound, 5),
                 "gap": f"{grid.upper_bound / grid.lower_bound - 1:.3%}",
@@ -62,7 +62,7 @@ def _(mo, proof):
 @app.cell
 def _(plt, proof):
     figure, axes = plt.subplots(figsize=(5, 3), layout="constrained")
-    sides = [max(grid.last) for grid in proof.grids]
+    sides = [grid.steps for grid in proof.grids]
     axes.plot(sides, [grid.upper_bound for grid in proof.grids], "o-", label="a path costs this")
     axes.plot(sides, [grid.lower_bound for grid in proof.grids], "s-", label="no path costs less")
     axes.set_xscale("log", base=2)

@@ -99,6 +99,7 @@ def test_certify_as_json(cgla: Call, tmp_path: Path) -> None:
         "reached": bool,
         "spacing": float,
         "cells": int,
+        "proof": str,
         "seconds": float,
         "message": str,
     }

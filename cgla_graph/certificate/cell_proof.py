@@ -1,0 +1,204 @@
+"""
+The proof over cells of constant cost (`regions.bound`), refined: few points on all borders, more in the tube.
+
+On rasters read as `nearest`, the cost is constant on cells. There values at points on the borders of cells bound the
+cost of all paths more closely than a spline, which cannot follow the jumps. The gap falls with the square of the number
+of points. Cells through which every path costs more than a known one are left out before more points are laid.
+"""
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache, partial
+
+import numpy as np
+
+from cgla_graph._types import BoolArray, FloatArray, WholeArray
+from cgla_graph.eikonal import cell_runs
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField
+from cgla_graph.model.risk_raster import RasterRisk
+from cgla_graph.regions import bound
+from cgla_graph.regions.arrangement import Arrangement, refusal
+from cgla_graph.regions.bound import Rounding
+from cgla_graph.regions.points import covered
+
+#: Points of a side, from round to round; on few cells the first rounds are left out.
+POINTS, FEW_CELLS = (3, 7, 15, 31, 63), (40_000, 4_000)
+#: Nodes that take as much memory as one cell of a spline.
+NODES_A_CELL = 12
+#: A round with fewer points than these is made if it has at least so many times as many as the last one.
+LEAST_TIMES = 1.4
+#: The gap is expected to fall at least with this power of the number of points; and gaps, above which another path is
+#: sought, times that power of the number of points.
+ORDER, USUAL_GAP = 1.5, 0.6
+#: A round has to close so much of the gap, or the next one is not made.
+WORTH = 0.2
+#: Picture elements along each side of a tube.
+PICTURE = 300
+
+
+@dataclass(eq=False)
+class CellProof:
+    """
+    One round of a proof over cells.
+
+    Attributes
+    ----------
+    problem
+        The problem, without clearance.
+    cells
+        The cells that better paths may enter; the others have infinite cost.
+    rounding
+        What covers the rounding.
+    m
+        Points of a side.
+    most
+        Nodes, at most.
+    loose
+        Whether more is lost than by few points: an area cuts cells, or costs were lowered to those along lines.
+    """
+
+    problem: Problem
+    cells: Arrangement
+    rounding: Rounding
+    m: int
+    most: int
+    loose: bool
+
+    @classmethod
+    def begin(cls, problem: Problem, max_cells: int) -> "CellProof | None":
+        """
+        Prepare the first round; None where the cost is not constant on cells, or there are too many of them.
+
+        Parameters
+        ----------
+        problem
+            The problem, without clearance.
+        max_cells
+            As `cgla_graph.certificate.certificate.prove` takes it.
+        """
+        if problem.projection is not None or refusal(problem) or problem.k == 0.0:
+            return None
+        cells = Arrangement.of(problem, for_bound=True)
+        rounding = Rounding.of(problem, cells)
+        most = NODES_A_CELL * max_cells
+        loose = not np.isin(cells.costs, Arrangement.of(problem).costs).all()
+        if not problem.model.area.is_empty:
+            inside, cut = covered(cells, problem.model.area)
+            cells, loose = cells.without(inside), loose or bool(cut.any())
+        wide, high = (float(np.median(np.diff(lines))) for lines in (cells.x, cells.y))
+        # (in long cells, the points of the short sides are too many, and those of the long sides too few)
+        cells = cells.divided(max(round(wide / high), 1), max(round(high / wide), 1))
+        first = cls(problem, cells, rounding, POINTS[sum(cells.costs.size <= few for few in FEW_CELLS)], most, loose)
+        return first if rounding.share < 1.0 and first.nodes(first.m) <= most else None
+
+    @property
+    def is_open(self) -> BoolArray:
+        """Which cells better paths may enter, shape ``(rows, columns)``."""
+        return np.isfinite(self.cells.costs)
+
+    @property
+    def spacing(self) -> float:
+        """Mean distance of points on the sides of most cells, map units."""
+        sides = np.median(np.diff(self.cells.x)), np.median(np.diff(self.cells.y))
+        return float(max(sides)) / (self.m + 1)
+
+    def nodes(self, m: int) -> int:
+        """Return how many nodes `m` points a side make, at most."""
+        rows, columns = self.cells.costs.shape
+        count = int(np.count_nonzero(self.is_open))
+        return int((rows + 1) * (columns + 1) + m * min(4 * count, 2 * count + rows + columns))
+
+    def bounds(self, limit: float, wanted: float) -> tuple[float, Callable[[float], None] | None]:
+        """
+        Bound the cost of all paths.
+
+        Parameters
+        ----------
+        limit
+            Cost of a known path; no bound is above it.
+        wanted
+            A bound that is good enough.
+
+        Returns
+        -------
+        bound, keep
+            The bound; and a function that leaves out the cells through which no path costs less than a number. None if
+            the bound is good enough.
+        """
+        problem = self.problem
+        points = bound.lay(self.cells, self.m)
+        if points is None:
+            return 0.0, None
+        costs = bound.least_cost_at(self.cells, problem.start) + bound.least_cost_at(self.cells, problem.goal)
+        # (what rounding takes off must not be missing)
+        reach = limit + 2.0 * (limit - self.rounding.below(limit, costs)) if limit < math.inf else limit
+        with ThreadPoolExecutor(1) as thread:
+            other = thread.submit(bound.values_to, points, problem.start, reach)
+            to_goal = bound.values_to(points, problem.goal, reach)
+            to_start = other.result()
+        found = max(
+            bound.bound_at(points, to_goal, problem.start, problem.goal),
+            bound.bound_at(points, to_start, problem.goal, problem.start),
+        )
+        best = min(max(self.rounding.below(found, costs), 0.0), limit)
+        if best >= wanted:
+            return best, None
+        through = points.least_on_cells(to_goal + to_start)
+        return best, partial(self._keep, through, costs)
+
+    def _keep(self, through: FloatArray, costs: float, limit: float) -> None:
+        """Leave out the cells through which no path costs less than a limit."""
+        if not limit < math.inf:
+            return
+        gone = (1.0 - self.rounding.share) * through - self.rounding.apart * costs > limit
+        for end in (self.problem.start, self.problem.goal):
+            for cell in self.cells.cells_of(end):
+                gone[cell] = False
+        self.cells = self.cells.without(gone)
+
+    def finer(self) -> str:
+        """Lay more points; return why there are no more of them, or nothing."""
+        m = next((m for m in POINTS if m > self.m), 0)
+        if not m:
+            return f"there are {self.m} points on each side of a cell, and no more are laid"
+        if (needed := self.nodes(m)) > self.most:
+            m = int(m * self.most / needed)
+            if m < LEAST_TIMES * self.m:
+                return f"the next points on cells would be {needed} nodes, of {self.most} allowed"
+        self.m = m
+        return ""
+
+    def runs(self) -> tuple[tuple[int, int], WholeArray]:
+        """Return the last node of a coarse grid and the runs of its cells that cover the open cells, for pictures."""
+        rows, columns = self.cells.costs.shape
+        last = min(columns, PICTURE), min(rows, PICTURE)
+        mask = np.zeros((last[1] + 2, last[0] + 2), dtype=np.int64)
+        at = []
+        for lines, count in ((self.cells.x, last[0]), (self.cells.y, last[1])):
+            node = np.floor((lines - lines[0]) / (lines[-1] - lines[0]) * count + 0.5).astype(np.int64)
+            at.append((node[:-1], node[1:] + 1))
+        j, i = np.nonzero(self.is_open)
+        for right, column in ((1, at[0][0][i]), (-1, at[0][1][i])):
+            for up, row in ((1, at[1][0][j]), (-1, at[1][1][j])):
+                np.add.at(mask, (row, column), up * right)
+        marked_rows, marked_columns = np.nonzero(mask.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0)
+        return last, cell_runs.runs_of(marked_columns, marked_rows)
+
+
+@cache
+def load_kernels() -> None:
+    """
+    Compile or load the kernels, once in a process.
+
+    Examples
+    --------
+    >>> load_kernels()
+    """
+    field = RiskField(rasters=[RasterRisk([[0.0, 1.0], [2.0, 0.0]], (0, 0, 1, 1), interpolation="nearest")])
+    small = CellProof.begin(Problem((0.1, 0.1), (0.9, 0.9), field, k=1.0), 10**6)
+    if small is not None:
+        small.m = 1
+        small.bounds(math.inf, math.inf)
