@@ -1,24 +1,22 @@
-"""State of UAVs in flight, records of their flights, and their separations."""
+"""State of UAVs in flight, and records of their flights."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import combinations
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.mission.belief import Belief
-from cgla_graph.mission.records import EXPOSED_ABOVE, Event, Knowledge, Measures, MissionStatus, Separation, UavFlight
+from cgla_graph.mission.belief import Belief, View
+from cgla_graph.mission.records import EXPOSED_ABOVE, Event, Knowledge, Measures, MissionStatus, UavFlight
 from cgla_graph.mission.replanner import Replanner
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
 from cgla_graph.model.cost_model import indexed_area
 from cgla_graph.model.risk import RiskField, Threat
-from cgla_graph.motion.trajectory import Approach, Trajectory, closest_approach, least_distance
-from cgla_graph.motion.trajectory_kernels import Disc
+from cgla_graph.motion.trajectory import Trajectory
 
 #: Sample points, for exposure and greatest risk, of a piece no longer than the least spread of a threat.
 FRACTIONS = np.linspace(0.0, 1.0, 17)[:, None]
@@ -167,6 +165,7 @@ class Recorder:
     knowledge: list[Knowledge] = field(default_factory=list)
     obstacles: list[tuple[int, tuple[Threat, ...]]] = field(default_factory=list)
     planning_seconds: float = 0.0
+    _view: View | None = None
 
     def departed(self, position: Point, tick: int) -> None:
         """Record the position and the tick of take-off."""
@@ -185,11 +184,11 @@ class Recorder:
             self.path.append(agent.leg.points[1:])
             self.times.append(agent.leg.times[1:] + agent.plan_since)
 
-    def believes(self, tick: int, threats: Mapping[int, Threat], areas: Mapping[int, BaseGeometry]) -> None:
+    def believes(self, tick: int, view: View, polygons: Mapping[int, BaseGeometry]) -> None:
         """Record the threats and areas it believes in, if they have changed."""
-        last = self.knowledge[-1] if self.knowledge else None
-        if last is None or last.threats != threats or last.areas != areas:
-            self.knowledge.append(Knowledge(tick, threats, areas))
+        if self._view is None or (view is not self._view and view.items != self._view.items):
+            self.knowledge.append(Knowledge(tick, view.threats, {one: polygons[one] for one in sorted(view.areas)}))
+        self._view = view
 
     def avoids(self, tick: int, obstacles: tuple[Threat, ...]) -> None:
         """Record the virtual obstacles that it plans around, if they have changed."""
@@ -317,72 +316,3 @@ def _share_above(samples: FloatArray, level: float) -> FloatArray:
     rise = high - low
     parts = np.where(rise > 0.0, (high - level) / np.where(rise > 0.0, rise, 1.0), high > level)
     return np.asarray(np.clip(parts, 0.0, 1.0).mean(axis=1))
-
-
-class Encounters:
-    """
-    The separations of one mission, measured tick by tick over all times between.
-
-    Parameters
-    ----------
-    names
-        The names of the UAVs, in the order of their numbers.
-    goals
-        Their terminal discs: while both UAVs of a pair are in their own, their distance does not count.
-    collision_distance
-        Closer than this is a collision, map units.
-    """
-
-    def __init__(self, names: list[str], goals: list[Disc], collision_distance: float) -> None:
-        self._names = names
-        self._goals = goals
-        self._collision_distance = collision_distance
-        self._least = np.full((len(names), len(names)), math.inf)
-        self._nearest: dict[tuple[int, int], tuple[Trajectory, Trajectory]] = {}
-        self._touching: set[tuple[int, int]] = set()
-
-    @property
-    def separations(self) -> tuple[Separation, ...]:
-        """The least separation of each pair so far."""
-        never = Approach(math.inf, math.nan, (math.nan, math.nan))
-        found = {pair: self._approach(pair, *legs) for pair, legs in self._nearest.items()}
-        return tuple(
-            Separation(**vars(found.get((i, j), never)), first=self._names[i], second=self._names[j])
-            for i, j in combinations(range(len(self._names)), 2)
-        )
-
-    def measure(self, legs: Mapping[int, Trajectory]) -> dict[tuple[int, int], tuple[Approach, bool]]:
-        """
-        Measure one tick.
-
-        Parameters
-        ----------
-        legs
-            The motion of each UAV in the air on the tick, by its number, rising.
-
-        Returns
-        -------
-        collisions
-            By the numbers of a pair: the approach, and whether the collision begins on this tick.
-        """
-        numbers = list(legs)
-        starts = np.array([leg.start for leg in legs.values()]).reshape(-1, 2)
-        lengths = np.array([leg.length for leg in legs.values()])
-        # most pairs are too far apart to matter
-        matters = np.maximum(self._least[np.ix_(numbers, numbers)], self._collision_distance)
-        apart = np.hypot(*(starts[:, None] - starts).T) - lengths[:, None] - lengths
-        collisions = {}
-        for first, second in np.argwhere(np.triu(apart <= matters, 1)).tolist():
-            pair = i, j = numbers[first], numbers[second]
-            distance, _ = least_distance(legs[i], legs[j], outside=(self._goals[i], self._goals[j]))
-            if distance < self._least[pair]:
-                self._least[i, j] = self._least[j, i] = distance
-                self._nearest[pair] = legs[i], legs[j]
-            if distance < self._collision_distance:
-                collisions[pair] = self._approach(pair, legs[i], legs[j]), pair not in self._touching
-        self._touching = set(collisions)
-        return collisions
-
-    def _approach(self, pair: tuple[int, int], first: Trajectory, second: Trajectory) -> Approach:
-        # (not None: these two were near each other)
-        return cast("Approach", closest_approach(first, second, outside=(self._goals[pair[0]], self._goals[pair[1]])))

@@ -330,7 +330,7 @@ class Flight(Plottable):
     separations
         The least separation of each pair of UAVs.
     events
-        The events, in order of time.
+        The events, in order of time: a sequence that makes those of messages when it is read.
     ticks
         The number of ticks flown.
     livelock

@@ -2,15 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from cgla_graph._text import shown
-from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph._validate import error_context, finite_number, positive_number, unmasked, whole_number, whole_tick
 from cgla_graph.errors import MissionError
-from cgla_graph.mission.belief import Belief, Report
+from cgla_graph.mission.belief import Belief, Log, Report
 
 
 @dataclass(frozen=True)
@@ -116,6 +116,30 @@ class Sharing:
         return heard
 
 
+class Message(NamedTuple):
+    """
+    A message to one or more UAVs: a part of the sender's journal.
+
+    Attributes
+    ----------
+    due
+        The tick of arrival.
+    sender, receivers
+        Their numbers; the receivers rise, shape ``(r,)``.
+    numbers
+        The sender's journal, as in `Belief`.
+    begin, end
+        The part that is sent. (Who was sent a piece of it before knows that piece.)
+    """
+
+    due: int
+    sender: int
+    receivers: IntArray
+    numbers: list[int]
+    begin: int
+    end: int
+
+
 @dataclass
 class Radio:
     """
@@ -125,19 +149,22 @@ class Radio:
     ----------
     sharing
         The rules.
+    log
+        The reports of all UAVs.
     sent
-        The number of reports of the sender's journal sent to the receiver, by the pair of their numbers.
+        The number of reports of the sender's journal sent to the receiver, by their numbers, shape ``(n, n)``.
     under_way
-        ``(tick of arrival, sender, receiver, reports, the same as a set)``, in the order of sending.
+        The messages in flight, in the order of sending.
     """
 
     sharing: Sharing
-    sent: dict[tuple[int, int], int] = field(default_factory=dict)
-    under_way: list[tuple[int, int, int, tuple[Report, ...], frozenset[Report]]] = field(default_factory=list)
+    log: Log = field(default_factory=Log)
+    sent: IntArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))
+    under_way: list[Message] = field(default_factory=list)
 
     def exchange(
         self, tick: int, beliefs: Mapping[int, Belief], positions: Sequence[Any]
-    ) -> list[tuple[int, int, list[Report]]]:
+    ) -> list[tuple[int, int, tuple[Report, ...]]]:
         """
         Send and deliver the messages of one tick.
 
@@ -155,33 +182,63 @@ class Radio:
         learned
             ``(receiver, sender, reports)``: reports new to the receiver, in a fixed order.
         """
+        for belief in beliefs.values():
+            belief.join(self.log)
         if self.sharing.is_on and len(beliefs) > 1:
-            numbers = list(beliefs)
-            heard = self.sharing.heard(tick, np.asarray(positions, dtype=np.float64).reshape(-1, 2))
-            # every UAV sends its belief from before this tick's messages
-            journals = {number: len(belief.journal) for number, belief in beliefs.items()}
-            messages: dict[tuple[int, int], tuple[tuple[Report, ...], frozenset[Report]]] = {}
-            for i, j in np.argwhere(heard).tolist():
-                sender, receiver = numbers[i], numbers[j]
-                begin, end = self.sent.get((sender, receiver), 0), journals[sender]
-                if end > begin:
-                    self.sent[sender, receiver] = end
-                    if (sender, begin) not in messages:
-                        reports = tuple(beliefs[sender].journal[begin:end])
-                        messages[sender, begin] = reports, frozenset(reports)
-                    self.under_way.append((tick + self.sharing.delay, sender, receiver, *messages[sender, begin]))
-        learned = []
-        due = [message for message in self.under_way if message[0] <= tick]
-        self.under_way = [message for message in self.under_way if message[0] > tick]
-        for _, sender, receiver, reports, each in due:
-            # UAVs that have arrived hear nothing; most messages of a swarm are known already
-            if receiver in beliefs and not each <= beliefs[receiver].known:
-                learned.append((receiver, sender, beliefs[receiver].hear(reports)))
+            self._send(tick, beliefs, np.asarray(positions, dtype=np.float64).reshape(-1, 2))
+        due = [message for message in self.under_way if message.due <= tick]
+        self.under_way = [message for message in self.under_way if message.due > tick]
+        return self._deliver(due, beliefs) if due and beliefs else []
+
+    def _send(self, tick: int, beliefs: Mapping[int, Belief], positions: FloatArray) -> None:
+        """Send to every UAV within range what it was not sent yet: the beliefs from before this tick's messages."""
+        numbers = np.array(list(beliefs))
+        room = max(numbers.max() + 1 - len(self.sent), 0)
+        self.sent = np.pad(self.sent, (0, room))
+        ends = np.array([len(belief.numbers) for belief in beliefs.values()])
+        begins = self.sent[np.ix_(numbers, numbers)]
+        sends = self.sharing.heard(tick, positions) & (begins < ends[:, None])
+        for i in np.flatnonzero(sends.any(axis=1)).tolist():
+            sender, receivers = int(numbers[i]), numbers[sends[i]]
+            self.sent[sender, receivers] = ends[i]
+            part = int(begins[i, sends[i]].min()), int(ends[i])
+            due = tick + self.sharing.delay
+            self.under_way.append(Message(due, sender, receivers, beliefs[sender].numbers, *part))
+
+    def _deliver(self, due: list[Message], beliefs: Mapping[int, Belief]) -> list[tuple[int, int, tuple[Report, ...]]]:
+        """Deliver messages in turn; UAVs that have arrived hear nothing."""
+        known = self.log.known
+        learned: list[tuple[int, int, tuple[Report, ...]]] = []
+        rows = np.full(max(len(self.sent), max(beliefs) + 1), -1)
+        rows[list(beliefs)] = [belief.row for belief in beliefs.values()]
+        # most messages of a swarm are known already
+        common = known[rows[rows >= 0]].all(axis=0)
+        for message in due:
+            told = np.array(message.numbers[message.begin : message.end])
+            told = told[~common[told]]
+            receivers = message.receivers[rows[message.receivers] >= 0]
+            where = np.ix_(rows[receivers], told)
+            unknown = ~known[where]
+            known[where] = True
+            kept: dict[bytes, tuple[list[int], tuple[Report, ...]]] = {}
+            for i in np.flatnonzero(unknown.any(axis=1)).tolist():
+                # most receivers learn the same
+                key = unknown[i].tobytes()
+                if key not in kept:
+                    new = told[unknown[i]].tolist()
+                    kept[key] = new, tuple(self.log.reports[number] for number in new)
+                receiver = int(receivers[i])
+                beliefs[receiver].numbers += kept[key][0]
+                learned.append((receiver, message.sender, kept[key][1]))
         return learned
 
     def can_teach(self, beliefs: Mapping[int, Belief]) -> bool:
         """Return whether a message in flight, or yet to be sent, can be new to its receiver."""
         if not self.sharing.is_on:
             return False
-        known = [belief.known for belief in beliefs.values()]
-        return bool(self.under_way) or any(one != known[0] for one in known)
+        known = self.log.known[[belief.row for belief in beliefs.values()]]
+        return bool(self.under_way) or bool((known != known[:1]).any())
+
+    def state(self, tick: int) -> tuple[Any, ...]:
+        """Return the messages in flight, relative to a tick, without their contents."""
+        return tuple((message.due - tick, message.sender, message.receivers.tobytes()) for message in self.under_way)

@@ -16,9 +16,11 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._progress import showing
 from cgla_graph._text import listed
 from cgla_graph._types import Point
-from cgla_graph.mission.agent import Agent, Encounters, Recorder
+from cgla_graph.mission.agent import Agent, Recorder
 from cgla_graph.mission.avoidance import plan_around, stays_clear
-from cgla_graph.mission.belief import sightings
+from cgla_graph.mission.belief import ROUNDED, Belief, sightings
+from cgla_graph.mission.encounters import Encounters
+from cgla_graph.mission.event_log import EventLog, Learned
 from cgla_graph.mission.records import Event, EventKind, Flight, Livelock, MissionStatus
 from cgla_graph.mission.replanner import Replanner, Situation
 from cgla_graph.mission.rules import Rules
@@ -69,13 +71,18 @@ class Simulation:
     def __init__(self, mission: Rules) -> None:
         self.mission = mission
         self.tick = 0
-        self.events: list[Event] = []
+        self.events = EventLog()
         self.livelock: Livelock | None = None
-        self._agents = [
-            Agent(number, uav, Replanner(mission, uav), uav.start) for number, uav in enumerate(mission.uavs)
-        ]
-        self._recorders = [Recorder() for _ in mission.uavs]
         self._radio = Radio(mission.sharing)
+        self._agents = [
+            Agent(number, uav, Replanner(mission, uav), uav.start, Belief(self._radio.log))
+            for number, uav in enumerate(mission.uavs)
+        ]
+        self._names = [uav.name for uav in mission.uavs]
+        self._safest = max(uav.safe_distance for uav in mission.uavs)
+        # positions, as those in the air have them; NaN before take-off
+        self._spots = np.full((len(mission.uavs), 2), math.nan)
+        self._recorders = [Recorder() for _ in mission.uavs]
         self._encounters = Encounters(
             [uav.name for uav in mission.uavs],
             [Disc(uav.goal, mission.terminal_radius) for uav in mission.uavs],
@@ -128,9 +135,10 @@ class Simulation:
 
     def flight(self, *, interrupted: bool = False) -> Flight:
         """Return the flight so far; if it is `interrupted`, UAVs in the air get that status."""
-        events = list(self.events)
-        if interrupted:
-            events += [Event(self.tick, "interrupted", agent.name) for agent in self._agents if not agent.is_done]
+        events = self.events.copy()
+        for agent in self._agents:
+            if interrupted and not agent.is_done:
+                events.append(Event(self.tick, "interrupted", agent.name))
         return Flight(
             mission=self.mission,
             uavs={
@@ -138,7 +146,7 @@ class Simulation:
                 for agent, recorder in zip(self._agents, self._recorders, strict=True)
             },
             separations=self._encounters.separations,
-            events=tuple(events),
+            events=events,
             ticks=self.tick,
             fly=fly,
             livelock=self.livelock,
@@ -147,6 +155,12 @@ class Simulation:
 
     def _flying(self) -> list[Agent]:
         return [agent for agent in self._agents if agent.in_air]
+
+    def _near(self, agent: Agent, distance: float) -> list[Agent]:
+        """Return the other UAVs in the air within a distance, in their order, and those that are hardly farther."""
+        apart2 = ((self._spots - agent.position) ** 2).sum(axis=1)
+        near = [self._agents[number] for number in np.flatnonzero(apart2 <= (distance * ROUNDED) ** 2).tolist()]
+        return [other for other in near if other.in_air and other is not agent]
 
     def _say(self, kind: EventKind, agent: Agent, **detail: Any) -> None:  # noqa: ANN401 - any JSON
         self.events.append(Event(self.tick, kind, agent.name, detail))
@@ -160,6 +174,7 @@ class Simulation:
                 self._hold_back(agent, **hindrance)
                 continue
             agent.in_air = True
+            self._spots[agent.number] = agent.position
             self._recorders[agent.number].departed(agent.position, self.tick)
             self._say("departed", agent, at=list(agent.position))
             for number, threat in world.threats_at(self.tick).items():
@@ -175,7 +190,7 @@ class Simulation:
                 return {"area": number}
         near = [
             (distance, other.name)
-            for other in self._flying()
+            for other in self._near(agent, max(agent.uav.safe_distance, self._safest))
             if (distance := math.dist(agent.position, other.position))
             < max(agent.uav.safe_distance, other.uav.safe_distance)
         ]
@@ -191,12 +206,7 @@ class Simulation:
         """Take a take-off on this tick back, as no plan from it keeps the safe distances."""
         agent.in_air, agent.near = False, set()
         self._recorders[agent.number].stayed()
-        undone = {"departed", "started-in-risk"}
-        self.events = [
-            event
-            for event in self.events
-            if not (event.tick == self.tick and event.uav == agent.name and event.kind in undone)
-        ]
+        self.events = self.events.without(self.tick, agent.name, ("departed", "started-in-risk"))
         self._hold_back(agent, reason=reason)
 
     def _notice_what_came_up(self) -> None:
@@ -234,27 +244,17 @@ class Simulation:
             [agent.position for agent in taking_part.values()],
         )
         for receiver, sender, reports in learned:
-            for report in reports:
-                kind, number = report.thing
-                self._say(
-                    "learned",
-                    taking_part[receiver],
-                    **{kind: number},
-                    source=self._agents[sender].name,
-                    origin=self._agents[report.origin].name,
-                    seen=report.tick,
-                    is_there=report.is_there,
-                )
+            names = self._names[receiver], self._names[sender]
+            self.events.append(Learned(self.tick, *names, reports, self._names))
         for agent in taking_part.values():
-            closed = {number: self.mission.world.polygons[number] for number in sorted(agent.belief.areas)}
-            self._recorders[agent.number].believes(self.tick, agent.belief.threats, closed)
+            self._recorders[agent.number].believes(self.tick, agent.belief.view, self.mission.world.polygons)
 
     def _plan(self, agent: Agent) -> None:
         """Plan if the rules of replanning ask for it."""
         obstacles = self._obstacles(agent)
         self._recorders[agent.number].avoids(self.tick, obstacles)
         excluded = agent.excluded()
-        planned_on = tuple(agent.belief.things.items()), obstacles, excluded
+        planned_on = agent.belief.view.items, obstacles, excluded
         if agent.plan is not None and self.mission.replan == "never":
             if not agent.can_go_on(self.tick, self._closed_areas(agent.belief.areas), ticks=1):
                 self._give_up(agent, "a no-fly area is in the way of the plan that it keeps to")
@@ -264,6 +264,7 @@ class Simulation:
             return
         situation = self._situation(agent, obstacles, excluded)
         agent.position, agent.planned_on = situation.position, planned_on
+        self._spots[agent.number] = agent.position
         began = time.perf_counter()
         solution = agent.planner.plan(situation)
         if self.mission.avoidance == "prioritized":
@@ -284,6 +285,7 @@ class Simulation:
 
     def _move(self, agent: Agent) -> None:
         agent.move(self.tick)
+        self._spots[agent.number] = agent.position
         self._recorders[agent.number].flew(agent)
 
     def _follow(self, agent: Agent, plan: Trajectory) -> None:
@@ -333,9 +335,12 @@ class Simulation:
 
     def _obstacles(self, agent: Agent) -> tuple[Threat, ...]:
         """Return the virtual obstacles, and log UAVs that come within the safe distance."""
-        others = [other for other in self._flying() if other is not agent]
-        apart = {other.number: math.dist(agent.position, other.position) for other in others}
-        near = {number for number, distance in apart.items() if distance < agent.uav.safe_distance}
+        apart = {
+            other.number: distance
+            for other in self._near(agent, agent.uav.safe_distance)
+            if (distance := math.dist(agent.position, other.position)) < agent.uav.safe_distance
+        }
+        near = set(apart)
         for number in sorted(near - agent.near):
             self._say("near", agent, other=self._agents[number].name, distance=apart[number])
         agent.near = near
@@ -344,7 +349,7 @@ class Simulation:
             return ()
         return rule.around(
             agent.position,
-            [(other.position, other.heading) for other in others],
+            [(other.position, other.heading) for other in self._near(agent, agent.uav.detection_radius)],
             detection_radius=agent.uav.detection_radius,
             safe_distance=agent.uav.safe_distance,
             unit=self.mission.unit,
@@ -404,8 +409,8 @@ class Simulation:
             return
         # journals only grow: equal sizes mean equal contents, and messages in flight carry nothing new
         radio = (
-            sum(len(agent.belief.journal) for agent in self._agents),
-            tuple((due - self.tick, *ends) for due, *ends, _, _ in self._radio.under_way),
+            sum(len(agent.belief.numbers) for agent in self._agents),
+            self._radio.state(self.tick),
         )
         state = (radio, *(agent.number for agent in ground), *(agent.state(self.tick) for agent in agents))
         there = self._states.setdefault(tuple(agent.position for agent in agents), [])

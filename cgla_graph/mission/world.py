@@ -139,6 +139,8 @@ class TimedArea(ShortRepr):
 
 
 Timed: TypeAlias = TimedThreat | TimedArea
+#: ``("threat", number)`` or ``("area", number)``, numbered as in the `World`.
+Thing: TypeAlias = tuple[str, int]
 
 
 class _State(NamedTuple):
@@ -146,6 +148,7 @@ class _State(NamedTuple):
 
     threats: Mapping[int, Threat]
     areas: Mapping[int, BaseGeometry]
+    things: Mapping[Thing, Threat | None]
     field: RiskField
 
 
@@ -229,6 +232,10 @@ class World(ShortRepr):
         """Return the timed areas that are closed at a tick, by their number in `timed`."""
         return self._state_at(tick).areas
 
+    def things_at(self, tick: int) -> Mapping[Thing, Threat | None]:
+        """Return the threats and areas at a tick; the same object until the next change."""
+        return self._state_at(tick).things
+
     @cached_property
     def polygons(self) -> Mapping[int, BaseGeometry]:
         """The polygons of all timed areas, closed or not, by their number in `timed`."""
@@ -256,7 +263,8 @@ class World(ShortRepr):
             elif (threat := item.at(tick)) is not None:
                 threats[len(self.field) + number] = threat
         whole = self.field if len(threats) == len(self.field) else self.field.with_only(threats.values())
-        return _State(threats, areas, whole)
+        things: dict[Thing, Threat | None] = {("threat", number): threat for number, threat in threats.items()}
+        return _State(threats, areas, things | {("area", number): None for number in areas}, whole)
 
 
 def union_of(no_fly: BaseGeometry | None, areas: Iterable[BaseGeometry]) -> BaseGeometry | None:

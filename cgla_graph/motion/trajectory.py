@@ -1,13 +1,14 @@
 """Trajectories of UAVs in space and time, and the closest approach of two of them."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cgla_graph._types import FloatArray, Point
+from cgla_graph._types import FloatArray, IntArray, Point
 from cgla_graph._validate import finite_number, number_array, point_array, positive_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.motion import trajectory_kernels
@@ -250,6 +251,38 @@ def least_distance(a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc] |
     """
     mine, theirs = outside or (NO_DISC, NO_DISC)
     return trajectory_kernels.closest(a.times, a.points, b.times, b.points, mine, theirs)
+
+
+def least_distances(motions: Sequence[Trajectory], discs: Sequence[Disc], pairs: IntArray) -> FloatArray:
+    """
+    Return the least distances of many pairs of motions at once, as `least_distance` returns them.
+
+    Parameters
+    ----------
+    motions, discs
+        The motions, and the terminal disc of each.
+    pairs
+        The numbers of two motions each, shape ``(p, 2)``.
+
+    Returns
+    -------
+    distances
+        Shape ``(p,)``, map units; infinity where no time counts.
+
+    Examples
+    --------
+    >>> east, still = Trajectory([0, 2], [(0, 0), (2, 0)]), Trajectory([0, 2], [(1, 1), (1, 1)])
+    >>> least_distances([east, still], [NO_DISC, NO_DISC], np.array([[0, 1], [1, 1]])).tolist()
+    [1.0, 0.0]
+    """
+    out = np.empty(len(pairs))
+    if len(pairs):
+        times = np.concatenate([motion.times for motion in motions])
+        points = np.vstack([motion.points for motion in motions])
+        ends = np.cumsum([0, *(len(motion.times) for motion in motions)])
+        round_goals = np.array([(*disc.centre, disc.radius) for disc in discs])
+        trajectory_kernels.closest_of_pairs(times, points, ends, round_goals, pairs, out)
+    return out
 
 
 def closest_approach(a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc] | None = None) -> Approach | None:

@@ -9,7 +9,7 @@ import math
 from typing import Final, NamedTuple
 
 from cgla_graph._kernel import kernel
-from cgla_graph._types import FloatArray, Point
+from cgla_graph._types import FloatArray, IntArray, Point
 
 
 class Disc(NamedTuple):
@@ -171,3 +171,21 @@ def closest(
         if j + 2 < times_b.shape[0] and times_b[j + 1] <= end:
             j += 1
     return math.sqrt(least), at
+
+
+@kernel
+def closest_of_pairs(
+    times: FloatArray, points: FloatArray, ends: IntArray, discs: FloatArray, pairs: IntArray, out: FloatArray
+) -> None:
+    """
+    Write the least distance of each pair of motions to `out`, shape ``(p,)``, as `closest` returns it.
+
+    The motions lie behind each other in `times` and `points`: motion ``i`` from ``ends[i]`` up to ``ends[i + 1]``.
+    `discs` holds centre and radius of each one's disc, shape ``(n, 3)``.
+    """
+    for row in range(pairs.shape[0]):
+        i, j = pairs[row, 0], pairs[row, 1]
+        a, b = slice(ends[i], ends[i + 1]), slice(ends[j], ends[j + 1])
+        disc_a = Disc((discs[i, 0], discs[i, 1]), discs[i, 2])
+        disc_b = Disc((discs[j, 0], discs[j, 1]), discs[j, 2])
+        out[row] = closest(times[a], points[a], times[b], points[b], disc_a, disc_b)[0]

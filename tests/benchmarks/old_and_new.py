@@ -158,6 +158,7 @@ WORKLOADS = {
     "mission, 50 UAVs, 100 threats": "mission(50, 100)",
     "mission, 50 UAVs, prioritized": "mission(50, 100, avoidance='prioritized')",
     "mission, 200 UAVs, 200 threats": "mission(200, 200)",
+    "mission, 500 UAVs, 200 threats": "mission(500, 200)",
     "cgla plan paper, nothing compiled": "command(first=True)",
     "cgla plan paper": "command(first=False)",
 }
