@@ -110,7 +110,7 @@ def people_layers(problem: Problem) -> list[RasterRisk]:
     """
     layers: dict[object, RasterRisk] = {}
     for layer in (raster.people for raster in problem.field.rasters if raster.people is not None):
-        grid = layer.bounds, layer.cells.shape, layer.interpolation
+        grid = layer.bounds, layer.shape, layer.interpolation
         layers[grid] = _sum(layers[grid], layer) if grid in layers else layer
     return list(layers.values())
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from types import NoneType
-from typing import Any, Literal, TypeAlias, cast, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 import shapely
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import shown
-from cgla_graph._types import BoolArray, Bounds, FloatArray
+from cgla_graph._types import BoolArray, Bounds, FloatArray, WholeArray
 from cgla_graph._validate import (
     bounds_box,
     choice,
@@ -33,12 +33,11 @@ from cgla_graph.model.rasters.crs import CoordinateSystem
 from cgla_graph.model.rasters.place import Coordinates, Kind, said_if_laid
 from cgla_graph.model.rasters.projection import Laid, cells_in_metres
 from cgla_graph.model.rasters.reading import read_cells
+from cgla_graph.model.rasters.values import MOST_CELLS, RasterValues, RowsOf, parts_of
 
 Interpolation: TypeAlias = Literal["bilinear", "nearest"]
 Origin: TypeAlias = Literal["upper", "lower"]
 
-#: Cells of one raster, at most: 160 MB, and as much again while it is read.
-MOST_CELLS = 20_000_000
 #: Greatest density; beyond it, sums with lengths lose all digits of the lengths.
 GREATEST = 1e100
 #: Half a cell, less what rounding may take.
@@ -47,7 +46,7 @@ NEARLY_HALF = 0.5 - 1e-6
 ROUND = 64
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class RasterRisk:
     """
     Risk per unit length on a grid of cells, and the people behind it, if they are known.
@@ -91,7 +90,7 @@ class RasterRisk:
     ------
     ProblemError
         If a value is negative or infinite, or NaN without `nodata`, if all are NaN, if the shape is not that of a
-        raster or has more than 20 million cells, or a setting is malformed, or there are failures but no unit.
+        raster or has more than 120 million cells, or a setting is malformed, or there are failures but no unit.
 
     Examples
     --------
@@ -105,7 +104,12 @@ class RasterRisk:
     (2000.0, True)
     """
 
-    values: FloatArray
+    if TYPE_CHECKING:
+        _held: RasterValues
+        _multiple: float
+    else:
+        # (a field and a property, so that `dataclasses.replace` takes it)
+        values: FloatArray
     bounds: Bounds
     interpolation: Interpolation
     origin: Origin
@@ -119,7 +123,7 @@ class RasterRisk:
 
     def __init__(
         self,
-        values: ArrayLike,
+        values: ArrayLike | RowsOf,
         bounds: Bounds,
         *,
         interpolation: Interpolation = "bilinear",
@@ -146,22 +150,39 @@ class RasterRisk:
                 raise ProblemError(msg)
         instance("system", system, (CoordinateSystem, NoneType), "a CoordinateSystem, or None")
         instance("covers", covers, (BaseGeometry, NoneType), "an area of shapely, or None")
-        given = _checked(values, "give its value with nodata=…" if nodata is None else None)
-        for name, one in {
-            "values": given,
-            "bounds": bounds_box(bounds),
-            "interpolation": interpolation,
-            "origin": origin,
-            "scale": positive_number("raster scale", scale),
-            "nodata": None if nodata is None else non_negative_number("raster nodata", nodata),
-            "unit": unit,
-            "failures": failures,
-            "system": system,
-            "covers": covers,
-            "peaks": None if peaks is None else _checked_peaks(peaks, given),
-        }.items():
+        empty = None if nodata is None else non_negative_number("raster nodata", nodata)
+        held = RasterValues.of(
+            values,
+            framed=interpolation == "bilinear",
+            is_upper=origin == "upper",
+            nodata=empty,
+            remedy="give its value with nodata=…" if nodata is None else None,
+        )
+        self._take(
+            held,
+            1.0,
+            bounds=bounds_box(bounds),
+            interpolation=interpolation,
+            origin=origin,
+            scale=positive_number("raster scale", scale),
+            nodata=empty,
+            unit=unit,
+            failures=failures,
+            system=system,
+            covers=covers,
+        )
+        object.__setattr__(self, "peaks", None if peaks is None else _checked_peaks(peaks, self.values))
+
+    def _take(self, held: RasterValues, multiple: float, **settings: Any) -> None:  # noqa: ANN401 - of settings
+        """Keep checked settings, and values times a multiple."""
+        for name, one in settings.items():
             object.__setattr__(self, name, one)
-        if not self.greatest <= GREATEST:
+        if multiple != 1.0 and self.factor != 1.0:
+            # (so that a cell is its value times the factor, to the last bit)
+            held, multiple = held.times(multiple), 1.0
+        object.__setattr__(self, "_held", held)
+        object.__setattr__(self, "_multiple", multiple)
+        if not (self.greatest <= GREATEST and held.greatest <= GREATEST**3):
             msg = f"the raster's greatest risk is {self.greatest:g} per unit length; it must be at most {GREATEST:g}"
             raise ProblemError(msg)
 
@@ -210,8 +231,9 @@ class RasterRisk:
         Raises
         ------
         ProblemError
-            If the file cannot be read, is malformed, too large (20 million cells) or holds no risk; the message names
-            the file, the fault and the remedy.
+            If the file cannot be read, is malformed, too large (120 million cells, 20 million if they are laid on a
+            plane, or of a text without their number) or holds no risk; the message names the file, the fault and the
+            remedy.
 
         Examples
         --------
@@ -229,7 +251,7 @@ class RasterRisk:
         cells = read_cells(path, most=MOST_CELLS, bounds=bounds, coordinates=coordinates, origin=origin)
         if coordinates is None:
             said_if_laid(cells)
-        laid = cells_in_metres(cells, kind=kind, nodata=nodata, projection=projection, most=MOST_CELLS)
+        laid = cells_in_metres(cells, kind=kind, nodata=nodata, projection=projection)
         try:
             system = cells.system if cells.coordinates == "plane" else None
             settings: dict[str, Any] = {"interpolation": interpolation, "scale": scale, "system": system}
@@ -240,7 +262,7 @@ class RasterRisk:
 
     def __repr__(self) -> str:
         """Return size, interpolation, greatest risk and bounds in one line."""
-        cells = " x ".join(map(str, self.values.shape))
+        cells = " x ".join(map(str, self.shape))
         return f"RasterRisk({cells} cells, {self.interpolation}, up to {self.greatest:.4g}, bounds={self.bounds})"
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -265,26 +287,63 @@ class RasterRisk:
     def _digest(self) -> bytes:
         """Digest of the risk, for equality."""
         known = self.unit if self.unit not in PER_KM2 else self.factor / PER_KM2[self.unit]
-        told = (self.bounds, self.interpolation, self.cells.shape, known, self.failures)
-        settings = repr(told).encode()
-        most = b"" if self.peaks is None else self.highest.tobytes()
-        return hashlib.sha256(settings + np.ascontiguousarray(self.cells).tobytes() + most).digest()
+        told = (self.bounds, self.interpolation, self.shape, known, self.failures)
+        digest = hashlib.sha256(repr(told).encode())
+        for part in parts_of(self.shape):
+            digest.update(self.cells_at(part).tobytes())
+        if self.peaks is not None:
+            digest.update(self.highest.tobytes())
+        return digest.digest()
 
-    @cached_property
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        rows, columns = self._held.cells.shape
+        return rows, columns
+
+    @property
+    def values(self) -> FloatArray:
+        """The values as they were given, shape ``(rows, columns)``; NaN without data; read-only."""
+        held = self._held
+        values = held.cells if self._multiple == 1.0 else held.cells * self._multiple
+        if held.missing is not None:
+            values = np.where(held.missing, np.nan, values)
+        values.flags.writeable = False
+        return values[::-1] if self.origin == "upper" else values
+
+    @property
     def cells(self) -> FloatArray:
         """Risk per unit length of each cell, shape ``(rows, columns)``, row 0 at ``y_min``; read-only."""
-        return self._laid(self.values)
-
-    @cached_property
-    def highest(self) -> FloatArray:
-        """The greatest risk per unit length that each cell meets (`peaks`), in the shape of `cells`; read-only."""
-        return self.cells if self.peaks is None else self._laid(self.peaks)
-
-    def _laid(self, values: FloatArray) -> FloatArray:
-        filled = np.where(self.missing, 0.0 if self.nodata is None else self.nodata, values) * self.factor
-        cells: FloatArray = np.ascontiguousarray(filled[::-1] if self.origin == "upper" else filled)
+        cells = self.cells_at(slice(None))
         cells.flags.writeable = False
         return cells
+
+    def cells_at(self, where: slice | tuple[WholeArray, WholeArray]) -> FloatArray:
+        """Return some rows of the `cells`, or those in some rows and columns, without a copy of all."""
+        factor = self._multiple * self.factor
+        cells: FloatArray = self._held.cells[where]
+        return cells if factor == 1.0 else cells * factor
+
+    @property
+    def highest(self) -> FloatArray:
+        """The greatest risk per unit length that each cell meets (`peaks`), in the shape of `cells`; read-only."""
+        return self.highest_at(slice(None))
+
+    def highest_at(self, where: slice | tuple[WholeArray, WholeArray]) -> FloatArray:
+        """Return some of the `highest`, as `cells_at` those of `cells`."""
+        if self.peaks is None:
+            return self.cells_at(where)
+        highest: FloatArray = self._highest[where]
+        return highest
+
+    @cached_property
+    def _highest(self) -> FloatArray:
+        """The `peaks` as risk per unit length, row 0 at ``y_min``; read-only."""
+        peaks = self.values if self.peaks is None else self.peaks
+        filled = np.where(self.missing, 0.0 if self.nodata is None else self.nodata, peaks) * self.factor
+        highest: FloatArray = np.ascontiguousarray(filled[::-1] if self.origin == "upper" else filled)
+        highest.flags.writeable = False
+        return highest
 
     @property
     def factor(self) -> float:
@@ -314,13 +373,22 @@ class RasterRisk:
         """
         nodata = None if self.nodata is None else self.nodata * factor
         peaks = None if self.peaks is None else self.peaks * factor
-        settings = {**self.settings, "nodata": nodata, "peaks": peaks, **changes}
-        return RasterRisk(self.values * factor, self.bounds, **settings)
+        settings = {**self.settings, "nodata": nodata, **changes}
+        if not (factor > 0.0 and changes.keys() <= {"scale", "unit", "failures"}):
+            return RasterRisk(self.values * factor, self.bounds, **{"peaks": peaks, **settings})
+        # (of the same cells, and so in the same memory)
+        made = object.__new__(RasterRisk)
+        object.__setattr__(made, "peaks", peaks)
+        made._take(self._held, self._multiple * factor, bounds=self.bounds, **settings)
+        return made
 
     @property
     def missing(self) -> BoolArray:
-        """Which of the values are NaN, shape ``(rows, columns)``, as they were given."""
-        return np.isnan(self.values)
+        """Which of the values are NaN, shape ``(rows, columns)``, as they were given; read-only."""
+        gone = self._held.missing
+        if gone is None:
+            return np.broadcast_to(np.False_, self.shape)
+        return gone[::-1] if self.origin == "upper" else gone
 
     @cached_property
     def known(self) -> BaseGeometry:
@@ -332,9 +400,9 @@ class RasterRisk:
     @cached_property
     def filled(self) -> BoolArray:
         """Which cells have no data and count as `nodata`, in the shape of `cells`: none beyond `known`."""
-        gone = np.ascontiguousarray(self.missing[::-1] if self.origin == "upper" else self.missing)
-        if self.covers is None or not gone.any():
-            return gone
+        if self._held.missing is None or self.covers is None:
+            return self.missing[::-1] if self.origin == "upper" else self.missing
+        gone = self._held.missing.copy()
         (width, height), (rows, columns) = self.cell_size, np.nonzero(gone)
         gone[rows, columns] = shapely.contains_xy(
             self.known, self.bounds[0] + (columns + 0.5) * width, self.bounds[1] + (rows + 0.5) * height
@@ -345,13 +413,13 @@ class RasterRisk:
     def cell_size(self) -> tuple[float, float]:
         """Width and height of a cell, map units."""
         x_min, y_min, x_max, y_max = self.bounds
-        rows, columns = self.values.shape
+        rows, columns = self.shape
         return (x_max - x_min) / columns, (y_max - y_min) / rows
 
     @property
     def greatest(self) -> float:
         """The greatest risk per unit length."""
-        return float(self.cells.max())
+        return self._held.greatest * self._multiple * self.factor
 
     def density(self, points: ArrayLike) -> FloatArray:
         """
@@ -399,8 +467,8 @@ class RasterRisk:
         """
         level, reach = non_negative_number("level", level), non_negative_number("buffer", buffer)
         x_min, y_min, _, _ = self.bounds
-        (width, height), (rows, columns) = self.cell_size, self.values.shape
-        x, y = x_min + np.arange(columns + 1) * width, y_min + np.arange(rows + 1) * height
+        (width, height), (rows, columns) = self.cell_size, self.shape
+        x, y = x_min + np.arange(columns + 1.0) * width, y_min + np.arange(rows + 1.0) * height
         area = shapely.union_all(cell_strips(self.highest > level, x, y))
         # a polygon around the circle, not inside it
         reach /= math.cos(math.pi / (4.0 * ROUND))
@@ -459,7 +527,7 @@ class RasterRisk:
     def header(self, offset: int) -> list[float]:
         """Return the header for kernels (`risk_raster_kernels`); the values begin at `offset`."""
         x_min, y_min, x_max, y_max = self.bounds
-        rows, columns = self.values.shape
+        rows, columns = self.shape
         width, height = self.cell_size
         bilinear = self.interpolation == "bilinear"
         half, more = (0.5, 1) if bilinear else (0.0, 0)
@@ -471,13 +539,12 @@ class RasterRisk:
         in_row = columns + 2 * more
         return [
             x_min - half * width, y_min - half * height, width, height, columns + more, rows + more, offset, in_row,
-            float(bilinear), half, near_x, near_y,
+            float(bilinear), half, near_x, near_y, self._multiple * self.factor,
         ]  # fmt: skip
 
-    @property
-    def lines(self) -> FloatArray:
-        """The values that kernels read: the cells, with a frame that repeats the outermost if bilinear."""
-        return np.pad(self.cells, 1, mode="edge") if self.interpolation == "bilinear" else self.cells
+    def array(self) -> FloatArray:
+        """Return the array that kernels take of this raster alone; read-only."""
+        return self._held.with_header(self.header(kernels.HEADER))
 
 
 def laid_out(
@@ -516,7 +583,8 @@ def laid_out(
             msg = f"unit is {shown(unit)}, but the values are counts: people of whole cells; leave out one of the two"
             raise ProblemError(msg)
         unit = "people/m2"
-    if nodata is None and np.isnan(laid.values).any():
+    # (on the file's own cells, these were refused)
+    if nodata is None and isinstance(laid.values, np.ndarray) and laid.outline and np.isnan(laid.values).any():
         # (all of these are outside of the file)
         nodata = 0.0
     settings |= {"nodata": nodata, "unit": unit, "covers": laid.outline, "peaks": laid.peaks}
@@ -529,56 +597,21 @@ def raster_array(rasters: Sequence[RasterRisk]) -> FloatArray:
 
     Examples
     --------
-    >>> raster_array([RasterRisk([[1.0, 2.0]], bounds=(0, 0, 2, 1), interpolation="nearest")])[12:].tolist()
+    >>> raster_array([RasterRisk([[1.0, 2.0]], bounds=(0, 0, 2, 1), interpolation="nearest")])[13:].tolist()
     [1.0, 2.0]
     """
+    if len(rasters) == 1:
+        return rasters[0].array()
     heads: list[float] = []
     parts: list[FloatArray] = []
     offset = kernels.HEADER * len(rasters)
     for raster in rasters:
         heads += raster.header(offset)
-        parts.append(raster.lines.ravel())
+        parts.append(raster.array()[kernels.HEADER :])
         offset += len(parts[-1])
     array = np.concatenate([np.array(heads), *parts])
     array.flags.writeable = False
     return array
-
-
-def _checked(values: ArrayLike, remedy: str | None) -> FloatArray:
-    """Check the values of a raster, and return a read-only copy; with a remedy, NaN and masked values are refused."""
-    if getattr(values, "dtype", None) == np.bool_:
-        # (cells of one kind of land are a risk of 1)
-        values = cast("BoolArray", values).astype(np.float64)
-    given = number_array("the raster's values", values, masked=np.nan).copy()
-    if given.ndim != 2 or not given.size:  # noqa: PLR2004 - rows and columns
-        msg = f"the raster's values have shape {given.shape}; give them in shape (rows, columns)"
-        raise ProblemError(msg)
-    if given.size > MOST_CELLS:
-        msg = (
-            f"the raster has {given.shape[0]} x {given.shape[1]} cells, more than {MOST_CELLS}; "
-            "cut out the part that matters, or join cells to larger ones"
-        )
-        raise ProblemError(msg)
-    missing = np.isnan(given)
-    if missing.all():
-        msg = "the raster holds no data: all of its values are NaN or nodata"
-        raise ProblemError(msg)
-    if remedy is not None and missing.any():
-        row, column = np.argwhere(missing)[0].tolist()
-        msg = (
-            f"{int(missing.sum())} cells of the raster have no data, the first in row {row}, column {column}; {remedy}"
-        )
-        raise ProblemError(msg)
-    wrong = (given < 0.0) | np.isinf(given)
-    if wrong.any():
-        row, column = np.argwhere(wrong)[0].tolist()
-        msg = (
-            f"{int(wrong.sum())} values of the raster are no risk, the first is {given[row, column]:g} in row {row}, "
-            f"column {column}; give finite values of at least 0, and NaN where there are no data"
-        )
-        raise ProblemError(msg)
-    given.flags.writeable = False
-    return given
 
 
 def _checked_peaks(peaks: ArrayLike, values: FloatArray) -> FloatArray:

@@ -22,11 +22,12 @@ from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray
 
 #: First grid line, size of a cell, patches along each axis, where its values begin, values in a row, whether it is
-#: bilinear, the margin of the outer patches that is not used, and what counts as on a line, in cells.
-X_FIRST, Y_FIRST, WIDTH, HEIGHT, COLUMNS, ROWS, OFFSET, IN_ROW, BILINEAR, MARGIN, NEAR_X, NEAR_Y = range(12)
-HEADER = 12
+#: bilinear, the margin of the outer patches that is not used, what counts as on a line, in cells, and the factor from
+#: values to risk.
+X_FIRST, Y_FIRST, WIDTH, HEIGHT, COLUMNS, ROWS, OFFSET, IN_ROW, BILINEAR, MARGIN, NEAR_X, NEAR_Y, FACTOR = range(13)
+HEADER = 13
 
-#: The headers of all rasters, and all values, risk per unit length, shape ``(n,)``: one array, as every array that is
+#: The headers of all rasters, and all values, shape ``(n,)``: one array, as every array that is
 #: handed on costs time. None if there is none: that is another type, for which kernels are compiled without what is
 #: below.
 Rasters: TypeAlias = FloatArray | None
@@ -90,9 +91,9 @@ def density_at(x: float, y: float, rasters: Rasters) -> float:
             continue
         if head[BILINEAR] > 0.0:
             i, j = _patch(u, int(head[COLUMNS])), _patch(v, int(head[ROWS]))
-            total += _bilinear(u, v, i, j, int(head[OFFSET]), int(head[IN_ROW]), rasters)
+            total += head[FACTOR] * _bilinear(u, v, i, j, int(head[OFFSET]), int(head[IN_ROW]), rasters)
         else:
-            total += _least_touching(u, v, head, rasters)
+            total += head[FACTOR] * _least_touching(u, v, head, rasters)
     return total
 
 
@@ -119,8 +120,8 @@ def gradient_at(x: float, y: float, rasters: Rasters) -> tuple[float, float]:
             a, b = u - i, v - j
             right = (rasters[at + 1] - rasters[at]) * (1.0 - b) + (rasters[at + in_row + 1] - rasters[at + in_row]) * b
             up = (rasters[at + in_row] - rasters[at]) * (1.0 - a) + (rasters[at + in_row + 1] - rasters[at + 1]) * a
-            gx += right / head[WIDTH]
-            gy += up / head[HEIGHT]
+            gx += head[FACTOR] * right / head[WIDTH]
+            gy += head[FACTOR] * up / head[HEIGHT]
     return gx, gy
 
 
@@ -224,7 +225,7 @@ def raster_risk(x1: float, y1: float, x2: float, y2: float, rasters: Rasters) ->
         v = (y1 - head[Y_FIRST]) / head[HEIGHT]
         du = (x2 - head[X_FIRST]) / head[WIDTH] - u
         dv = (y2 - head[Y_FIRST]) / head[HEIGHT] - v
-        mean += _along(u, du, v, dv, head, rasters)
+        mean += head[FACTOR] * _along(u, du, v, dv, head, rasters)
     return math.hypot(x2 - x1, y2 - y1) * mean
 
 
@@ -257,7 +258,7 @@ def raster_moments(
         i, to_right, next_x = _entered(u, du, t, columns)
         j, upward, next_y = _entered(v, dv, t, rows)
         first, in_row = int(head[OFFSET]), int(head[IN_ROW])
-        bilinear = head[BILINEAR] > 0.0
+        bilinear, factor = head[BILINEAR] > 0.0, head[FACTOR]
         along_x, along_y = not bilinear and _on_line(u, du, near_x), not bilinear and _on_line(v, dv, near_y)
         # what turning to the left moves a crossing by, of lines across x and across y
         shift_x = -uy / ux if to_right != 0 else 0.0
@@ -283,23 +284,23 @@ def raster_moments(
                     steep -= (uy / width) * (low + (v + t * dv - j) * (high - low))
                     bend = (ux * du / height) * (right - left) - (uy * dv / width) * (high - low)
                     size = after - t
-                    slope += share * (steep + 0.5 * bend * size)
-                    lever += share * (steep * middle + bend * size * (0.5 * t + size / 3.0))
+                    slope += factor * share * (steep + 0.5 * bend * size)
+                    lever += factor * share * (steep * middle + bend * size * (0.5 * t + size / 3.0))
                 else:
                     mean = rasters[at]
                     if along_x or along_y:
                         mean = _least_touching(u + middle * du, v + middle * dv, head, rasters)
                     start, there = mean, mean
-                slope += (start - before) * shift
-                lever += (start - before) * shift * t
-                risk += share * mean
+                slope += factor * (start - before) * shift
+                lever += factor * (start - before) * shift * t
+                risk += factor * share * mean
                 before, shift = there, 0.0
                 t = after
             if t >= end:
                 if t < 1.0:
                     shift = shift_x if last_x <= last_y else shift_y
-                    slope -= before * shift
-                    lever -= before * shift * t
+                    slope -= factor * before * shift
+                    lever -= factor * before * shift * t
                 break
             if next_x <= t:
                 i += to_right
@@ -360,8 +361,8 @@ def raster_floor(
             for j in range(j_low, j_high + 1):
                 for i in range(i_low, i_high + 1):
                     here = min(here, rasters[first + j * in_row + i])
-            value += here
-            least += here
+            value += head[FACTOR] * here
+            least += head[FACTOR] * here
             continue
         u = min(max((x - head[X_FIRST]) / head[WIDTH], u_low), u_high)
         v = min(max((y - head[Y_FIRST]) / head[HEIGHT], v_low), v_high)
@@ -380,11 +381,12 @@ def raster_floor(
                 at = _bilinear(ua, vb, min(a, i_high), min(b, j_high), first, in_row, rasters)
                 here = min(here, at)
                 worst = max(worst, middle + steep_x * (ua - u) + steep_y * (vb - v) - at)
-        value += middle
-        slope_x += steep_x / head[WIDTH]
-        slope_y += steep_y / head[HEIGHT]
-        drop += worst
-        least += here
+        factor = head[FACTOR]
+        value += factor * middle
+        slope_x += factor * steep_x / head[WIDTH]
+        slope_y += factor * steep_y / head[HEIGHT]
+        drop += factor * worst
+        least += factor * here
     return value, slope_x, slope_y, drop, least
 
 
@@ -417,6 +419,6 @@ def raster_range(low: tuple[float, float], high: tuple[float, float], rasters: R
             and v_low >= margin - 2.0 * near_y
             and v_high <= rows - margin + 2.0 * near_y
         )
-        least += smallest if inside else 0.0
-        greatest += largest
+        least += head[FACTOR] * smallest if inside else 0.0
+        greatest += head[FACTOR] * largest
     return least, greatest

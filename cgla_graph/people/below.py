@@ -14,7 +14,8 @@ from cgla_graph.errors import ProblemError
 from cgla_graph.model.failure_model import SQUARE_KILOMETRE
 from cgla_graph.model.ground_risk import people_layers, people_of
 from cgla_graph.model.problem import Problem, problem_wanted
-from cgla_graph.model.rasters.projection import areas_on_ground
+from cgla_graph.model.rasters.projection import areas_of_rows
+from cgla_graph.model.rasters.values import parts_of
 from cgla_graph.model.risk_raster import RasterRisk
 
 #: Cells whose distance from a path is measured at a time, the densest first.
@@ -95,9 +96,14 @@ def density_limit(problem: Problem, level: float) -> DensityLimit:
     2000: is it in another unit?'
     """
     layers, unit = limited_layers(problem)
-    values = np.concatenate([layer.highest[_shares(layer, problem.bounds) > 0.0] for layer in layers])
-    above = values[values > 0.0]
-    return DensityLimit(level, unit, float(above.min(initial=math.inf)), float(above.max(initial=0.0)))
+    least, greatest = math.inf, 0.0
+    for layer in layers:
+        up, across = _shares(layer, problem.bounds)
+        for part in parts_of(layer.shape):
+            values = layer.highest_at(part)[np.outer(up[part], across) > 0.0]
+            above = values[values > 0.0]
+            least, greatest = float(above.min(initial=least)), float(above.max(initial=greatest))
+    return DensityLimit(level, unit, least, greatest)
 
 
 def limited_layers(problem: Problem) -> tuple[list[RasterRisk], str]:
@@ -178,21 +184,23 @@ def people_on(layer: RasterRisk, bounds: Bounds) -> float:
     >>> people_on(RasterRisk([[100.0, 0.0]], (0, 0, 2000, 1000), unit="people/km2"), (500, 0, 2000, 1000))
     50.0
     """
-    areas = areas_on_ground(layer.bounds, layer.cells.shape, layer.system)
-    upright = areas if isinstance(areas, float) else areas[::-1]
-    return float((layer.cells * _shares(layer, bounds) * upright).sum()) / SQUARE_KILOMETRE
+    areas, (up, across) = areas_of_rows(layer.bounds, layer.shape, layer.system), _shares(layer, bounds)
+    people = 0.0
+    for part in parts_of(layer.shape):
+        people += float((layer.cells_at(part) * np.outer(up[part], across) * areas(part)).sum())
+    return people / SQUARE_KILOMETRE
 
 
-def _shares(layer: RasterRisk, bounds: Bounds) -> FloatArray:
-    """Return the share of each cell within bounds, shape ``(rows, columns)``."""
+def _shares(layer: RasterRisk, bounds: Bounds) -> tuple[FloatArray, FloatArray]:
+    """Return the shares of rows and of columns within bounds; that of a cell is the product."""
     across, up = (
         np.clip(np.minimum(edges[1:], high) - np.maximum(edges[:-1], low), 0.0, None) / np.diff(edges)
         for edges, low, high in (
             (np.linspace(layer.bounds[axis], layer.bounds[axis + 2], count + 1), bounds[axis], bounds[axis + 2])
-            for axis, count in enumerate(reversed(layer.cells.shape))
+            for axis, count in enumerate(reversed(layer.shape))
         )
     )
-    return np.outer(up, across)
+    return up, across
 
 
 def greatest_below(layer: RasterRisk, path: FloatArray, *, corridor: float = 0.0) -> float:
@@ -218,8 +226,9 @@ def greatest_below(layer: RasterRisk, path: FloatArray, *, corridor: float = 0.0
     (1.0, 5.0)
     """
     reach = 0.5 * corridor
-    rows, columns = np.nonzero(_near(layer, path, reach) & (layer.highest > 0.0))
-    values = layer.highest[rows, columns]
+    rows, columns = np.nonzero(_near(layer, path, reach))
+    values = layer.highest_at((rows, columns))
+    rows, columns, values = rows[values > 0.0], columns[values > 0.0], values[values > 0.0]
     order = np.argsort(-values, kind="stable")
     x_min, y_min, _, _ = layer.bounds
     width, height = layer.cell_size
@@ -238,7 +247,7 @@ def greatest_below(layer: RasterRisk, path: FloatArray, *, corridor: float = 0.0
 
 def _near(layer: RasterRisk, path: FloatArray, reach: float) -> BoolArray:
     """Return the cells in the boxes around short pieces of a path, widened by a distance, shape ``(rows, columns)``."""
-    (width, height), (rows, columns) = layer.cell_size, layer.cells.shape
+    (width, height), (rows, columns) = layer.cell_size, layer.shape
     origin, sizes = np.array(layer.bounds[:2]), np.array([width, height])
     line = shapely.LineString(path if len(path) > 1 else np.repeat(path, 2, axis=0))
     step = max(4.0 * max(width, height), reach, line.length / MOST_PIECES)

@@ -186,7 +186,7 @@ def _draw_cells(axes: Axes, problem: Problem, scale: float) -> None:
     # both are patches, which an animation removes again
     frame = shapely.box(*problem.bounds)
     for raster in problem.field.rasters:
-        rows, columns = raster.values.shape
+        rows, columns = raster.shape
         if max(rows, columns) <= _FEW_CELLS:
             x, y = _lines(raster)
             sides = [((at, y[0]), (at, y[-1])) for at in x] + [((x[0], at), (x[-1], at)) for at in y]
@@ -203,7 +203,7 @@ def _draw_cells(axes: Axes, problem: Problem, scale: float) -> None:
 def _lines(raster: RasterRisk) -> tuple[FloatArray, FloatArray]:
     """Return the x and the y of the lines between cells, and of the outer edges."""
     x_min, y_min, x_max, y_max = raster.bounds
-    rows, columns = raster.values.shape
+    rows, columns = raster.shape
     return np.linspace(x_min, x_max, columns + 1), np.linspace(y_min, y_max, rows + 1)
 
 

@@ -36,8 +36,9 @@ from cgla_graph.model.rasters.crs import CoordinateSystem, CrsPlane
 from cgla_graph.model.rasters.place import Kind
 from cgla_graph.model.rasters.projection import cells_in_metres
 from cgla_graph.model.rasters.reading import RasterCells, read_cells
+from cgla_graph.model.rasters.values import MOST_CELLS
 from cgla_graph.model.risk import Reading, Threat
-from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, RasterRisk, laid_out
+from cgla_graph.model.risk_raster import Interpolation, Origin, RasterRisk, laid_out
 from cgla_graph.scenarios.area_tables import (
     MapZones,
     NoFlyTable,
@@ -622,9 +623,7 @@ class MapBuilder:
         """Return one raster in map units."""
         file = self.folder / entry.file
         with scenario_errors(f"rasters.{number}"):
-            laid = cells_in_metres(
-                self.cells[number], kind=entry.kind, nodata=entry.nodata, projection=self.projection, most=MOST_CELLS
-            )
+            laid = cells_in_metres(self.cells[number], kind=entry.kind, nodata=entry.nodata, projection=self.projection)
             raster = laid_out(
                 laid,
                 entry.kind,

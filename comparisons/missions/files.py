@@ -60,8 +60,8 @@ def _world_document(world: World) -> dict[str, Any]:
     rasters = [
         {
             "number": number,
-            "rows": raster.values.shape[0],
-            "columns": raster.values.shape[1],
+            "rows": raster.shape[0],
+            "columns": raster.shape[1],
             **{key: getattr(raster, key) for key in ("bounds", "interpolation", "greatest")},
             **({} if raster.unit is None else {"unit": raster.unit}),
             **({} if raster.failures is None else {"failures": dataclasses.asdict(raster.failures)}),

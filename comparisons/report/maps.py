@@ -47,7 +47,7 @@ def map_key(scenario: Scenario) -> str:
     digest = hashlib.sha256(repr((problem.bounds, scenario.y_down, problem.clearance)).encode())
     digest.update(np.ascontiguousarray(problem.field.table).tobytes())
     for raster in problem.field.rasters:
-        digest.update(repr((raster.bounds, raster.interpolation, raster.cells.shape, raster.unit)).encode())
+        digest.update(repr((raster.bounds, raster.interpolation, raster.shape, raster.unit)).encode())
         digest.update(raster.cells.tobytes())
     digest.update(b"" if problem.no_fly is None else shapely.to_wkb(problem.no_fly))
     return digest.hexdigest()

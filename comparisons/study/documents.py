@@ -647,7 +647,7 @@ def _projection(document: list[Any]) -> LocalProjection:
 def _raster_document(raster: RasterRisk) -> Document:
     """Write a raster with its exact values."""
     return {
-        "shape": list(raster.values.shape),
+        "shape": list(raster.shape),
         "values": _packed(raster.values),
         "bounds": list(raster.bounds),
         "interpolation": raster.interpolation,

@@ -247,7 +247,7 @@ def _field_parts(field: RiskField) -> dict[str, Any]:
             [
                 raster.bounds,
                 raster.interpolation,
-                raster.values.shape,
+                raster.shape,
                 hashlib.sha256(np.ascontiguousarray(raster.cells, dtype="<f8").tobytes()).hexdigest(),
                 *([] if raster.unit is None else [raster.unit, raster.failures]),
             ]

@@ -19,7 +19,8 @@ import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_raster_kernels as kernels
-from cgla_graph.model.risk_raster import MOST_CELLS, RasterRisk
+from cgla_graph.model.rasters.values import MOST_CELLS
+from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.testing import strategies as drawn
 
 CHECKED = RasterRisk([[0, 0, 0], [0, 6, 2]], bounds=(0, 0, 3, 2))
@@ -230,7 +231,7 @@ NO_RASTERS: list[tuple[Callable[[], object], str]] = [
     (lambda: cg.RiskField(rasters=5), "rasters are 5; give a list of RasterRisk"),  # type: ignore[arg-type]
     (
         lambda: RasterRisk(np.broadcast_to(0.0, (10_000, MOST_CELLS // 10_000 + 1)), (0, 0, 1, 1)),
-        "10000 x 2001 cells, more than 20000000",
+        "10000 x 12001 cells, more than 120000000",
     ),
     (lambda: CHECKED.area_above(-1.0), "level is -1"),
     (lambda: CHECKED.area_above(1.0, buffer=-1.0), "buffer is -1"),

@@ -132,7 +132,7 @@ def _touched(
     area: BaseGeometry, raster: RasterRisk
 ) -> tuple[np.ndarray[Any, np.dtype[np.object_]], np.ndarray[Any, np.dtype[np.bool_]]]:
     """Return the cells that an area touches, and their mask, shape ``(rows, columns)``, row 0 at ``y_min``."""
-    rows, columns = raster.values.shape
+    rows, columns = raster.shape
     touched = np.zeros((rows, columns), dtype=bool)
     none = np.empty(0, dtype=object)
     if area.is_empty:

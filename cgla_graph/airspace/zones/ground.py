@@ -133,4 +133,4 @@ def read_ground(path: str | os.PathLike[str]) -> Ground:
             )
     except ProblemError as error:
         raise FileFormatError(str(error)) from error
-    return Ground(cells.values, cells.bounds)
+    return Ground(np.asarray(cells.values, dtype=np.float64), cells.bounds)

@@ -150,9 +150,9 @@ def in_degrees(file: Path) -> str:
     return f'set coordinates = "lonlat" and give places in degrees, or {warp(file)}'
 
 
-def warp(file: Path, kind: Kind | None = None) -> str:
+def warp(file: Path, kind: Kind | None = None, *, metres: bool = False) -> str:
     """
-    Return the command that lays a raster in degrees.
+    Return the command that lays a raster in degrees, or in `metres`.
 
     Examples
     --------
@@ -161,6 +161,8 @@ def warp(file: Path, kind: Kind | None = None) -> str:
     """
     how = "sum" if kind == "count" else "average"
     name = shlex.quote(file.name)
+    if metres:
+        return f"warp it to metres: gdalwarp -t_srs EPSG:CODE -r {how} {name} {shlex.quote(file.stem + '-metres.tif')}"
     counts = " (of counts: -r sum, which keeps their total)" if kind is None else ""
     return f"warp it: gdalwarp -t_srs EPSG:4326 -r {how} {name} {shlex.quote(file.stem + '-lonlat.tif')}{counts}"
 

@@ -4,10 +4,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, TypeAlias, get_args
+from typing import Any, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from cgla_graph._text import shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray
@@ -17,6 +18,7 @@ from cgla_graph.model.earth import LocalProjection, wrapped
 from cgla_graph.model.rasters.crs import CoordinateSystem, scales
 from cgla_graph.model.rasters.place import Kind, fail, warp
 from cgla_graph.model.rasters.reading import RasterCells
+from cgla_graph.model.rasters.values import MOST_LAID, RowsOf, parts_of
 
 #: Metres from the origin of a projection; beyond this it distorts areas by more than a percent.
 FARTHEST = 1_500_000.0
@@ -42,7 +44,8 @@ class Laid(NamedTuple):
     Attributes
     ----------
     values
-        Densities, row 0 in the north; NaN without data, and where none of a raster that lies askew is.
+        Densities, row 0 in the north, perhaps of 32 bits or not computed yet where they stay on the file's cells; NaN
+        without data, and where none of a raster that lies askew is.
     bounds
         The outer edges of the outer cells, map units.
     outline
@@ -51,14 +54,14 @@ class Laid(NamedTuple):
         On a new grid, the greatest density of the file's cells that each cell meets, NaN as in `values`; else None.
     """
 
-    values: FloatArray
+    values: NDArray[np.floating[Any]] | RowsOf
     bounds: Bounds
     outline: shapely.Polygon | None = None
     peaks: FloatArray | None = None
 
 
 def cells_in_metres(
-    cells: RasterCells, *, kind: Kind, nodata: float | None, projection: LocalProjection | None, most: int
+    cells: RasterCells, *, kind: Kind, nodata: float | None, projection: LocalProjection | None
 ) -> Laid:
     """
     Turn the cells of a file into densities on a plane: counts are divided by areas, degrees become metres.
@@ -76,8 +79,6 @@ def cells_in_metres(
         Value of cells without data (NaN), in the file's own units; None refuses them.
     projection
         Projection of a map in degrees; None for one around the middle of the raster.
-    most
-        Cells at most.
 
     Returns
     -------
@@ -87,31 +88,61 @@ def cells_in_metres(
     Raises
     ------
     ProblemError
-        If `kind` is unknown, there are cells without data but no `nodata`, or the raster is too wide for a plane.
+        If `kind` is unknown, there are cells without data but no `nodata`, or the raster is too wide for a plane, or
+        has more than 20 million cells that become others.
     """
     file = cells.file
     if kind not in get_args(Kind):
         msg = f"{file}: kind is {shown(kind)}; choose one of {', '.join(get_args(Kind))}"
         raise ProblemError(msg)
-    missing = np.isnan(cells.values)
-    if nodata is None and missing.any():
-        row, column = np.argwhere(missing)[0].tolist()
-        wrong = f"{int(missing.sum())} of its cells have no data, the first in row {row}, column {column}"
-        fail(file, wrong, "give their value with nodata, as nodata = 0 (--nodata 0)")
+    if nodata is None:
+        _require_data(cells)
     fill = 0.0 if nodata is None else non_negative_number("nodata", nodata)
-    filled = np.where(missing, fill, cells.values) if fill > 0.0 else cells.values
     if cells.coordinates == "plane":
         if projection is not None:
             fail(file, "a projection is for longitudes and latitudes, and this raster is on a plane", "leave it out")
         if kind == "density":
             return Laid(cells.values, cells.bounds)
-        return Laid(filled / areas_on_ground(cells.bounds, filled.shape, cells.system), cells.bounds)
+        shape, areas = cells.values.shape, areas_of_rows(cells.bounds, cells.values.shape, cells.system)
+
+        def densities(part: slice) -> FloatArray:
+            rows = slice(shape[0] - part.stop, shape[0] - part.start)
+            found = _filled(cells.values[part], fill) / areas(rows)[::-1]
+            return np.asarray(found, dtype=np.float64)
+
+        return Laid(RowsOf((shape[0], shape[1]), densities), cells.bounds)
+    if cells.values.size > MOST_LAID:
+        size = f"it has {' x '.join(map(str, cells.values.shape))} cells, more than {MOST_LAID} that can be laid on"
+        fail(file, f"{size} a plane in metres", f"cut out the part that matters, or {warp(file, kind, metres=True)}")
     if projection is None:
         west, south, east, north = cells.degrees
         middle = wrapped(np.array([0.5 * (west + east)]))
         projection = LocalProjection(float(middle[0]), 0.5 * (south + north))
+    filled = _filled(cells.values, fill)
     laid = _Source(RasterCells(file, cells.bounds, cells.coordinates, cells.system, filled), projection, kind)
-    return laid.projected(most)
+    return laid.projected(MOST_LAID)
+
+
+def _require_data(cells: RasterCells) -> None:
+    """Refuse cells without data."""
+    count, first = 0, (0, 0)
+    for part in parts_of(cells.values.shape):
+        missing = np.isnan(cells.values[part])
+        if not missing.any():
+            continue
+        if not count:
+            row, column = np.argwhere(missing)[0].tolist()
+            first = part.start + row, column
+        count += int(missing.sum())
+    if count:
+        wrong = f"{count} of its cells have no data, the first in row {first[0]}, column {first[1]}"
+        fail(cells.file, wrong, "give their value with nodata, as nodata = 0 (--nodata 0)")
+
+
+def _filled(values: "NDArray[np.floating[Any]]", fill: float) -> FloatArray:
+    """Return values as numbers of 64 bits, with one instead of NaN if it is above 0."""
+    exact = np.asarray(values, dtype=np.float64)
+    return np.where(np.isnan(exact), fill, exact) if fill > 0.0 else exact
 
 
 def areas_on_ground(bounds: Bounds, shape: tuple[int, ...], system: CoordinateSystem | None) -> FloatArray | float:
@@ -123,6 +154,14 @@ def areas_on_ground(bounds: Bounds, shape: tuple[int, ...], system: CoordinateSy
     >>> areas_on_ground((0.0, 0.0, 20.0, 30.0), (3, 2), None)
     100.0
     """
+    found = areas_of_rows(bounds, shape, system)(slice(0, shape[0]))
+    return found[::-1] if system is not None else float(found[0, 0])
+
+
+def areas_of_rows(
+    bounds: Bounds, shape: tuple[int, ...], system: CoordinateSystem | None
+) -> Callable[[slice], FloatArray]:
+    """Return the function from some rows, row 0 in the south, to the areas of their cells, as `areas_on_ground`."""
     from scipy.interpolate import RectBivariateSpline  # noqa: PLC0415 - slow to import
 
     x_min, y_min, x_max, y_max = bounds
@@ -130,13 +169,13 @@ def areas_on_ground(bounds: Bounds, shape: tuple[int, ...], system: CoordinateSy
     width, height = (x_max - x_min) / columns, (y_max - y_min) / rows
     area: float = width * height
     if system is None:
-        return area
+        one = np.array([[area]])
+        return lambda _: one
     x, y = np.linspace(x_min, x_max, NODES), np.linspace(y_min, y_max, NODES)
     nodes = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     ratios = RectBivariateSpline(x, y, scales(system, nodes).prod(axis=1).reshape(NODES, NODES))
     across, up = x_min + width * (np.arange(columns) + 0.5), y_min + height * (np.arange(rows) + 0.5)
-    areas: FloatArray = area / np.asarray(ratios(across, up), dtype=np.float64).T[::-1]
-    return areas
+    return lambda part: np.asarray(area / np.asarray(ratios(across, up[part]), dtype=np.float64).T)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +21,23 @@ from cgla_graph.errors import FileFormatError, ProblemError
 from cgla_graph.model.rasters.crs import CoordinateSystem
 from cgla_graph.model.rasters.place import Coordinates, RasterPlace, Said, fail, placed
 from cgla_graph.model.rasters.sidecars import Aux, prj_beside, require_same_place, require_same_world
+from cgla_graph.model.rasters.values import AT_ONCE, MOST_LAID, parts_of
 from cgla_graph.untrusted.arrays import ArrayHeader, archive_names, read_archive, read_elements, read_header
 from cgla_graph.untrusted.numbers import plain_numbers
 
 ReadT = TypeVar("ReadT")
+CellValues: TypeAlias = NDArray[np.floating[Any]]
 
 #: Endings of files that hold rasters.
 GEOTIFF = (".tif", ".tiff")
 ENDINGS = (*GEOTIFF, ".asc", ".npy", ".npz", ".csv", ".csv.gz")
 #: Characters a line of text at most, and characters a cell.
 LONGEST_LINE, CHARACTERS = 1 << 24, 32
+#: Memory of GDAL for blocks of a file, bytes (its own default is a part of the machine's), and cells of a block at most
+#: where a raster of fewer is in it.
+CACHE, MOST_IN_BLOCK = 1 << 26, 20_000_000
+#: Types of values that 32 bits hold to the last digit.
+SHORT = frozenset(("uint8", "int8", "uint16", "int16", "float16", "float32"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,16 +48,17 @@ class RasterCells(RasterPlace):
     Attributes
     ----------
     values
-        Shape ``(rows, columns)``, row 0 at the greatest y (the north); NaN where there are no data.
+        Shape ``(rows, columns)``, row 0 at the greatest y (the north); NaN where there are no data. Of 32 bits where
+        the file's are no more.
     """
 
-    values: FloatArray
+    values: CellValues
 
 
 class _Raw(NamedTuple):
     """What a file holds: its values (None if only its place was asked for), and what it says of its place."""
 
-    values: FloatArray | None
+    values: CellValues | None
     said: Said
 
 
@@ -164,7 +172,7 @@ def _geotiff(file: Path, most: int | None) -> _Raw:
         fail(file, "GeoTIFF needs rasterio, which is not installed", "pip install 'cgla-graph[geo]'")
     # (GDAL would read the files beside it without bounds)
     aside = Aux.beside(file)
-    with warnings.catch_warnings(), rasterio.Env(GDAL_PAM_ENABLED="NO"):
+    with warnings.catch_warnings(), rasterio.Env(GDAL_PAM_ENABLED="NO", GDAL_CACHEMAX=CACHE):
         warnings.simplefilter("ignore")
         try:
             # by its full path and with one driver, so that no name opens something else
@@ -189,21 +197,30 @@ def _require_band(file: Path, opened: Any, most: int) -> None:  # noqa: ANN401 -
         fail(file, f"it has {opened.count} bands", "write the one that counts into a file of its own")
     if opened.dtypes[0].startswith("complex"):
         fail(file, f"its values are of type {opened.dtypes[0]}", "give real numbers")
-    if math.prod(opened.block_shapes[0]) > 4 * most:
+    # (a block is in memory as a whole)
+    if math.prod(opened.block_shapes[0]) > max(opened.height * opened.width, MOST_IN_BLOCK):
         fail(file, f"its blocks have {opened.block_shapes[0]} cells", "write it with smaller blocks")
 
 
-def _band(opened: Any, aside: Aux) -> FloatArray:  # noqa: ANN401 - rasterio has no types
-    """Return the values of the only band, from the file and the files beside it."""
+def _band(opened: Any, aside: Aux) -> CellValues:  # noqa: ANN401 - rasterio has no types
+    """Return the values of the only band, from the file and the files beside it, read some rows of blocks at a time."""
     # (1 and 0 are what a file has that says nothing)
     scale = aside.settled("scale", None if opened.scales[0] == 1.0 else float(opened.scales[0]), aside.scale)
     offset = aside.settled("offset", None if opened.offsets[0] == 0.0 else float(opened.offsets[0]), aside.offset)
     own = None if opened.nodata is None else float(opened.nodata)
     nodata = aside.settled("nodata", own, aside.nodata)
-    read = np.ma.filled(opened.read(1, masked=True).astype(np.float64), np.nan)
-    if own is None and nodata is not None:
-        read[read == float(np.float32(nodata) if opened.dtypes[0] == "float32" else nodata)] = np.nan
-    return read * (1.0 if scale is None else scale) + (0.0 if offset is None else offset)
+    kind, high = opened.dtypes[0], opened.block_shapes[0][0]
+    times, more = 1.0 if scale is None else scale, 0.0 if offset is None else offset
+    is_short = kind in SHORT and times == 1.0 and more == 0.0
+    values = np.empty((opened.height, opened.width), dtype=np.float32 if is_short else np.float64)
+    step = high * max(1, AT_ONCE // (high * opened.width))
+    for first in range(0, opened.height, step):
+        window = ((first, min(first + step, opened.height)), (0, opened.width))
+        read = np.ma.filled(opened.read(1, window=window, masked=True).astype(np.float64), np.nan)
+        if own is None and nodata is not None:
+            read[read == float(np.float32(nodata) if kind == "float32" else nodata)] = np.nan
+        values[slice(*window[0])] = read * times + more
+    return values
 
 
 def _place_of(file: Path, transform: Any, shape: tuple[int, int], aside: Aux) -> tuple[Bounds | None, bool]:  # noqa: ANN401 - affine has no types
@@ -262,7 +279,8 @@ def _ascii_grid(file: Path, most: int | None) -> _Raw:
         fail(file, f"it has {filled} values instead of {rows} x {columns}", "write it once more")
     nodata = aside.settled("nodata", header.get("nodata_value"), aside.nodata)
     values[values == (math.nan if nodata is None else nodata)] = np.nan
-    values = values * (1.0 if aside.scale is None else aside.scale) + (aside.offset or 0.0)
+    values *= 1.0 if aside.scale is None else aside.scale
+    values += aside.offset or 0.0
     return _Raw(values.reshape(rows, columns), said)
 
 
@@ -296,6 +314,8 @@ def _csv(file: Path, most: int) -> FloatArray:
     """Read rows of numbers with commas, semicolons or tabs between them; an empty one is NaN."""
     parts: list[FloatArray] = []
     cells = 0
+    # (of which no line says how many there are)
+    most = min(most, MOST_LAID)
     for number, line in enumerate(_lines(file, most)):
         if not line.strip():
             continue
@@ -333,12 +353,13 @@ def _parsed(file: Path, words: list[str], where: str) -> FloatArray:
         fail(file, f"{where}, {wrong}", remedy)
 
 
-def _npy(file: Path, most: int) -> FloatArray:
+def _npy(file: Path, most: int) -> CellValues:
     """Read an array of NumPy, whose header is checked first; never a pickle."""
     with file.open("rb") as stream:
         header = read_header(stream, str(file), "iuf")
         _check_header(file, header, most)
-        return read_elements(stream, header, str(file)).astype(np.float64, order="C")
+        read = read_elements(stream, header, str(file))
+    return np.ascontiguousarray(read, dtype=np.float32 if read.dtype.name in SHORT else np.float64)
 
 
 def _npz(file: Path, most: int) -> FloatArray:
@@ -365,15 +386,22 @@ def _require_size(file: Path, rows: int, columns: int, most: int) -> None:
         fail(file, wrong, "cut out the part that matters, or join cells to larger ones")
 
 
-def _require_risk(file: Path, values: NDArray[np.float64], *, signed: bool) -> None:
+def _require_risk(file: Path, values: CellValues, *, signed: bool) -> None:
     """Check that there are data, all finite and, unless `signed`, at least 0."""
-    if np.isnan(values).all():
+    missing = wrong_ones = 0
+    first = ""
+    for part in parts_of(values.shape):
+        some = values[part]
+        missing += int(np.isnan(some).sum())
+        wrong = ((some < 0.0) & (not signed)) | np.isinf(some)
+        if wrong.any() and not wrong_ones:
+            row, column = np.argwhere(wrong)[0].tolist()
+            first = f"the first is {some[row, column]:g} in row {part.start + row}, column {column}"
+        wrong_ones += int(wrong.sum())
+    if missing == values.size:
         fail(file, "it holds no data: all of its values are NaN or nodata", "give a raster with data")
-    wrong = ((values < 0.0) & (not signed)) | np.isinf(values)
-    if wrong.any():
-        row, column = np.argwhere(wrong)[0].tolist()
-        first = f"the first is {values[row, column]:g} in row {row}, column {column}"
-        said = f"{int(wrong.sum())} of its values are no risk, {first}"
+    if wrong_ones:
+        said = f"{wrong_ones} of its values are no risk, {first}"
         fail(file, said, "give finite values of at least 0, and mark those without data as nodata in the file")
 
 
