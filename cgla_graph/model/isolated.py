@@ -13,7 +13,7 @@ import traceback
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
-from functools import cache
+from functools import cache, reduce
 from importlib import import_module
 from typing import Any, cast
 
@@ -30,6 +30,7 @@ from cgla_graph.model import risk_kernels
 from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.rasters.values import parts_of
 from cgla_graph.model.small_problem import load_oracle, small_problem
 from cgla_graph.model.solution import MOST_WAYPOINTS, Solution, Status, contained
 
@@ -302,7 +303,11 @@ def unchanged(problem: object, solver: str) -> Iterator[None]:
 def _parts(thing: object, place: tuple[str, ...], seen: set[int]) -> Iterator[tuple[tuple[str, ...], object]]:
     """Yield the parts of an object by the attributes that lead to them, each once; arrays as shapes and checksums."""
     if isinstance(thing, np.ndarray):
-        yield place, (thing.shape, zlib.crc32(np.ascontiguousarray(thing).data))
+        parts = [thing] if thing.ndim != 2 else [thing[part] for part in parts_of(thing.shape)]  # noqa: PLR2004 - a raster
+        yield (
+            place,
+            (thing.shape, reduce(lambda sum_, part: zlib.crc32(np.ascontiguousarray(part).data, sum_), parts, 0)),
+        )
     elif isinstance(thing, tuple) and any(map(_is_made_of_parts, thing[:1])):
         yield place, len(thing)
         for number, part in enumerate(thing):

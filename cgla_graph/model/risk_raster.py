@@ -584,7 +584,12 @@ def laid_out(
             raise ProblemError(msg)
         unit = "people/m2"
     # (on the file's own cells, these were refused)
-    if nodata is None and isinstance(laid.values, np.ndarray) and laid.outline and np.isnan(laid.values).any():
+    if (
+        nodata is None
+        and isinstance(laid.values, np.ndarray)
+        and laid.peaks is not None
+        and np.isnan(laid.values).any()
+    ):
         # (all of these are outside of the file)
         nodata = 0.0
     settings |= {"nodata": nodata, "unit": unit, "covers": laid.outline, "peaks": laid.peaks}

@@ -1,8 +1,12 @@
 """Samples of the risk of a map, for plots and the report, which miss no narrow cell."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.model.problem import Problem
@@ -73,7 +77,7 @@ def risk_samples(problem: Problem, most: int) -> RiskSamples:
     density = np.broadcast_to(density, places.shape[:-1]).copy()
     on_rasters = np.zeros(density.shape)
     for raster in field.rasters:
-        on_rasters += np.maximum(raster.density(places), greatest_cells(raster, raster.cells, xs, ys))
+        on_rasters += np.maximum(raster.density(places), greatest_cells(raster, raster.cells_at, xs, ys))
     density += on_rasters
     centres = [(t.x, t.y) for t in field.threats if x_min <= t.x <= x_max and y_min <= t.y <= y_max]
     peaks = field.density(centres) if centres else np.zeros(1)
@@ -100,7 +104,9 @@ def sample_edges(problem: Problem, most: int) -> tuple[FloatArray, FloatArray]:
     return x, y
 
 
-def greatest_cells(raster: RasterRisk, cells: FloatArray, xs: FloatArray, ys: FloatArray) -> FloatArray:
+def greatest_cells(
+    raster: RasterRisk, cells: Callable[[slice], NDArray[Any]], xs: FloatArray, ys: FloatArray
+) -> FloatArray:
     """
     Return the greatest cell in each sample, 0 where there is none.
 
@@ -112,7 +118,7 @@ def greatest_cells(raster: RasterRisk, cells: FloatArray, xs: FloatArray, ys: Fl
     raster
         The raster that gives the places of the cells.
     cells
-        Numbers of at least 0, shape ``(rows, columns)``, row 0 at the least y.
+        The function from rows, row 0 at the least y, to numbers of at least 0, shape ``(rows, columns)``.
     xs, ys
         Edges of the samples, rising.
 
@@ -120,19 +126,21 @@ def greatest_cells(raster: RasterRisk, cells: FloatArray, xs: FloatArray, ys: Fl
     --------
     >>> raster = RasterRisk([[1, 2, 3, 4]], (0, 0, 4, 1))
     >>> edges = np.array([0.0, 2.0, 4.0, 6.0])
-    >>> greatest_cells(raster, raster.cells, edges, np.array([0.0, 1.0])).tolist()
+    >>> greatest_cells(raster, raster.cells_at, edges, np.array([0.0, 1.0])).tolist()
     [[2.0, 4.0, 0.0]]
     """
     x_min, y_min, _, _ = raster.bounds
     width, height = raster.cell_size
-    rows = _first_cells(ys, y_min, height, cells.shape[0])
-    columns = _first_cells(xs, x_min, width, cells.shape[1])
-    # one more row and column of zeros, as `reduceat` needs every end inside the array
-    padded = np.pad(cells, ((0, 1), (0, 1)))
-    found = np.maximum.reduceat(padded, _pairs(rows), axis=0)[::2]
-    found = np.maximum.reduceat(found, _pairs(columns), axis=1)[:, ::2]
-    some = np.outer(rows[1:] > rows[:-1], columns[1:] > columns[:-1])
-    return np.where(some, found, 0.0)
+    rows = _first_cells(ys, y_min, height, raster.shape[0])
+    columns = _first_cells(xs, x_min, width, raster.shape[1])
+    found = np.zeros((len(ys) - 1, len(xs) - 1))
+    # (a large raster has no second copy of its cells; one zero more, as `reduceat` needs every end inside the array)
+    for row, (first, last) in enumerate(pairwise(rows.tolist())):
+        if first < last:
+            greatest = np.append(cells(slice(first, last)).max(axis=0), 0.0)
+            found[row] = np.maximum.reduceat(greatest, _pairs(columns))[::2]
+    found[:, columns[1:] == columns[:-1]] = 0.0
+    return found
 
 
 def missing_cells(raster: RasterRisk) -> BoolArray:

@@ -212,7 +212,7 @@ def _no_data(raster: RasterRisk, problem: Problem) -> BaseGeometry:
     gone, (x, y) = missing_cells(raster), _lines(raster)
     if max(gone.shape) > _GRID:
         x, y = sample_edges(problem, _GRID)
-        gone = greatest_cells(raster, gone.astype(np.float64), x, y) > 0.0
+        gone = greatest_cells(raster, gone.__getitem__, x, y) > 0.0
     return shapely.union_all(cell_strips(gone, x, y))
 
 

@@ -37,8 +37,6 @@ class RasterValues:
 
     Attributes
     ----------
-    array
-        Shape ``(n,)``: room for a header, NaN until there is one, and the lines that kernels read.
     cells
         Shape ``(rows, columns)``, row 0 at the least y: a read-only view of `array`. Those without data have the value
         that was given for them.
@@ -48,7 +46,6 @@ class RasterValues:
         The greatest value.
     """
 
-    array: FloatArray
     cells: FloatArray
     missing: BoolArray | None
     greatest: float
@@ -105,7 +102,12 @@ class RasterValues:
             lines[:, 0], lines[:, -1] = lines[:, 1], lines[:, -2]
             lines[0], lines[-1] = lines[1], lines[-2]
         cells.flags.writeable = False
-        return cls(array, cells, missing, greatest)
+        return cls(cells, missing, greatest)
+
+    @property
+    def array(self) -> FloatArray:
+        """Room for a header, NaN until there is one, and the lines that kernels read, shape ``(n,)``."""
+        return cast("FloatArray", self.cells.base)
 
     def times(self, factor: float) -> "RasterValues":
         """Return a copy whose values are multiplied by a factor."""
@@ -115,7 +117,7 @@ class RasterValues:
         lines = array[HEADER:].reshape(rows + 2 * more, columns + 2 * more)
         cells = lines[more : more + rows, more : more + columns]
         cells.flags.writeable = False
-        return replace(self, array=array, cells=cells, greatest=self.greatest * factor)
+        return replace(self, cells=cells, greatest=self.greatest * factor)
 
     def with_header(self, header: list[float]) -> FloatArray:
         """Return the read-only array that kernels take: a copy if another raster has put its header there."""
