@@ -24,7 +24,11 @@ full matrix has them. The argument:
      block around the target, in which ``T`` is no spline. Where an area cuts a cell, ``T(i)`` is the least value that
      its pieces have, and ``T(r)`` the greatest;
    - through the middle ``m`` of the segment: ``T(m)`` and half the length; and ``S(m) + T(m)`` against ``U``;
-   - ``G(r)`` and a sum of a raster of costs less a margin (below).
+   - ``G(r)`` and a sum of a raster of costs less a margin (below), over all of its nodes; and before that, for a long
+     segment, Simpson's rule over few of them, less the greatest error that the fourth derivatives of the cost allow.
+
+   All edges from ``r`` to a tile of nodes are left out together where the tile is too far, or where they all pass
+   through a box without a node of the tube: so the pairs that are looked at grow like the edges that are left.
 
    An edge that passes all of them is a candidate. Candidates of a node are integrated, the least bound first, when the
    node is about to be settled, until none can undercut its label. The order is Dijkstra's; bounds only leave edges out,
@@ -51,7 +55,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csgraph
 
-from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
+from cgla_graph._types import BoolArray, FloatArray, IntArray, Point, WholeArray
 from cgla_graph.certificate.certificate import LEAST_SHRINK
 from cgla_graph.cost_to_go.cost_matrix import RESTRICTED, CostMatrix
 from cgla_graph.errors import GraphError
@@ -76,6 +80,8 @@ PAIR, CELL = 1.2e-8, 4e-6
 FINE = 64
 #: Grids on which a path in the plane is sought: the first and the second.
 LOOKS = 2
+#: Steps along the side of a tile of nodes.
+TILE = 8
 #: Half steps around a band of lattice points that the raster covers.
 BESIDE = 6
 #: The tube is refined at least once where so many nodes are kept.
@@ -268,20 +274,17 @@ class _Search:
             return Restricted(np.empty(0, dtype=np.int64), math.inf)
         if tube.shrink < LEAST_SHRINK:
             return None
-        far, near = (np.zeros(len(self.positions)) for _ in range(2))
         plane = math.inf
+        kept: Kept | None = None
         while True:
             self.cells.append(len(tube.level.mesh.columns))
-            from_start, _ = tube.bounds_at(self.positions, to_goal=False)
-            to_goal, most_to_goal = tube.bounds_at(self.positions, to_goal=True)
-            far, near = np.maximum(far, from_start), np.maximum(near, to_goal)
             if len(self.cells) <= LOOKS:
-                plane = self._look_for_a_path(tube, plane, np.isfinite(far) & np.isfinite(near))
+                plane = self._look_for_a_path(tube, plane)
                 if math.isinf(self.upper):
                     return self._stopped(tube) if self._is_late() else None
-            keep = far + near <= self.upper
+            kept = self._narrowed(tube, kept)
             last, runs = tube.finer(self.upper)
-            needed, n_kept = int((runs[:, 2] - runs[:, 1]).sum()), int(keep.sum())
+            needed, n_kept = int((runs[:, 2] - runs[:, 1]).sum()), len(kept.index)
             pays = PAIR * float(n_kept) ** 2 > CELL * needed or (len(self.cells) == 1 and n_kept >= MANY)
             if needed > MOST_CELLS or not pays or self._is_late(CELL * needed):
                 break
@@ -290,9 +293,41 @@ class _Search:
             if following is None:
                 break
             tube = following
-        return self._restricted(tube, keep, far, (to_goal, most_to_goal))
+        return self._restricted(tube, kept)
 
-    def _look_for_a_path(self, tube: Tube, known: float, usable: BoolArray) -> float:
+    def _narrowed(self, tube: Tube, before: "Kept | None") -> "Kept":
+        """Leave the nodes that a path of cost `upper` may pass, by the bounds of a further grid."""
+        width, height = self.shape
+        # (a point on the border of two cells belongs to both)
+        cells = tube.cells(self.upper, 1)
+        if before is None:
+            columns, rows = self._cells_of(tube, cells.shape, 1)
+            index = np.flatnonzero(cells[np.ix_(columns, rows)].T)
+            index = np.append(index, np.arange(width * height, len(self.positions)))
+            far = np.zeros(len(index))
+        else:
+            index, far = before.index, before.far
+        positions = self.positions[index]
+        to_goal, most = tube.bounds_at(positions, to_goal=True)
+        far = np.maximum(far, tube.bounds_at(positions, to_goal=False)[0])
+        ends = (index == self.source) | (index == self.target)
+        near = to_goal if before is None else np.maximum(before.near, to_goal)
+        keep = (far + near <= self.upper) | ends
+        return Kept(index[keep], far[keep], near[keep], to_goal[keep], most[keep])
+
+    def _cells_of(self, tube: Tube, shape: tuple[int, ...], times: int) -> list[IntArray]:
+        """Return columns and rows, in the grid of a tube, of the lattice with `times` as many steps."""
+        ratio = [step / spacing for step, spacing in zip(self.step, tube.level.mesh.spacing, strict=True)]
+        return [
+            np.clip(
+                np.rint(np.arange(times * (n - 1) + 1) * (one / times) + self._offset(tube, axis)).astype(np.int64),
+                0,
+                most - 1,
+            )
+            for axis, (n, one, most) in enumerate(zip(self.shape, ratio, shape, strict=True))
+        ]
+
+    def _look_for_a_path(self, tube: Tube, known: float) -> float:
         """Take a path of the graph beside the steepest descent, if that is better than the path known in the plane."""
         problem = tube.problem
         path = tube.path()
@@ -302,35 +337,37 @@ class _Search:
             if cost >= known * (1.0 - 1e-5):
                 return known
             known = cost
-            self._take_from_band(self._beside(path), tube, usable)
+            self._take_from_band(self._beside(path), tube)
         if math.isinf(self.upper):
             nodes = self._eight_connected(problem)
             if len(nodes):
                 self._offer(nodes)
-                self._take_from_band(self._beside(self.positions[nodes]), tube, usable)
+                self._take_from_band(self._beside(self.positions[nodes]), tube)
         return known
 
-    def _take_from_band(self, keep: BoolArray, tube: Tube, usable: BoolArray) -> None:
+    def _take_from_band(self, keep: BoolArray, tube: Tube) -> None:
         """Find the best path over a band of lattice points; on fine lattices by sums of the raster."""
         width, height = self.shape
         rough = min(self.shape) >= FINE
-        near = np.zeros((2 * width, 2 * height), dtype=np.bool_)
-        index = np.flatnonzero(keep[: width * height])
-        near[2 * (index % width), 2 * (index // width)] = True
-        rasters = self._cost_rasters(_widened(near, BESIDE) if rough else np.ones_like(near))
         keep[[self.source, self.target]] = True
+        index = np.flatnonzero(keep)
+        on_lattice = index[index < width * height]
+        near = np.zeros((2 * width - 1, 2 * height - 1), dtype=np.bool_)
+        reach = BESIDE if rough else 2 * max(width, height)
+        restricted_kernels.widen(2 * (on_lattice % width), 2 * (on_lattice // width), reach, near)
+        squares = Squares.of(near)
         # this search is for a path: no bound leaves anything out
-        nothing = np.zeros(len(self.positions))
-        middles = [np.zeros((1, 1) if rough else (2 * width, 2 * height)) for _ in range(2)]
-        found = self._searched(
-            tube,
-            keep & usable,
-            nothing,
-            (nothing, np.full_like(nothing, np.inf)),
-            1e300,
-            (*rasters, *middles),
-            rough=rough,
-        )
+        finite = [np.isfinite(tube.bounds_at(self.positions[index], to_goal=to_goal)[0]) for to_goal in (True, False)]
+        index = index[finite[0] & finite[1]]
+        nothing = np.zeros(len(index))
+        free = Kept(index, nothing, nothing, nothing, np.full_like(nothing, np.inf))
+        # (the rule of proofs knows how far it is off; here, narrow threats forbid it)
+        least = min((threat.spread for threat in self.model.field.threats), default=math.inf)
+        resolved = restricted_kernels.STRIDE * max(self.step) <= least
+        smooth = rough and resolved and not self.model.field.rasters
+        rasters = [*self._cost_rasters(squares), np.zeros(squares.size if smooth else 0)]
+        middles = [np.zeros(1 if rough else squares.size) for _ in range(2)]
+        found = self._searched(tube, free, 1e300, squares, (*rasters, *middles), rough=rough)
         if len(found.nodes):
             self._offer(found.nodes)
 
@@ -368,48 +405,45 @@ class _Search:
             keep[(rows + up) * width + columns + right] = True
         return keep
 
-    def _cost_rasters(self, where: BoolArray) -> list[FloatArray]:
+    def _cost_rasters(self, squares: "Squares") -> list[FloatArray]:
         """Return the rasters of costs, at some nodes of the half lattice; infinity elsewhere."""
-        # (one column and row more than the half lattice has, beside its rim)
-        where[-1], where[:, -1] = False, False
-        plain, low, high = (np.full(where.shape, np.inf) for _ in range(3))
+        plain, low, high = (np.full(squares.size, np.inf) for _ in range(3))
         half = 0.5 * self.step[0], 0.5 * self.step[1]
         model = self.model
-        columns, rows = np.nonzero(where)
-        table = np.array(model.field.table)
         restricted_kernels.cost_rasters(
-            columns, rows, self.origin, half, self.bounds, model.k, table, model.field.raster_array, plain, low, high
-        )
+            squares.columns, squares.rows, self.origin, half, self.bounds, model.k, np.array(model.field.table),
+            model.field.raster_array, squares.places, plain, low, high,
+        )  # fmt: skip
         return [plain, low, high]
 
-    def _restricted(
-        self, tube: Tube, keep: BoolArray, far: FloatArray, near: tuple[FloatArray, FloatArray]
-    ) -> Restricted:
+    def _fourth_derivatives(self, squares: "Squares") -> FloatArray:
+        """Bound the fourth derivatives of the cost near nodes of the half lattice; none where rasters have kinks."""
+        model, half = self.model, (0.5 * self.step[0], 0.5 * self.step[1])
+        if model.field.rasters:
+            return np.empty(0)
+        fourth = np.zeros(squares.size)
+        nodes, table = (squares.columns, squares.rows), np.array(model.field.table)
+        restricted_kernels.fourth_derivatives(*nodes, self.origin, half, model.k, table, squares.places, fourth)
+        return fourth
+
+    def _restricted(self, tube: Tube, kept: "Kept") -> Restricted:
         """Search the nodes kept, with all bounds."""
-        width, height = self.shape
         # the half lattice within a step of a cell that a path of this cost may pass
-        cells = tube.cells(self.upper)
-        ratio = [self.step[axis] / tube.level.mesh.spacing[axis] for axis in range(2)]
-        cells = _widened(cells, 1 + math.ceil(0.5 * max(ratio)))
-        inside = np.zeros((2 * width, 2 * height), dtype=np.bool_)
-        places = [
-            np.clip(np.rint(0.5 * np.arange(2 * n - 1) * one + self._offset(tube, axis)).astype(np.int64), 0, most - 1)
-            for axis, (n, one, most) in enumerate(zip(self.shape, ratio, cells.shape, strict=True))
-        ]
-        inside[:-1, :-1] = cells[np.ix_(*places)]
-        columns, rows = np.nonzero(inside)
-        spots = np.column_stack(
-            [self.origin[0] + 0.5 * columns * self.step[0], self.origin[1] + 0.5 * rows * self.step[1]]
-        )
-        middles = []
+        ratio = max(step / spacing for step, spacing in zip(self.step, tube.level.mesh.spacing, strict=True))
+        cells = tube.cells(self.upper, 1 + math.ceil(0.5 * ratio))
+        near = cells[np.ix_(*self._cells_of(tube, cells.shape, 2))]
+        squares = Squares.of(near)
+        spots = np.column_stack([squares.columns, squares.rows]) * (0.5 * np.array(self.step)) + self.origin
+        middles, through = [], np.zeros(len(spots))
         for to_goal in (True, False):
             bounds, _ = tube.bounds_at(spots, to_goal=to_goal)
-            middle = np.full((2 * width, 2 * height), np.inf)
-            middle[columns, rows] = np.where(np.isfinite(bounds), bounds, 0.0)
+            middle = np.full(squares.size, np.inf)
+            middle[squares.places] = bounds = np.where(np.isfinite(bounds), bounds, 0.0)
+            through += bounds
             middles.append(middle)
-        rasters = self._cost_rasters(inside)
-        keep[[self.source, self.target]] = True
-        found = self._searched(tube, keep, far, near, self.upper, (*rasters, *middles), rough=False)
+        passable = through < self.upper
+        rasters = *self._cost_rasters(squares), self._fourth_derivatives(squares), *middles
+        found = self._searched(tube, kept, self.upper, squares, rasters, passable, rough=False)
         if not len(found.nodes):
             if self._is_late():
                 return self._stopped(tube, found)
@@ -436,44 +470,46 @@ class _Search:
     def _searched(
         self,
         tube: Tube,
-        keep: BoolArray,
-        far: FloatArray,
-        near: tuple[FloatArray, FloatArray],
+        kept: "Kept",
         upper: float,
+        squares: "Squares",
         rasters: Sequence[FloatArray],
+        passable: BoolArray | None = None,
         *,
         rough: bool,
     ) -> Restricted:
-        """Run label setting from the target over some nodes; `near` bounds the cost to it, `far` to the source."""
+        """Run label setting from the target over some nodes."""
         width, height = self.shape
-        index = np.flatnonzero(keep)
-        on_lattice = index < width * height
-        column, row = np.where(on_lattice, index % width, -1), np.where(on_lattice, index // width, -1)
-        place = np.full(len(self.positions), -1)
-        place[index] = np.arange(len(index))
-        x, y = (np.ascontiguousarray(self.positions[index, axis]) for axis in range(2))
+        on_lattice = kept.index < width * height
+        column, row = (np.where(on_lattice, at, -1) for at in (kept.index % width, kept.index // width))
+        order, tiles = _tiles(column, row, self.positions[kept.index])
+        kept, column, row = kept.sorted(order), column[order], row[order]
+        index = kept.index
+        x, y = np.ascontiguousarray(self.positions[index].T)
         root = _point(self.positions[self.target])
         apart = np.hypot(x - root[0], y - root[1]) > tube.rim
-        counts = np.zeros(7, dtype=np.int64)
+        counts = np.zeros(8, dtype=np.int64)
         values, successors = np.full(len(index), np.inf), np.full(len(index), -1)
-        order = np.empty(len(index), dtype=np.int64)
-        kept = (x, y, column, row, near[1][index], near[0][index], far[index], apart)
-        plain, low, high, middle_from, middle_to = (raster.ravel() for raster in rasters)
-        flat = plain, low, high, middle_from, middle_to, 2 * height
-        root_at, end_at = int(place[self.target]), int(place[self.source])
+        settled = np.empty(len(index), dtype=np.int64)
+        nodes = x, y, column, row, kept.most, kept.to_goal, kept.far, apart
+        near = squares.sums()
+        sums = near if passable is None else squares.sums(passable), near
+        flat: Any = *rasters, squares.blocks, *sums
+        ends = [np.flatnonzero(index == end) for end in (self.target, self.source)]
         self._is_late()
-        if end_at < 0 or root_at < 0:
+        if not all(map(len, ends)):
             return Restricted(np.empty(0, dtype=np.int64), math.inf)
+        root_at, end_at = (int(end[0]) for end in ends)
         rounds = restricted_kernels.search(
-            kept, root, tube.rim, root_at, end_at, upper, self.primitive, flat, rough, self.model.kernel_model(),
-            counts, values, successors, order, self.stop,
+            nodes, tiles, root, tube.rim, root_at, end_at, upper, self.primitive, flat, rough,
+            self.model.kernel_model(), counts, values, successors, settled, self.stop,
         )  # fmt: skip
-        nodes = []
+        path = []
         if np.isfinite(values[end_at]):
-            nodes = [end_at]
-            while nodes[-1] != root_at:
-                nodes.append(int(successors[nodes[-1]]))
-        path = index[nodes] if nodes else np.empty(0, dtype=np.int64)
+            path = [end_at]
+            while path[-1] != root_at:
+                path.append(int(successors[path[-1]]))
+        ascending = np.argsort(index)
         names = {
             "pairs": PAIRS,
             "near": NEAR_ENOUGH,
@@ -483,28 +519,93 @@ class _Search:
             "integrated": INTEGRATED,
         }
         return Restricted(
-            nodes=path,
+            nodes=index[np.array(path, dtype=np.int64)],
             cost=float(values[end_at]),
-            kept=index,
-            values=values,
-            successors=np.where(successors >= 0, index[successors], -1),
-            order=index[order[:rounds]],
+            kept=index[ascending],
+            values=values[ascending],
+            successors=np.where(successors >= 0, index[successors], -1)[ascending],
+            order=index[settled[:rounds]],
             upper=upper,
             counts={name: int(counts[at]) for name, at in names.items()},
             cells=tuple(self.cells),
         )
 
 
-def _widened(mask: BoolArray, reach: int) -> BoolArray:
-    """Widen a mask by `reach` steps in all eight directions."""
-    for _ in range(reach):
-        rows = mask.copy()
-        rows[1:] |= mask[:-1]
-        rows[:-1] |= mask[1:]
-        mask = rows.copy()
-        mask[:, 1:] |= rows[:, :-1]
-        mask[:, :-1] |= rows[:, 1:]
-    return mask
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """Nodes that may be on the optimum, ascending indices, shape ``(n,)``, and bounds of the cost to both ends."""
+
+    index: IntArray
+    #: To the source, and to the target: the best of all grids.
+    far: FloatArray
+    near: FloatArray
+    #: To the target, by the last grid; and what may be subtracted from the bound at another node.
+    to_goal: FloatArray
+    most: FloatArray
+
+    def sorted(self, order: IntArray) -> "Kept":
+        """Return them in another order."""
+        bounds = (one[order] for one in (self.far, self.near, self.to_goal, self.most))
+        return Kept(self.index[order], *bounds)
+
+
+@dataclass(frozen=True, eq=False)
+class Squares:
+    """
+    Nodes of the half lattice, and where rasters hold them (see `restricted_kernels`).
+
+    Attributes
+    ----------
+    columns, rows
+        The nodes, half steps, shape ``(n,)``.
+    blocks
+        The first entry of each square.
+    places
+        The entry of each node, shape ``(n,)``.
+    size
+        Number of entries.
+    """
+
+    columns: IntArray
+    rows: IntArray
+    blocks: WholeArray
+    places: IntArray
+    size: int
+
+    @classmethod
+    def of(cls, chosen: BoolArray) -> "Squares":
+        """Lay out the nodes of a half lattice that are chosen."""
+        (columns, rows), shape = np.nonzero(chosen), chosen.shape
+        bits, side = restricted_kernels.BITS, restricted_kernels.SIDE
+        # (what lies beside the last column or row is looked up as well)
+        blocks = np.zeros([n // side + 1 for n in shape], dtype=np.int32)
+        blocks[columns >> bits, rows >> bits] = 1
+        used = np.flatnonzero(blocks)
+        blocks.flat[used] = side**2 * np.arange(1, len(used) + 1)
+        places = blocks[columns >> bits, rows >> bits] + ((columns % side) << bits) + rows % side
+        return cls(columns, rows, blocks, places, side**2 * (len(used) + 1))
+
+    def sums(self, chosen: BoolArray | None = None) -> WholeArray:
+        """Count the nodes, or some of them, south and west of each corner of coarse squares."""
+        coarse, (width, height) = restricted_kernels.COARSE, self.blocks.shape
+        times = restricted_kernels.SIDE >> coarse
+        sums = np.zeros((times * width + 1, times * height + 1), dtype=np.int32)
+        columns, rows = (at if chosen is None else at[chosen] for at in (self.columns, self.rows))
+        sums[1:, 1:][columns >> coarse, rows >> coarse] = 1
+        return sums.cumsum(axis=0, dtype=np.int32).cumsum(axis=1, dtype=np.int32)
+
+
+def _tiles(column: IntArray, row: IntArray, positions: FloatArray) -> tuple[IntArray, restricted_kernels.Tiles]:
+    """Sort nodes by tiles of the lattice; those off it come first. Return the order, and the tiles."""
+    tile = np.where(column >= 0, (column // TILE) * (row.max(initial=0) // TILE + 1) + row // TILE, -1)
+    order = np.argsort(tile, kind="stable")
+    first = np.flatnonzero(np.diff(tile[order], prepend=-2))
+    nodes = np.column_stack([column, row])[order]
+    extents = [
+        np.hstack([np.minimum.reduceat(one, first), np.maximum.reduceat(one, first)])
+        for one in (positions[order], nodes)
+    ]
+    return order, (np.append(first, len(order)), extents[0], extents[1])
 
 
 def _point(position: FloatArray) -> Point:

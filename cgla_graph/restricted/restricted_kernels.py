@@ -1,8 +1,13 @@
 """
 Compiled kernels of the restricted cost matrix; `restricted` says why what they leave out is no part of the optimum.
 
-The half lattice has the lattice's points and the middles between them. A raster over it is stored flat, `width` entries
-a column: entry ``x2 * width + y2`` is the node at ``(x2, y2)`` half steps.
+The half lattice has the lattice's points and the middles between them. A raster over it is stored in squares of `SIDE`
+nodes a side, of which only those near the tube are held: `blocks` has the first entry of each square, and 0 for those
+that are not held, as all entries of the first square are infinite.
+
+Nodes of the lattice are searched tile by tile. From a node, whole tiles are left out by what holds for all straight
+lines to them: how short they are, and that a box, through which all of them pass at the same share of their length,
+holds no node of the half lattice near the tube (`holds_any`).
 """
 
 import math
@@ -23,14 +28,26 @@ from cgla_graph.model.risk_raster_kernels import density_at, raster_range
 #: x and y of the nodes, map units; column and row in the lattice (-1: off it); bounds of the cost from the root, of
 #: which the first may be subtracted from the second; bound of the cost to the other end; where differences count.
 Kept: TypeAlias = tuple[FloatArray, FloatArray, IntArray, IntArray, FloatArray, FloatArray, FloatArray, BoolArray]
-#: Costs of a unit of length over the half lattice: as they are, below and above; bounds from the root and to the other
-#: end at middles; and the width.
-Rasters: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, int]
+#: First node of each tile and, at last, the number of nodes; least and greatest x and y, then column and row.
+Tiles: TypeAlias = tuple[IntArray, FloatArray, IntArray]
+#: Costs of a unit of length over the half lattice: as they are, below and above; a bound of their fourth derivatives,
+#: or no entry; bounds from the root and to the other end at middles; the squares; and sums (`holds_any`) of the nodes
+#: that a cheap path may pass, and of those near the tube.
+Rasters: TypeAlias = tuple[
+    FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, WholeArray, WholeArray, WholeArray
+]
 #: What `search` counts.
-SETTLED, PAIRS, NEAR_ENOUGH, PRIMITIVE, PAST_MIDDLE, PAST_RASTER, INTEGRATED = range(7)
+SETTLED, PAIRS, NEAR_ENOUGH, PRIMITIVE, PAST_MIDDLE, PAST_SIMPSON, PAST_RASTER, INTEGRATED = range(8)
+#: The squares of a raster have ``2 ** BITS`` nodes a side; sums count nodes by ``2 ** COARSE`` a side.
+BITS, COARSE = 4, 2
+SIDE = 1 << BITS
+#: Shares of a line to a tile, in eighths, at which its boxes are looked at.
+EIGHTHS = (4, 2, 6, 3, 5, 1, 7)
 #: How far around a node of the half lattice, in its steps, its margin looks at the curvature: no part of a segment that
 #: uses the node is farther from it.
 REACH = 2.25
+#: Simpson's rule has up to so many steps of the half lattice between its points, and is used from so many steps on.
+STRIDE, LONG = 12, 12
 #: Relative rounding of sums of a raster, and what threats out of reach and cut products may add to the risk.
 ROUNDING, CUT = 1e-12, 1e-11
 
@@ -41,7 +58,7 @@ def spline_bounds(
     end: tuple[float, float],
     values: FloatArray,
     mesh: Mesh,
-    first_piece: WholeArray,
+    row_starts: IntArray,
     last: tuple[int, int],
     matters: BoolArray,
     holds: BoolArray,
@@ -56,7 +73,7 @@ def spline_bounds(
     values, which is a bound, and `most` the greatest. Both are infinite where no cell of the tube is. Inside the block
     around the end the bound is that of the least cost nearby.
     """
-    controls, columns, rows, origin, spacing = mesh
+    controls, columns, _, origin, spacing = mesh
     for n in range(points.shape[0]):
         u = (points[n, 0] - origin[0]) / spacing[0]
         v = (points[n, 1] - origin[1]) / spacing[1]
@@ -64,8 +81,16 @@ def spline_bounds(
         row = min(max(math.floor(v + 0.5), 0), last[1])
         distance = math.hypot(points[n, 0] - end[0], points[n, 1] - end[1])
         low, high = math.inf, -math.inf
-        piece = first_piece[row * (last[0] + 1) + column]
-        while 0 <= piece < columns.shape[0] and columns[piece] == column and rows[piece] == row:
+        # pieces are in order row by row; of several pieces of a cell, the first
+        piece, end_of_row = row_starts[row], row_starts[row + 1]
+        beyond = end_of_row
+        while piece < beyond:
+            middle = (piece + beyond) // 2
+            if columns[middle] < column:
+                piece = middle + 1
+            else:
+                beyond = middle
+        while piece < end_of_row and columns[piece] == column:
             if matters[piece]:
                 value = least_cost * distance
                 if not holds[piece]:
@@ -89,12 +114,13 @@ def cost_rasters(
     k: float,
     table: FloatArray,
     rasters: RiskRasters,
+    places: IntArray,
     plain: FloatArray,
     low: FloatArray,
     high: FloatArray,
 ) -> None:
     """
-    Write the cost of a unit of length at nodes of the half lattice, and the same minus and plus a margin.
+    Write the cost of a unit of length at nodes of the half lattice, and the same minus and plus a margin, to `places`.
 
     The margin covers what linear interpolation between nodes and along a segment may be off: ``H / 8`` times the sum of
     the squares of both spacings, where ``H`` bounds the Hessian of the cost within `REACH` steps (see `restricted`).
@@ -132,30 +158,34 @@ def cost_rasters(
             (min(x + reach, bounds[2]), min(y + reach, bounds[3])),
             rasters,
         )
-        plain[columns[n], rows[n]] = cost + k * here
-        low[columns[n], rows[n]] = (max(cost - margin, 1.0) + k * least) * (1.0 - ROUNDING)
-        high[columns[n], rows[n]] = (cost + margin + k * greatest) * (1.0 + ROUNDING)
+        plain[places[n]] = cost + k * here
+        low[places[n]] = (cost - margin + k * least) * (1.0 - ROUNDING)
+        high[places[n]] = (cost + margin + k * greatest) * (1.0 + ROUNDING)
 
 
 @kernel
-def raster_sum(raster: FloatArray, width: int, x2: int, y2: int, a: int, b: int, length: float, limit: float) -> float:
+def place_of(blocks: WholeArray, x2: int, y2: int) -> int:
+    """Return the entry of a raster for a node of the half lattice."""
+    return int(blocks[x2 >> BITS, y2 >> BITS]) + ((x2 & (SIDE - 1)) << BITS) + (y2 & (SIDE - 1))
+
+
+@kernel
+def raster_sum(
+    raster: FloatArray, blocks: WholeArray, x2: int, y2: int, a: int, b: int, length: float, limit: float
+) -> float:
     """
     Sum a raster along the segment of ``(a, b)`` half steps from the node ``(x2, y2)`` of the half lattice.
 
     The trapezoid rule over the crossings with its columns, or with its rows if the segment is steep. Infinite as soon
     as it is known to reach `limit`: the rest of the segment costs at least its length.
     """
-    if abs(a) >= abs(b):
-        n = abs(a)
-        along, across = (width if a > 0 else -width), 1
-        side, base, slope = float(y2), x2 * width, b / n
-    else:
-        n = abs(b)
-        along, across = (1 if b > 0 else -1), width
-        side, base, slope = float(x2), y2, a / n
+    steep = abs(b) > abs(a)
+    n = abs(b) if steep else abs(a)
+    ahead = (1 if b > 0 else -1) if steep else (1 if a > 0 else -1)
+    start, side, slope = (y2, float(x2), a / n) if steep else (x2, float(y2), b / n)
     delta = length / n
     stop = limit / delta
-    total = 0.5 * (raster[x2 * width + y2] + raster[(x2 + a) * width + y2 + b])
+    total = 0.5 * (raster[place_of(blocks, x2, y2)] + raster[place_of(blocks, x2 + a, y2 + b)])
     j = 1
     while j < n:
         end = min(j + 8, n)
@@ -163,9 +193,14 @@ def raster_sum(raster: FloatArray, width: int, x2: int, y2: int, a: int, b: int,
             at = side + t * slope
             near = int(at)
             share = at - near
-            q = base + along * t + across * near
+            along = start + ahead * t
+            here = place_of(blocks, near, along) if steep else place_of(blocks, along, near)
             # what lies beside may be infinite, and infinity times 0 is no number
-            total += raster[q] * (1.0 - share) + raster[q + across] * share if share > 0.0 else raster[q]
+            if share > 0.0:
+                beside = place_of(blocks, near + 1, along) if steep else place_of(blocks, along, near + 1)
+                total += raster[here] * (1.0 - share) + raster[beside] * share
+            else:
+                total += raster[here]
         j = end
         if total + (n - j) >= stop:
             return math.inf
@@ -174,8 +209,120 @@ def raster_sum(raster: FloatArray, width: int, x2: int, y2: int, a: int, b: int,
 
 
 @kernel
+def fourth_derivatives(
+    columns: IntArray,
+    rows: IntArray,
+    origin: tuple[float, float],
+    step: tuple[float, float],
+    k: float,
+    table: FloatArray,
+    places: IntArray,
+    fourth: FloatArray,
+) -> None:
+    """
+    Bound the fourth derivative of the cost of a unit of length along any line, near nodes of the half lattice.
+
+    Near is as far as a panel of Simpson's rule that has a point beside the node. Along a line, the derivatives of ``f =
+    p exp(-q r^2 / 2)`` are at most ``q^(m/2) |He_m(t)| f``, with Hermite polynomials of ``|t| <= sqrt(q) r``. Those of
+    the product of ``1 - f_i`` follow as coefficients of the product of their Taylor polynomials.
+    """
+    reach = (2 * STRIDE + 2) * math.hypot(step[0], step[1])
+    for n in range(columns.shape[0]):
+        x = origin[0] + columns[n] * step[0]
+        y = origin[1] + rows[n] * step[1]
+        c1, c2, c3, c4 = 0.0, 0.0, 0.0, 0.0
+        for t in range(table.shape[0]):
+            r = math.hypot(x - table[t, X], y - table[t, Y])
+            near = max(r - reach, 0.0)
+            if near * near >= table[t, REACH2]:
+                continue
+            q = table[t, PRECISION]
+            f = math.exp(table[t, LOG_PEAK] - 0.5 * q * near * near)
+            root = math.sqrt(q)
+            far = root * (r + reach)
+            d1 = f * root * far
+            d2 = f * q * max(1.0, far * far - 1.0) / 2.0
+            d3 = f * q * root * max(2.0, far * far * far - 3.0 * far) / 6.0
+            d4 = f * q * q * max(6.0, far * far * (far * far - 6.0) + 3.0) / 24.0
+            c4 += c3 * d1 + c2 * d2 + c1 * d3 + d4
+            c3 += c2 * d1 + c1 * d2 + d3
+            c2 += c1 * d1 + d2
+            c1 += d1
+        fourth[places[n]] = 24.0 * k * c4
+
+
+@kernel
+def simpson_sum(
+    raster: FloatArray,
+    fourth: FloatArray,
+    blocks: WholeArray,
+    x2: int,
+    y2: int,
+    a: int,
+    b: int,
+    length: float,
+    rough: bool,
+) -> float:
+    """
+    Integrate a raster along a segment by Simpson's rule, at few points, less its greatest error unless `rough`.
+
+    Between points `D` apart, that is ``D^4 / 180`` times the fourth derivative; a raster that is below the cost by what
+    interpolation is off yields a lower bound.
+    """
+    parts = 2 * ((max(abs(a), abs(b)) + 2 * STRIDE - 1) // (2 * STRIDE))
+    delta = length / parts
+    off = 0.0 if rough else delta**4 / 180.0
+    total = 0.0
+    for j in range(parts + 1):
+        u, v = x2 + a * j / parts, y2 + b * j / parts
+        column, row = int(u), int(v)
+        here = place_of(blocks, column, row)
+        value = raster[here]
+        # (what lies beside may be infinite, and infinity times 0 is no number)
+        if v > row:
+            value += (v - row) * (raster[place_of(blocks, column, row + 1)] - value)
+        if u > column:
+            other = raster[place_of(blocks, column + 1, row)]
+            if v > row:
+                other += (v - row) * (raster[place_of(blocks, column + 1, row + 1)] - other)
+            value += (u - column) * (other - value)
+        if not rough:
+            value -= off * fourth[here]
+        if not value < math.inf:
+            return math.inf
+        total += value * (1.0 if j * (parts - j) == 0 else 4.0 if j % 2 else 2.0)
+    return total * delta / 3.0
+
+
+@kernel
+def holds_any(sums: WholeArray, x: int, y: int, right: int, top: int) -> bool:
+    """Tell whether any node that `sums` counts may be in a box of the half lattice, its rim included."""
+    a, b, c, d = x >> COARSE, y >> COARSE, (right >> COARSE) + 1, (top >> COARSE) + 1
+    return bool(sums[c, d] - sums[a, d] - sums[c, b] + sums[a, b] > 0)
+
+
+@kernel
+def may_reach(column: int, row: int, t: int, spans: IntArray, passable: WholeArray, near: WholeArray) -> bool:
+    """
+    Tell whether a line from a node of the lattice to one of a tile may stay near the tube.
+
+    All these lines pass, at the same share of their length, through a box, which grows with the share. The middle of a
+    line is a node of the half lattice; of another point, the node to the south-west is near the tube if the point is in
+    it.
+    """
+    for share in EIGHTHS:
+        rest = 8 - share
+        x, y = (rest * column + share * spans[t, 0]) >> 2, (rest * row + share * spans[t, 1]) >> 2
+        right, top = (rest * column + share * spans[t, 2]) >> 2, (rest * row + share * spans[t, 3]) >> 2
+        if not holds_any(passable if share == 4 else near, x, y, right, top):
+            return False
+    return True
+
+
+@kernel
 def search(
     kept: Kept,
+    tiles: Tiles,
     root: tuple[float, float],
     rim: float,
     source: int,
@@ -194,7 +341,7 @@ def search(
     """
     Run label setting from `source` over the kept nodes until `target` is settled; return the number of rounds.
 
-    It ends before that when another thread sets ``stop[0]``.
+    It ends before that when another thread sets ``stop[0]``. Nodes are sorted by tiles.
 
     Of the nodes that a path cheaper than `upper` passes, `values` and `successors` (towards the source) are exact, and
     infinite and -1 where none does. `rough`: weights are sums of a raster, for a path that is weighed afterwards.
@@ -203,118 +350,162 @@ def search(
     """
     k, field, area = model
     x, y, column, row, most_from, least_from, least_to, apart = kept
-    plain, low, high, middle_from, middle_to, width = rasters
-    n = x.shape[0]
-    # the unsettled nodes, kept together: what the inner loops read
+    first, boxes, spans = tiles
+    plain, low, high, fourth, middle_from, middle_to, blocks, passable, near = rasters
+    smooth = fourth.shape[0] > 0
+    n, n_tiles = x.shape[0], first.shape[0] - 1
+    # the unsettled nodes, kept together in their tiles: what the inner loops read
     px, py, pf, pt, node, pa = x.copy(), y.copy(), least_from.copy(), least_to.copy(), np.arange(n), apart.copy()
     exact, least, most = np.full(n, math.inf), np.full(n, math.inf), np.full(n, math.inf)
+    # of each tile: its unsettled nodes, their least label, and a bound of the labels that still matter
+    ends, lowest, matters = first[1:].copy(), np.full(n_tiles, math.inf), np.full(n_tiles, math.inf)
+    tile_of = np.empty(n, dtype=np.int64)
+    for t in range(n_tiles):
+        tile_of[first[t] : first[t + 1]] = t
     # candidates: edges that may matter and are not weighed yet, a list for each node
     head = np.full(n, -1)
     room = 4096
     tail, bound, after = np.empty(room, dtype=np.int64), np.empty(room), np.empty(room, dtype=np.int64)
     used, free = 0, -1
-    maybe = np.empty(n, dtype=np.bool_)
-    n_left, r, at, rounds = n, source, source, 0
+    r, at, rounds = source, source, 0
     values[source] = 0.0
     while True:
         order[rounds] = r
         rounds += 1
-        n_left -= 1
-        px[at], py[at], pf[at], pt[at] = px[n_left], py[n_left], pf[n_left], pt[n_left]
-        node[at], pa[at] = node[n_left], pa[n_left]
-        exact[at], least[at], most[at] = exact[n_left], least[n_left], most[n_left]
+        tile = tile_of[r]
+        last = ends[tile] - 1
+        ends[tile] = last
+        px[at], py[at], pf[at], pt[at] = px[last], py[last], pf[last], pt[last]
+        node[at], pa[at] = node[last], pa[last]
+        exact[at], least[at], most[at] = exact[last], least[last], most[last]
+        lowest[tile] = math.inf
+        for j in range(first[tile], last):
+            lowest[tile] = min(lowest[tile], exact[j], least[j])
         if r == target or stop[0]:
             break
-        counts[PAIRS] += n_left
         rx, ry, value, before = x[r], y[r], values[r], most_from[r]
         away = math.hypot(rx - root[0], ry - root[1])
         differs = apart[r] and away > rim
         safe = (away - rim) ** 2
-        for j in range(n_left):
-            dx = px[j] - rx
-            dy = py[j] - ry
-            left = min(most[j], upper - pt[j]) - value
-            square = dx * dx + dy * dy
-            misses = (dx * (root[0] - rx) + dy * (root[1] - ry) <= 0.0) | (square < safe)
-            too_far = differs & pa[j] & misses & (pf[j] - before >= left)
-            maybe[j] = (left > 0.0) & (square < left * left) & (not too_far)
-        for j in range(n_left):
-            if not maybe[j]:
+        for t in range(n_tiles):
+            left = matters[t] - value
+            if left <= 0.0 or ends[t] == first[t]:
                 continue
-            counts[NEAR_ENOUGH] += 1
-            left = min(most[j], upper - pt[j]) - value
-            i = node[j]
-            length = math.sqrt((px[j] - rx) ** 2 + (py[j] - ry) ** 2)
-            lower, higher = length, math.inf
-            if column[r] >= 0 and column[i] >= 0:
-                a = column[i] - column[r]
-                b = row[i] - row[r]
-                if not primitive[abs(a), abs(b)]:
+            dx = max(boxes[t, 0] - rx, rx - boxes[t, 2], 0.0)
+            dy = max(boxes[t, 1] - ry, ry - boxes[t, 3], 0.0)
+            if dx * dx + dy * dy >= left * left:
+                continue
+            on_lattice = column[r] >= 0 and spans[t, 0] >= 0
+            if on_lattice and not may_reach(column[r], row[r], t, spans, passable, near):
+                continue
+            counts[PAIRS] += ends[t] - first[t]
+            greatest = 0.0
+            for j in range(first[t], ends[t]):
+                most_label = min(most[j], upper - pt[j])
+                greatest = max(greatest, most_label)
+                left = most_label - value
+                dx = px[j] - rx
+                dy = py[j] - ry
+                square = dx * dx + dy * dy
+                if left <= 0.0 or square >= left * left:
                     continue
-                counts[PRIMITIVE] += 1
-                to_middle = left - 0.5 * length
-                if not rough:
-                    middle = (column[i] + column[r]) * width + row[i] + row[r]
-                    passed = middle_from[middle]
-                    if passed + middle_to[middle] >= upper or passed + 0.5 * length >= value + left:
+                # (where the segment misses the block around the root)
+                misses = dx * (root[0] - rx) + dy * (root[1] - ry) <= 0.0 or square < safe
+                if differs and misses and pa[j] and pf[j] - before >= left:
+                    continue
+                counts[NEAR_ENOUGH] += 1
+                i = node[j]
+                length = math.sqrt(square)
+                lower, higher = length, math.inf
+                if on_lattice:
+                    a = column[i] - column[r]
+                    b = row[i] - row[r]
+                    if not primitive[abs(a), abs(b)]:
                         continue
-                    to_middle = min(to_middle, upper - middle_to[middle] - value)
-                counts[PAST_MIDDLE] += 1
-                raster = plain if rough else low
-                lower = raster_sum(raster, width, 2 * column[r], 2 * row[r], a, b, 0.5 * length, to_middle)
-                if lower >= to_middle:
+                    counts[PRIMITIVE] += 1
+                    to_middle = left - 0.5 * length
+                    if not rough:
+                        middle = place_of(blocks, column[i] + column[r], row[i] + row[r])
+                        passed = middle_from[middle]
+                        if passed + middle_to[middle] >= upper or passed + 0.5 * length >= value + left:
+                            continue
+                        to_middle = min(to_middle, upper - middle_to[middle] - value)
+                    counts[PAST_MIDDLE] += 1
+                    raster = plain if rough else low
+                    half, x2, y2 = 0.5 * length, 2 * column[r], 2 * row[r]
+                    beyond_x, beyond_y = x2 + a, y2 + b
+                    is_long = smooth and max(abs(a), abs(b)) >= LONG
+                    if is_long:
+                        lower = simpson_sum(raster, fourth, blocks, x2, y2, a, b, half, rough)
+                        if lower >= to_middle:
+                            continue
+                        lower += simpson_sum(raster, fourth, blocks, beyond_x, beyond_y, a, b, half, rough)
+                        if lower >= left:
+                            continue
+                    counts[PAST_SIMPSON] += 1
+                    if not (is_long and rough):
+                        lower = raster_sum(raster, blocks, x2, y2, a, b, half, to_middle)
+                        if lower >= to_middle:
+                            continue
+                        rest = left - lower
+                        further = raster_sum(raster, blocks, beyond_x, beyond_y, a, b, half, rest)
+                        if further >= rest:
+                            continue
+                        lower = max(lower + further, length)
+                    if not rough:
+                        higher = raster_sum(high, blocks, x2, y2, 2 * a, 2 * b, length, math.inf)
+                elif rough:
+                    lower = segment_cost(rx, ry, px[j], py[j], k, field)
+                    if lower >= left:
+                        continue
+                if segment_crosses(rx, ry, px[j], py[j], area):
                     continue
-                rest = left - lower
-                further = raster_sum(raster, width, column[r] + column[i], row[r] + row[i], a, b, 0.5 * length, rest)
-                if further >= rest:
+                counts[PAST_RASTER] += 1
+                if rough:
+                    exact[j] = most[j] = value + lower
+                    lowest[t] = min(lowest[t], value + lower)
+                    successors[i] = r
                     continue
-                lower += further
-                if not rough:
-                    higher = raster_sum(high, width, 2 * column[r], 2 * row[r], 2 * a, 2 * b, length, math.inf)
-            elif rough:
-                lower = segment_cost(rx, ry, px[j], py[j], k, field)
-                if lower >= left:
-                    continue
-            if segment_crosses(rx, ry, px[j], py[j], area):
-                continue
-            counts[PAST_RASTER] += 1
-            if rough:
-                exact[j] = most[j] = value + lower
-                successors[i] = r
-                continue
-            most[j] = min(most[j], value + higher)
-            least[j] = min(least[j], value + lower)
-            if free >= 0:
-                q = free
-                free = after[q]
-            else:
-                if used == room:
-                    tail, bound, after = doubled(tail), doubled(bound), doubled(after)
-                    room *= 2
-                q = used
-                used += 1
-            tail[q], bound[q], after[q] = r, value + lower, head[i]
-            head[i] = q
+                most[j] = min(most[j], value + higher)
+                least[j] = min(least[j], value + lower)
+                lowest[t] = min(lowest[t], value + lower)
+                if free >= 0:
+                    q = free
+                    free = after[q]
+                else:
+                    if used == room:
+                        tail, bound, after = doubled(tail), doubled(bound), doubled(after)
+                        room *= 2
+                    q = used
+                    used += 1
+                tail[q], bound[q], after[q] = r, value + lower, head[i]
+                head[i] = q
+            matters[t] = greatest
         # the node of least label comes next; where a candidate may undercut its label, that is integrated first
         while True:
-            best, at = math.inf, -1
-            for j in range(n_left):
-                label = min(exact[j], least[j])
-                if label < best:
-                    best, at = label, j
-            if at < 0 or best >= upper or exact[at] <= least[at]:
+            best, tile, at = math.inf, -1, -1
+            for t in range(n_tiles):
+                if lowest[t] < best:
+                    best, tile = lowest[t], t
+            if tile < 0 or best >= upper:
+                break
+            for j in range(first[tile], ends[tile]):
+                if min(exact[j], least[j]) == best:
+                    at = j
+                    break
+            if exact[at] <= least[at]:
                 break
             i = node[at]
             while True:
-                q, first, lowest = head[i], -1, math.inf
+                q, nearest, earliest = head[i], -1, math.inf
                 while q >= 0:
-                    if bound[q] < lowest:
-                        first, lowest = q, bound[q]
+                    if bound[q] < earliest:
+                        nearest, earliest = q, bound[q]
                     q = after[q]
-                if first < 0 or lowest >= exact[at] or lowest >= upper - pt[at]:
+                if nearest < 0 or earliest >= exact[at] or earliest >= upper - pt[at]:
                     break
-                bound[first] = math.inf
-                p = tail[first]
+                bound[nearest] = math.inf
+                p = tail[nearest]
                 counts[INTEGRATED] += 1
                 label = values[p] + segment_cost(x[p], y[p], x[i], y[i], k, field)
                 if label < exact[at]:
@@ -329,12 +520,25 @@ def search(
             head[i] = -1
             least[at] = math.inf
             most[at] = min(most[at], exact[at])
+            lowest[tile] = math.inf
+            for j in range(first[tile], ends[tile]):
+                lowest[tile] = min(lowest[tile], exact[j], least[j])
         if at < 0 or best >= upper:
             break
         r = node[at]
         values[r] = best
     counts[SETTLED] = rounds
     return rounds
+
+
+@kernel
+def widen(columns: IntArray, rows: IntArray, reach: int, mask: BoolArray) -> None:
+    """Mark cells, and those within `reach` cells of them in all eight directions."""
+    for n in range(columns.shape[0]):
+        top = min(rows[n] + reach + 1, mask.shape[1])
+        for at in range(max(columns[n] - reach, 0), min(columns[n] + reach + 1, mask.shape[0])):
+            for beside in range(max(rows[n] - reach, 0), top):
+                mask[at, beside] = True
 
 
 @kernel

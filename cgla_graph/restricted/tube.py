@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cgla_graph._types import BoolArray, FloatArray, WholeArray
+from cgla_graph._types import BoolArray, FloatArray, IntArray, WholeArray
 from cgla_graph.certificate.certificate import rounding
 from cgla_graph.certificate.subsolution import Level, Subsolution, first_grid, next_grid
 from cgla_graph.eikonal import cell_runs
@@ -99,7 +99,7 @@ class Tube:
             end,
             (self.to_goal if to_goal else self.from_start).values,
             mesh.kernel_mesh,
-            self._first_pieces,
+            self._row_starts,
             mesh.last,
             mesh.matters,
             block.holds,
@@ -109,21 +109,16 @@ class Tube:
         )
         return least * self.shrink, most
 
-    def cells(self, upper: float) -> BoolArray:
-        """Return for each cell of the grid whether a path of at most this cost may pass, ``(columns, rows)``."""
+    def cells(self, upper: float, reach: int) -> BoolArray:
+        """Mark the cells of the grid within `reach` of those that a cheap path may pass, shape ``(columns, rows)``."""
         last = self.level.mesh.last
         found = np.zeros((last[0] + 1, last[1] + 1), dtype=np.bool_)
         columns, rows = cell_runs.cells_of(cell_runs.clipped(self.kept(upper), last))
-        found[columns, rows] = True
+        restricted_kernels.widen(columns.astype(np.int64), rows.astype(np.int64), reach, found)
         return found
 
     @cached_property
-    def _first_pieces(self) -> WholeArray:
-        """The first piece of each cell of the whole grid, row by row; -1 where there is none."""
+    def _row_starts(self) -> IntArray:
+        """The first piece of each row of cells, and at last the number of pieces."""
         mesh = self.level.mesh
-        columns, rows = mesh.columns.astype(np.int64), mesh.rows.astype(np.int64)
-        first = np.full((mesh.last[0] + 1) * (mesh.last[1] + 1), -1, dtype=np.int64)
-        # of several pieces of a cell, the first is written last
-        backwards = np.arange(len(columns))[::-1]
-        first[rows[backwards] * (mesh.last[0] + 1) + columns[backwards]] = backwards
-        return first
+        return np.searchsorted(mesh.rows, np.arange(mesh.last[1] + 2))
