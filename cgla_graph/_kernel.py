@@ -3,21 +3,21 @@
 import gc
 import hashlib
 import importlib
+import os
 import re
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from functools import cache, wraps
+from functools import cache, cached_property, update_wrapper, wraps
 from pathlib import Path
 from types import FunctionType
-from typing import IO, Any, ParamSpec, TypeVar, cast
+from typing import IO, Any, NoReturn, ParamSpec, TypeVar, cast
 
-import numba
-from numba.core.compiler_lock import global_compiler_lock
+import numpy as np
 
-from cgla_graph import _progress
+from cgla_graph import _machine_code, _progress
 
 if sys.platform != "win32":
     import fcntl
@@ -26,9 +26,10 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def _import_numpy_functions() -> None:
+@cache
+def _numba() -> Any:  # noqa: ANN401 - numba has no hints
     """
-    Import numba's NumPy functions, which numba needs before its first kernel, without `scipy.linalg`.
+    Import numba and its NumPy functions, which it needs before its first kernel, without `scipy.linalg`.
 
     Numba imports that module only to check that it exists, which takes a tenth of a second; it is imported when a
     kernel multiplies matrices. Another thread might need it meanwhile, so with several threads numba imports it as
@@ -36,7 +37,7 @@ def _import_numpy_functions() -> None:
     """
     threads = len(sys._current_frames())  # noqa: SLF001 - documented, and knows threads that Python did not start
     if sys.modules.keys() & {"numba.np.arraymath", "scipy.linalg"} or threads > 1:
-        return
+        return importlib.import_module("numba")
     modules = cast("dict[str, object]", sys.modules)
     modules["scipy.linalg"] = None
     try:
@@ -44,9 +45,8 @@ def _import_numpy_functions() -> None:
     finally:
         del modules["scipy.linalg"]
     functions._HAVE_BLAS = True  # type: ignore[attr-defined] # noqa: SLF001 - scipy is always installed with us
+    return importlib.import_module("numba")
 
-
-_import_numpy_functions()
 
 #: Longest wait for another process that compiles the same kernel before it is compiled here too, and the interval of
 #: looking for it, in seconds.
@@ -81,7 +81,122 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     >>> erf(0.5)
     0.5204998778
     """
-    compiled = _dispatcher(function)
+    return cast("Callable[P, R]", _Kernel(function))
+
+
+def _no_fingerprint(_: object) -> NoReturn:
+    raise NotImplementedError
+
+
+_parts = _machine_code.parts()
+#: Return what tells types of arguments apart, as numba does it, or raise NotImplementedError.
+_fingerprint: Callable[[tuple[Any, ...]], bytes] = _parts.dispatcher.compute_fingerprint if _parts else _no_fingerprint
+
+
+class _Kernel:
+    """
+    A kernel: machine code from disk for each combination of types, and numba's dispatcher where there is none.
+
+    Numba is imported only for the latter.
+    """
+
+    def __init__(self, function: Callable[..., object]) -> None:
+        update_wrapper(self, function)
+        self._function = function
+        self._folder = _folder(Path(function.__code__.co_filename))
+        # (by the types of arguments; the numbers are those of arrays)
+        self._runs: dict[bytes, tuple[Callable[..., Any], tuple[int, ...]]] = {}
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:  # noqa: ANN401 - any kernel's
+        if named:
+            return self.compiled(*arguments, **named)
+        try:
+            run, arrays = self._runs[_fingerprint(arguments)]
+        except (KeyError, NotImplementedError):
+            return self._first_call(arguments)
+        for place in arrays:
+            # (fingerprints do not show the order of bytes)
+            if not arguments[place].dtype.isnative:
+                return self.compiled(*arguments)
+        return run(*arguments)
+
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        # (numba asks it of kernels that are made inside of functions)
+        name = self._function.__qualname__
+        return (_dispatcher_itself, (self.compiled,)) if "<locals>" in name else name
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - numba's
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self.compiled, name)
+
+    @property
+    def _numba_type_(self) -> Any:  # noqa: ANN401 - numba has no hints
+        """What numba takes this for in the code of other kernels."""
+        return self.compiled._numba_type_
+
+    @cached_property
+    def compiled(self) -> Any:  # noqa: ANN401 - numba has no hints
+        """Numba's dispatcher."""
+        return _compiled(self._function, self._folder)
+
+    def _first_call(self, arguments: tuple[Any, ...]) -> Any:  # noqa: ANN401 - any kernel's
+        """Call the kernel with types of arguments that are new here."""
+        file = self.file(arguments)
+        if file is None:
+            with suppress(NotImplementedError):
+                self._runs[_fingerprint(arguments)] = self.compiled, ()
+            return self.compiled(*arguments)
+        run = _machine_code.load(file, self._function)
+        if run is not None:
+            self._keep(run, arguments)
+            return run(*arguments)
+        answer = self.compiled(*arguments)
+        types = tuple(map(_numba().typeof, arguments))
+        if types in self.compiled.overloads:
+            self._keep(self.compiled.overloads[types].entry_point, arguments)
+            with suppress(Exception):
+                # (numba has no public way to its code; another version may keep it otherwise)
+                _machine_code.store(file, self.compiled, types)
+        return answer
+
+    def _keep(self, run: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+        arrays = (place for place, each in enumerate(arguments) if isinstance(each, np.ndarray))
+        self._runs[_fingerprint(arguments)] = run, tuple(arrays)
+
+    def file(self, arguments: tuple[Any, ...]) -> Path | None:
+        """Return the file of the machine code for types of arguments, None if it is not kept apart from numba's."""
+        function = self._function
+        if _parts is None or function.__closure__ or len(arguments) != function.__code__.co_argcount:
+            return None
+        with suppress(TypeError, NotImplementedError):
+            types = _machine_code.types_in_words(arguments)
+            return self._folder / _machine_code.file_name(function, _fingerprint(arguments), types)
+        return None
+
+    def is_kept(self, arguments: tuple[Any, ...]) -> bool:
+        """Return whether there is such a file, or without arguments, any."""
+        if arguments:
+            file = self.file(arguments)
+            return file is not None and file.exists()
+        return _parts is not None and any(self._folder.glob(f"{_machine_code.file_begin(self._function)}*.code"))
+
+
+def _dispatcher_itself(compiled: Any) -> Any:  # noqa: ANN401 - numba has no hints
+    return compiled
+
+
+def _folder(source: Path) -> Path:
+    """Return the folder of the code of a module of kernels."""
+    # (numba takes its settings from the environment when it is imported)
+    numba = sys.modules.get("numba")
+    kept = numba.config.CACHE_DIR if numba else os.environ.get("NUMBA_CACHE_DIR")
+    return Path(kept or source.parent / "__pycache__", f"kernels-{_digest(source)[:16]}")
+
+
+def _compiled(function: Callable[..., object], folder: Path) -> Any:  # noqa: ANN401 - numba has no hints
+    """Return numba's dispatcher of a kernel."""
+    compiled = _dispatcher(function, folder)
 
     @cache
     def called() -> Any:  # noqa: ANN401 - numba has no hints
@@ -90,35 +205,55 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
             function.__code__, function.__globals__, function.__name__, function.__defaults__, function.__closure__
         )
         same.__qualname__ = f"{function.__qualname__}.called"
-        return _dispatcher(same, no_cpython_wrapper=True)
+        return _dispatcher(same, folder, no_cpython_wrapper=True)
 
     # Most kernels are only called by kernels. The code for calls from Python, such as to unpack arrays, is compiled
     # only for kernels that Python calls.
     compiled.get_call_template = lambda types, names: called().get_call_template(types, names)
     compiled.get_overload = lambda signature: called().get_overload(signature)
-    return cast("Callable[P, R]", compiled)
+    return compiled
 
 
-def _dispatcher(function: Callable[..., object], **options: bool) -> Any:  # noqa: ANN401 - the same
-    """Return numba's dispatcher of a function, which stores its code in a folder of the module's own."""
-    file = Path(function.__code__.co_filename)
-    # (it takes its settings from the environment when it is imported, which no type checker sees)
-    settings = cast("Any", numba.config)
+def _dispatcher(function: Callable[..., object], folder: Path, **options: bool) -> Any:  # noqa: ANN401 - the same
+    """Return numba's dispatcher of a function, which stores its code in a folder."""
+    numba = _numba()
     with _settings_lock:
-        kept = settings.CACHE_DIR
-        settings.CACHE_DIR = str(Path(kept or file.parent / "__pycache__", f"kernels-{_digest(file)[:16]}"))
+        kept = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(folder)
         try:
             # (kernels are not passed as values and need no entry as C functions; numba takes other options from the
             # caller)
-            compiled = cast("Any", numba.njit)(
+            compiled = numba.njit(
                 cache=True, nogil=True, fastmath=False, error_model="python", no_cfunc_wrapper=True, **options
             )(function)
         finally:
-            settings.CACHE_DIR = kept
+            numba.config.CACHE_DIR = kept
     compiled.compile = _in_one_process(compiled)
     # (numba calls it only for code that is not on disk)
     compiled._compiler.compile = _announced(compiled._compiler)  # noqa: SLF001 - numba has no public way
     return compiled
+
+
+class Intrinsic:
+    """
+    A function of kernels that writes instructions itself; numba, which it is made of, is imported when one is compiled.
+
+    Parameters
+    ----------
+    function
+        As `numba.extending.intrinsic` takes it.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
+
+    @cached_property
+    def _numba_type_(self) -> Any:  # noqa: ANN401 - numba has no hints
+        """What numba takes this for."""
+        own = importlib.import_module("numba.extending").intrinsic(self._function)
+        types = importlib.import_module("numba.core.registry").cpu_target.typing_context
+        types.refresh()
+        return types.resolve_value_type(own)
 
 
 def _announced(compiler: Any) -> Callable[..., Any]:  # noqa: ANN401 - numba has no hints
@@ -133,12 +268,12 @@ def _announced(compiler: Any) -> Callable[..., Any]:  # noqa: ANN401 - numba has
 
 def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - numba has no hints
     """Return the function that compiles a kernel or loads it from disk, in one process at a time."""
-    compile_ = compiled.compile
+    compile_, lock = compiled.compile, importlib.import_module("numba.core.compiler_lock").global_compiler_lock
 
     @wraps(compile_)
     def compile_once(signature: Any) -> Any:  # noqa: ANN401 - the same
         # Every thread takes numba's own lock first, and calls of kernels form no cycle: so processes cannot deadlock.
-        with global_compiler_lock, _locked(Path(compiled.stats.cache_path, f"{compiled.__name__}.lock")):
+        with lock, _locked(Path(compiled.stats.cache_path, f"{compiled.__name__}.lock")):
             collects = gc.isenabled()
             # compiling makes hundreds of thousands of objects and little garbage
             gc.disable()
@@ -195,11 +330,14 @@ def is_kept(compiled: Callable[..., object], *arguments: object) -> bool:
     >>> erf(0.5), is_kept(erf), is_kept(erf, 0.25), is_kept(erf, None)
     (0.5204998778, True, True, False)
     """
+    found = cast("_Kernel", compiled)
+    if found.is_kept(arguments):
+        return True
     kept: list[Any] = []
     with suppress(Exception):
         # (numba has no public way to ask; an unreadable index counts as none)
-        kept = [signature for signature, *_ in cast("Any", compiled)._cache._cache_file._load_index()]  # noqa: SLF001
-    return tuple(map(cast("Any", numba).typeof, arguments)) in kept if arguments else bool(kept)
+        kept = [signature for signature, *_ in found.compiled._cache._cache_file._load_index()]  # noqa: SLF001
+    return tuple(map(_numba().typeof, arguments)) in kept if arguments else bool(kept)
 
 
 @cache

@@ -16,8 +16,9 @@ INTERRUPTED = 130
 #: Seconds until an interrupt that could not be raised is tried again, and for which it waits for an import or LLVM.
 AGAIN, LONGEST = 0.02, 10.0
 #: Parts of file names of code in which nothing is raised: Python's import system; numba's bridge to LLVM, whose objects
-#: may free memory twice if they are left half made; and numba's lock, which another thread would wait for for ever.
-_DELICATE = "<frozen importlib", f"{os.sep}llvmlite{os.sep}", f"{os.sep}compiler_lock.py"
+#: may free memory twice if they are left half made; numba's lock, which another thread would wait for for ever; and
+#: our own way to machine code, which is short.
+_DELICATE = "<frozen importlib", f"{os.sep}llvmlite{os.sep}", f"{os.sep}compiler_lock.py", f"{os.sep}_machine_code.py"
 
 #: When the interrupt that waits was made, 0 if there is none; and whether any was raised.
 _since, _is_raised = 0.0, False

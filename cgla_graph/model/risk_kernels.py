@@ -19,10 +19,8 @@ from collections.abc import Callable
 from typing import Any, TypeAlias, cast
 
 import numpy as np
-from numba import types
-from numba.extending import intrinsic
 
-from cgla_graph._kernel import kernel
+from cgla_graph._kernel import Intrinsic, kernel
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.model.risk_raster_kernels import Rasters, raster_risk
 
@@ -295,11 +293,13 @@ def _fma(_typing: Any, _x: Any, _y: Any, _z: Any) -> Any:  # noqa: ANN401 - numb
     One instruction where the processor has it, else a call of the C library: slow, yet the same float. To let the
     compiler fuse where it likes would be as fast, but then a segment might get another float in another kernel.
     """
+    from numba import types  # noqa: PLC0415 - numba is imported when it compiles
+
     real = types.float64
     return real(real, real, real), lambda _context, builder, _signature, arguments: builder.fma(*arguments)
 
 
-fma = cast("Callable[[float, float, float], float]", intrinsic(_fma))
+fma = cast("Callable[[float, float, float], float]", Intrinsic(_fma))
 
 
 def _scaled(_typing: Any, _x: Any, _n: Any) -> Any:  # noqa: ANN401 - numba has no hints
@@ -308,6 +308,8 @@ def _scaled(_typing: Any, _x: Any, _n: Any) -> Any:  # noqa: ANN401 - numba has 
 
     Only for results that are neither infinite nor subnormal.
     """
+    from numba import types  # noqa: PLC0415 - the same
+
     real = types.float64
 
     def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:  # noqa: ANN401
@@ -319,7 +321,7 @@ def _scaled(_typing: Any, _x: Any, _n: Any) -> Any:  # noqa: ANN401 - numba has 
     return real(real, real), generate
 
 
-scaled = cast("Callable[[float, float], float]", intrinsic(_scaled))
+scaled = cast("Callable[[float, float], float]", Intrinsic(_scaled))
 
 
 @kernel

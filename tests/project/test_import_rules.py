@@ -19,7 +19,7 @@ HOOK = "cgla_graph._lazy"
 BARE = {"solvers", "comparisons"}
 #: Modules that import others of ours, or what they are handed, by string.
 BY_STRING = {
-    *("_lazy", "_moved", "cgla_graph", "isolation.worker", "model.isolated", "solvers.registry"),
+    *("_lazy", "_machine_code", "_moved", "cgla_graph", "isolation.worker", "model.isolated", "solvers.registry"),
     *("comparisons.claims.artefact", "comparisons.claims.catalogue", "comparisons.cli.commands"),
     "comparisons.study.runner",
 }

@@ -70,6 +70,7 @@ def test_no_time_holds_any_compiling(tmp_path: Path) -> None:
 LOADED = """
 import sys
 import cgla_graph as cg
+from cgla_graph._kernel import _Kernel
 from cgla_graph.certificate.certificate import load_kernels
 from cgla_graph.solvers.continuous.hybrid import Hybrid
 from cgla_graph.model.cost_model import MapKind
@@ -77,8 +78,8 @@ from cgla_graph.solvers.warm_up import warm_up
 
 def loaded():
     modules = [module for name, module in sys.modules.items() if name.endswith("_kernels")]
-    kernels = {id(it): it for module in modules for it in vars(module).values() if hasattr(it, "overloads")}
-    return {(it.__module__, it.__name__, str(sig)) for it in kernels.values() for sig in it.overloads}
+    kernels = {id(it): it for module in modules for it in vars(module).values() if isinstance(it, _Kernel)}
+    return {(it.__module__, it.__name__, types) for it in kernels.values() for types in it._runs}
 
 problem = cg.load_scenario(sys.argv[1]).problem
 kind = MapKind.of(problem.model)
@@ -139,7 +140,7 @@ class Own:
         print("never run here")
 
 warm_up(Own(), MapKind(walls=True))
-print(len(segment_risks.signatures), len(segments_cross.signatures))
+print(len(segment_risks._runs), len(segments_cross._runs))
 """
 
 

@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import Final
 
 import numpy as np
-from scipy.ndimage import maximum_filter
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, IntArray
 from cgla_graph.airspace.zones.ground import Ground
@@ -173,6 +172,8 @@ class Surface:
             return found
         around = self.around
         if reach != (0, 0):
+            from scipy.ndimage import maximum_filter  # noqa: PLC0415 - slow to import, and rarely needed
+
             around = maximum_filter(around, size=(2 * reach[1] + 1, 2 * reach[0] + 1), mode="nearest")
         for across in (-1.0, 1.0):
             for down in (-1.0, 1.0):
