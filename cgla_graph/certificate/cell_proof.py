@@ -24,12 +24,14 @@ from cgla_graph.regions.arrangement import Arrangement, refusal
 from cgla_graph.regions.bound import Rounding
 from cgla_graph.regions.points import covered
 
-#: Points of a side, from round to round; on few cells the first rounds are left out.
-POINTS, FEW_CELLS = (3, 7, 15, 31, 63), (40_000, 4_000)
+#: Points of a side in the first round, by how many cells there are at most; and in the last round, at most.
+POINTS, MOST_POINTS = {4_000: 15, 40_000: 7, 10**9: 3}, 63
+#: Fewer points are of no use.
+LEAST_POINTS = 2
+#: A round has so many times as many points as the one before, at least and at most; it aims at this part of the gap.
+LEAST_TIMES, MOST_TIMES, AIMED_AT = 1.3, 2.1, 0.75
 #: Nodes that take as much memory as one cell of a spline.
 NODES_A_CELL = 12
-#: A round with fewer points than these is made if it has at least so many times as many as the last one.
-LEAST_TIMES = 1.4
 #: The gap is expected to fall at least with this power of the number of points; and gaps, above which another path is
 #: sought, times that power of the number of points.
 ORDER, USUAL_GAP = 1.5, 0.6
@@ -56,6 +58,8 @@ class CellProof:
         Points of a side.
     most
         Nodes, at most.
+    is_last
+        Whether the round is expected to be good enough.
     loose
         Whether more is lost than by few points: an area cuts cells, or costs were lowered to those along lines.
     """
@@ -66,6 +70,7 @@ class CellProof:
     m: int
     most: int
     loose: bool
+    is_last: bool = False
 
     @classmethod
     def begin(cls, problem: Problem, max_cells: int) -> "CellProof | None":
@@ -91,8 +96,11 @@ class CellProof:
         wide, high = (float(np.median(np.diff(lines))) for lines in (cells.x, cells.y))
         # (in long cells, the points of the short sides are too many, and those of the long sides too few)
         cells = cells.divided(max(round(wide / high), 1), max(round(high / wide), 1))
-        first = cls(problem, cells, rounding, POINTS[sum(cells.costs.size <= few for few in FEW_CELLS)], most, loose)
-        return first if rounding.share < 1.0 and first.nodes(first.m) <= most else None
+        m = next(m for few, m in POINTS.items() if cells.costs.size <= few)
+        first = cls(problem, cells, rounding, m, most, loose)
+        if first.nodes(m) > most:
+            first.m = int(m * most / first.nodes(m))
+        return first if rounding.share < 1.0 and first.m >= LEAST_POINTS else None
 
     @property
     def is_open(self) -> BoolArray:
@@ -136,14 +144,15 @@ class CellProof:
         # (what rounding takes off must not be missing)
         reach = limit + 2.0 * (limit - self.rounding.below(limit, costs)) if limit < math.inf else limit
         with ThreadPoolExecutor(1) as thread:
-            other = thread.submit(bound.values_to, points, problem.start, reach)
+            other = None if self.is_last else thread.submit(bound.values_to, points, problem.start, reach)
             to_goal = bound.values_to(points, problem.goal, reach)
-            to_start = other.result()
-        found = max(
-            bound.bound_at(points, to_goal, problem.start, problem.goal),
-            bound.bound_at(points, to_start, problem.goal, problem.start),
-        )
-        best = min(max(self.rounding.below(found, costs), 0.0), limit)
+            found = bound.bound_at(points, to_goal, problem.start, problem.goal)
+            best = min(max(self.rounding.below(found, costs), 0.0), limit)
+            if best >= wanted:
+                return best, None
+            to_start = bound.values_to(points, problem.start, reach) if other is None else other.result()
+        found = bound.bound_at(points, to_start, problem.goal, problem.start)
+        best = max(best, min(self.rounding.below(found, costs), limit))
         if best >= wanted:
             return best, None
         through = points.least_on_cells(to_goal + to_start)
@@ -159,11 +168,20 @@ class CellProof:
                 gone[cell] = False
         self.cells = self.cells.without(gone)
 
-    def finer(self) -> str:
-        """Lay more points; return why there are no more of them, or nothing."""
-        m = next((m for m in POINTS if m > self.m), 0)
-        if not m:
+    def finer(self, excess: float) -> str:
+        """
+        Lay more points; return why there are no more of them, or nothing.
+
+        Parameters
+        ----------
+        excess
+            The gap, as a multiple of the one that is wanted.
+        """
+        if self.m >= MOST_POINTS:
             return f"there are {self.m} points on each side of a cell, and no more are laid"
+        times = (excess / AIMED_AT) ** (1.0 / ORDER)
+        m = min(math.ceil(self.m * min(max(times, LEAST_TIMES), MOST_TIMES)), MOST_POINTS)
+        self.is_last = times <= MOST_TIMES
         if (needed := self.nodes(m)) > self.most:
             m = int(m * self.most / needed)
             if m < LEAST_TIMES * self.m:

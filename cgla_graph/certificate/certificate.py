@@ -569,9 +569,9 @@ class _Search:
         proof = CellProof.begin(closed, self.max_cells)
         if proof is None:
             return ""
-        if self.known.path is None:
+        has_looked, before = self.known.path is None, math.inf
+        if has_looked:
             self._offer(_refined(self.problem, least_path(self.problem).path, self.tolerance))
-        has_looked, before = False, math.inf
         while True:
             last, runs = proof.runs()
             along = round(max(np.ptp(proof.cells.x), np.ptp(proof.cells.y)) / proof.spacing)
@@ -595,7 +595,7 @@ class _Search:
                 return ""
             keep(self.known.least)
             before = missing
-            if limit := proof.finer():
+            if limit := proof.finer(missing / self.tolerance):
                 return "" if proof.loose else limit
 
     def _settled(self, shrink: float) -> str:

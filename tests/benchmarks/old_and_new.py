@@ -59,6 +59,12 @@ def slanted():
     beside = [cg.Threat(0.05, 0.8, 0.1), cg.Threat(0.5, 0.1, 0.12), cg.Threat(0.2, 0.2, 0.1), cg.Threat(0.8, 0.1, 0.1)]
     return cg.Problem((0.05, 0.65), (0.95, 0.35), cg.RiskField([*threats, *beside]), k=300.0, no_fly=wall)
 
+def cells_of_noise(side, k):
+    values = np.exp(4.0 * (np.random.default_rng(1).random((side, side)) - 0.5))
+    raster = cg.RasterRisk(values / np.median(values), (0, 0, side, side), interpolation="nearest")
+    field = cg.RiskField(rasters=[raster])
+    return cg.Problem((0.1 * side, 0.1 * side), (0.9 * side, 0.8 * side), field, k, (0, 0, side, side))
+
 def integrals(n):
     problem, rng = crowd(n), np.random.default_rng(2)
     starts, ends = rng.random((2, 20000 if n < 200 else 4000, 2))
@@ -148,6 +154,7 @@ WORKLOADS = {
     "proof of 1e-3, finland": "proved(cg.load_scenario('finland').problem, 1e-3)",
     "proof of 5e-4, corridor": "proved(cg.load_scenario('corridor').problem, 5e-4)",
     "proof of 1e-3, slanted wall": "proved(slanted(), 1e-3)",
+    "proof of 5e-3, 60 x 60 cells of noise": "proved(cells_of_noise(60, 1.0), 5e-3)",
     "proof of 5e-3, slit at the rim": "proved(slit(), 5e-3)",
     "proof of 5e-3, fence of 1/20,000": "proved(fence(5e-5), 5e-3)",
     "proof of 5e-3, fence of 1/40,000": "proved(fence(2.5e-5), 5e-3)",
