@@ -175,7 +175,7 @@ def _shifted_cost(
 
 
 @kernel
-def _newton_step(
+def newton_step(
     diagonal: FloatArray, beside: FloatArray, damping: float, slope: FloatArray, free: BoolArray, step: FloatArray
 ) -> bool:
     """
@@ -270,7 +270,7 @@ def minimise(
             scale = max(scale, abs(diagonal[i]))
         gain = -1.0
         while damping < 1e9 * scale:
-            if _newton_step(diagonal, beside, damping, slope, free, step):
+            if newton_step(diagonal, beside, damping, slope, free, step):
                 promised = 0.0
                 for i in range(n):
                     trial[i] = min(max(shifts[i] + step[i], -room[i, 0] / unit), room[i, 1] / unit)

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point, WholeArray
 from cgla_graph.model.no_fly import NoFlyArea
@@ -296,30 +297,44 @@ def covered(cells: Arrangement, area: NoFlyArea) -> tuple[BoolArray, BoolArray]:
     >>> [found.sum(axis=0).tolist() for found in covered(cells, NoFlyArea(shapely.box(0.5, 0.5, 3.5, 3.5)))]
     [[0, 2, 2, 0], [4, 2, 2, 4]]
     """
-    rows, columns = cells.costs.shape
-    # (between lines that nearly meet there are cells as thin as rounding: pieces as short are too many)
-    step = 0.5 * float(min(np.median(np.diff(cells.x)), np.median(np.diff(cells.y))))
-    pieces = shapely.segmentize(shapely.get_rings(shapely.get_parts(area.geometry)), step)
-    at, ring = shapely.get_coordinates(pieces, return_index=True)
-    # the cells from the lowest to the highest of the two ends of each piece, and their neighbours
-    column, row = np.searchsorted(cells.x, at[:, 0]) - 1, np.searchsorted(cells.y, at[:, 1]) - 1
-    one = np.nonzero(ring[1:] == ring[:-1])[0]
-    low_row, low_column = np.minimum(row[one], row[one + 1]), np.minimum(column[one], column[one + 1])
-    high_row, high_column = np.maximum(row[one], row[one + 1]), np.maximum(column[one], column[one + 1])
-    count = np.zeros((rows + 1, columns + 1), dtype=np.int32)
-    for up, rows_at in ((1, low_row - 1), (-1, high_row + 2)):
-        for right, columns_at in ((1, low_column - 1), (-1, high_column + 2)):
-            np.add.at(count, (np.clip(rows_at, 0, rows), np.clip(columns_at, 0, columns)), up * right)
-    near = count.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0
-    j, i = np.nonzero(near)
+    j, i = np.nonzero(met(cells, shapely.get_rings(shapely.get_parts(area.geometry)), 1))
     boxes = shapely.box(cells.x[i], cells.y[j], cells.x[i + 1], cells.y[j + 1])
     edge = shapely.boundary(area.geometry)
     shapely.prepare(edge)
-    cut = np.zeros((rows, columns), dtype=np.bool_)
+    cut = np.zeros(cells.costs.shape, dtype=np.bool_)
     cut[j, i] = shapely.intersects(edge, boxes)
-    middles = np.meshgrid(0.5 * (cells.x[1:] + cells.x[:-1]), 0.5 * (cells.y[1:] + cells.y[:-1]))
-    inside = area.contains(np.stack(middles, axis=-1)) & ~cut
+    # (where no way leads through, it does not matter)
+    j, i = np.nonzero(np.isfinite(cells.costs) & ~cut)
+    inside = np.zeros(cells.costs.shape, dtype=np.bool_)
+    inside[j, i] = area.contains(0.5 * np.column_stack([cells.x[i] + cells.x[i + 1], cells.y[j] + cells.y[j + 1]]))
     return inside, cut
+
+
+def met(cells: Arrangement, lines: NDArray[np.object_], reach: int) -> BoolArray:
+    """
+    Return which cells are up to `reach` rows and columns off those that some lines may meet, shape ``(rows, columns)``.
+
+    Examples
+    --------
+    >>> lines = np.arange(6.0)
+    >>> cells = Arrangement.laid(lines, lines, np.ones((5, 5)))
+    >>> met(cells, np.array([shapely.LineString([(0.5, 0.5), (1.5, 0.5)])]), 1).sum(axis=1).tolist()
+    [3, 3, 0, 0, 0]
+    """
+    rows, columns = cells.costs.shape
+    # (between lines that nearly meet there are cells as thin as rounding: pieces as short are too many)
+    step = 0.5 * float(min(np.median(np.diff(cells.x)), np.median(np.diff(cells.y))))
+    at, line = shapely.get_coordinates(shapely.segmentize(lines, step), return_index=True)
+    # the cells from the lowest to the highest of the two ends of each piece, and their neighbours
+    column, row = np.searchsorted(cells.x, at[:, 0]) - 1, np.searchsorted(cells.y, at[:, 1]) - 1
+    one = np.nonzero(line[1:] == line[:-1])[0]
+    low_row, low_column = np.minimum(row[one], row[one + 1]), np.minimum(column[one], column[one + 1])
+    high_row, high_column = np.maximum(row[one], row[one + 1]), np.maximum(column[one], column[one + 1])
+    count = np.zeros((rows + 1, columns + 1), dtype=np.int32)
+    for up, rows_at in ((1, low_row - reach), (-1, high_row + reach + 1)):
+        for right, columns_at in ((1, low_column - reach), (-1, high_column + reach + 1)):
+            np.add.at(count, (np.clip(rows_at, 0, rows), np.clip(columns_at, 0, columns)), up * right)
+    return np.asarray(count.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0)
 
 
 def _free(cells: Arrangement, cell: list[int], table: FloatArray, parts: FloatArray, area: NoFlyArea) -> FloatArray:

@@ -17,6 +17,7 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray, IntArray, WholeArray
 from cgla_graph.eikonal.queue_kernels import drop_first, push
+from cgla_graph.refine.refine_kernels import newton_step
 
 
 @kernel
@@ -240,14 +241,49 @@ def descend(
 
 
 @kernel
+def _slopes(
+    points: FloatArray,
+    axes: WholeArray,
+    weights: FloatArray,
+    slope: FloatArray,
+    diagonal: FloatArray,
+    beside: FloatArray,
+) -> float:
+    """Cost a path, and write the first two derivatives of its cost by the coordinates that may change."""
+    cost = 0.0
+    slope[:] = 0.0
+    diagonal[:] = 0.0
+    beside[:] = 0.0
+    for i in range(points.shape[0] - 1):
+        dx, dy = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
+        length = math.hypot(dx, dy)
+        if length == 0.0:
+            continue
+        ux, uy, bend = dx / length, dy / length, weights[i] / length
+        cost += weights[i] * length
+        here, there = axes[i], axes[i + 1]
+        if here >= 0:
+            slope[i] -= weights[i] * (ux if here == 0 else uy)
+            diagonal[i] += bend * (uy * uy if here == 0 else ux * ux)
+        if there >= 0:
+            slope[i + 1] += weights[i] * (ux if there == 0 else uy)
+            diagonal[i + 1] += bend * (uy * uy if there == 0 else ux * ux)
+        if here >= 0 and here == there:
+            beside[i] = -bend * (uy * uy if here == 0 else ux * ux)
+        elif here >= 0 and there >= 0:
+            beside[i] = bend * ux * uy
+    return cost
+
+
+@kernel
 def slide(
-    points: FloatArray, axes: WholeArray, lows: FloatArray, highs: FloatArray, weights: FloatArray, sweeps: int
+    points: FloatArray, axes: WholeArray, lows: FloatArray, highs: FloatArray, weights: FloatArray, rounds: int
 ) -> int:
     """
     Move the waypoints of a path along the borders that they are on until the path costs least (Snell's law).
 
-    For given borders the cost is convex. Each waypoint in turn moves to where the way between its neighbours costs
-    least.
+    For given borders the cost is convex. All waypoints move together, by a projected Newton method: only neighbours
+    depend on each other.
 
     Parameters
     ----------
@@ -259,8 +295,8 @@ def slide(
         Its limits, shape ``(n,)``, map units.
     weights
         Cost of a unit of length between waypoints, shape ``(n - 1,)``.
-    sweeps
-        Rounds over all waypoints, at most.
+    rounds
+        Steps, at most.
 
     Returns
     -------
@@ -274,38 +310,40 @@ def slide(
     >>> path[1].round(6).tolist()
     [0.57735, 1.0]
     """
-    for sweep in range(sweeps):
-        moved = 0.0
-        for n in range(1, points.shape[0] - 1):
-            a = int(axes[n])
-            if a < 0:
-                continue
-            across = points[n, 1 - a]
-            before, after = points[n - 1, a], points[n + 1, a]
-            d_before, d_after = across - points[n - 1, 1 - a], across - points[n + 1, 1 - a]
-            low, high = lows[n], highs[n]
-            at = points[n, a]
-            for _ in range(30):
-                u, v = at - before, at - after
-                r, q = math.hypot(u, d_before), math.hypot(v, d_after)
-                if r == 0.0 or q == 0.0:
-                    break
-                slope = weights[n - 1] * u / r + weights[n] * v / q
-                # (a third power of a tiny distance would be 0)
-                bend = weights[n - 1] * (d_before / r) ** 2 / r + weights[n] * (d_after / q) ** 2 / q
-                if slope > 0.0:
-                    high = at
-                else:
-                    low = at
-                following = at - slope / bend if bend > 0.0 else math.inf
-                if not low <= following <= high:
-                    following = 0.5 * (low + high)
-                if abs(following - at) <= 1e-15 * (abs(at) + abs(high - low)):
-                    at = following
-                    break
-                at = following
-            moved = max(moved, abs(at - points[n, a]) / (highs[n] - lows[n]))
-            points[n, a] = at
-        if moved < 1e-7:
-            return sweep + 1
-    return sweeps
+    n = points.shape[0]
+    slope, diagonal, beside, step, before = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    free = np.empty(n, dtype=np.bool_)
+    damping = 0.0
+    for number in range(rounds):
+        cost = _slopes(points, axes, weights, slope, diagonal, beside)
+        scale = 0.0
+        for i in range(n):
+            free[i] = axes[i] >= 0
+            if free[i]:
+                before[i] = points[i, axes[i]]
+                free[i] = not (
+                    (before[i] <= lows[i] and slope[i] >= 0.0) or (before[i] >= highs[i] and slope[i] <= 0.0)
+                )
+                scale = max(scale, diagonal[i])
+        gain = -1.0
+        while gain <= 0.0 and damping < 1e9 * scale:
+            if newton_step(diagonal, beside, damping, slope, free, step):
+                after = 0.0
+                for i in range(n):
+                    if axes[i] >= 0:
+                        points[i, axes[i]] = min(max(before[i] + step[i], lows[i]), highs[i])
+                    if i > 0:
+                        after += weights[i - 1] * math.hypot(
+                            points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1]
+                        )
+                gain = cost - after
+            if gain <= 0.0:
+                damping = max(8.0 * damping, 1e-6 * scale)
+        if gain <= 0.0:
+            for i in range(n):
+                if axes[i] >= 0:
+                    points[i, axes[i]] = before[i]
+        if gain < 1e-12 * cost:
+            return number + 1
+        damping = 0.1 * damping if damping > 1e-9 * scale else 0.0
+    return rounds

@@ -18,8 +18,8 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import TOLERANCE, Solution, Status, TracePoint
 from cgla_graph.model.solver import Traits
 from cgla_graph.refine.refine import refine_path
-from cgla_graph.regions.arrangement import refusal
-from cgla_graph.regions.paths import least_path
+from cgla_graph.regions.arrangement import Arrangement, refusal
+from cgla_graph.regions.paths import MOST_WAYPOINTS, NEAR_POINTS, REFINED, cells_of, least_path, near_path
 from cgla_graph.solvers.base import Count, Positive, Settings, Whole
 from cgla_graph.solvers.continuous import hybrid_roadmap
 from cgla_graph.solvers.continuous.fast_marching import NEAR, Marched, marched
@@ -42,6 +42,9 @@ MOST_ANGLES = 1_000_000
 #: The most nodes of a grid that is marched over; over rasters, the fewest cells along its longer side, and the most
 #: waypoints of a refined path.
 MOST_NODES, RASTER_LEAST, RASTER_POINTS = 1_000_000, 256, 2000
+#: Up to so many cells of constant cost are searched in any case. Other paths over cells are refined if they cost at
+#: most so much more than the best one.
+FEW_CELLS, SETTLED = 20_000, 1e-3
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,8 @@ class Hybrid(Settings):
 
     Where there are rasters, the way down the costs-to-go at their resolution is a candidate as well
     (`fast-marching`). Where all of them are `nearest` and there are no threats, so is the best way over their cells
-    (`weighted-regions`).
+    (`weighted-regions`), unless there are many cells, and a look at those beside the first path shows that neighbours
+    differ too little for that to pay.
 
     To have a path soon, the way down the costs-to-go on a coarse grid comes before all that, or a quick search over a
     seventh of the lattice points where the map has a few corners. On a map without areas and rasters, that is all if
@@ -137,9 +141,10 @@ class _Search:
         self.cost = np.inf
         self.evaluations = 0
         self.trace: list[TracePoint] = []
+        #: Cells of constant cost, where a search over all of them pays.
+        self.cells: Arrangement | None = None
 
     def run(self) -> Solution:
-        self._over_regions()
         first, is_only_way = self._first_look()
         if is_only_way:
             self._refined(self.best, tolerance=1e-5, max_points=1000)
@@ -148,6 +153,8 @@ class _Search:
         roadmap = hybrid_roadmap.lay(self.problem, self.settings.points, self.settings.radius)
         self.evaluations += roadmap.evaluations
         guesses = self._candidates(roadmap)
+        if not guesses and self._has_cells:
+            self._over_cells(few=True)
         if not guesses and len(self.best):
             return self._answer("its roadmap does not join start and goal, an earlier search does")
         if not guesses:
@@ -155,7 +162,7 @@ class _Search:
                 Status.NOT_FOUND, evaluations=self.evaluations, message="its roadmap does not join start and goal"
             )
         self._offer(guesses[0])
-        first += self._down_the_raster()
+        first += self._over_cells() if self._has_cells else self._down_the_raster()
         rough = first + [self._refined(path, tolerance=1e-3, max_points=64) for path in guesses]
         least = min(cost for _, cost in rough)
         apart = roadmap.spacing
@@ -165,7 +172,7 @@ class _Search:
             # candidates on different sides of a weak threat end up as the same path
             if cost <= least * (1.0 + CLOSE) and all(line.hausdorff_distance(other) > apart for other in chosen):
                 chosen.append(line)
-                self._refined(path, tolerance=1e-5, max_points=RASTER_POINTS if self.problem.field.rasters else 1000)
+                self._polished(path)
         return self._answer(f"{counted(len(guesses), 'candidate')}, {len(chosen)} refined to the end")
 
     def _answer(self, message: str) -> Solution:
@@ -224,18 +231,53 @@ class _Search:
                 refined.append(self._refined(path, tolerance=1e-4, max_points=RASTER_POINTS))
         return refined
 
-    def _over_regions(self) -> None:
-        """
-        Find the best way over cells of constant cost, where all risk is on `nearest` rasters.
+    @property
+    def _has_cells(self) -> bool:
+        """Whether the cost is constant on the cells of `nearest` rasters."""
+        return self.problem.k > 0.0 and not refusal(self.problem)
 
-        It is refined already. It does not decide which other paths are refined, so that none of them is missed.
+    def _over_cells(self, *, few: bool = False) -> list[tuple[FloatArray, float]]:
         """
-        if self.problem.k == 0.0 or refusal(self.problem):
+        Find the best way over cells of constant cost.
+
+        Where there are many, they are all searched only if that may pay: if the best way over the cells beside the way
+        down the costs-to-go is better than the latter, refined. Where neighbours cost nearly the same, it is not.
+        """
+        cells = cells_of(self.problem)
+        refined = []
+        if not few and cells.costs.size > FEW_CELLS:
+            found = marched(self.problem, _raster_grid(self.problem))
+            self.evaluations += found.mesh.n_nodes
+            path = found.path
+            if len(path) and self.problem.evaluate(path).feasible:
+                self._offer(path)
+                refined.append(self._refined(path, tolerance=1e-3, max_points=64))
+            else:
+                path = self.best
+            near = near_path(self.problem, path, cells, NEAR_POINTS[-1])
+            self.evaluations += near.nodes + near.evaluations
+            if self.problem.evaluate(near.path).cost >= self.cost:
+                return [self._refined(path, tolerance=1e-4, max_points=RASTER_POINTS)]
+            self._offer(near.path)
+        self.cells = cells
+        best = least_path(self.problem, cells=cells)
+        self.evaluations += best.nodes + best.evaluations
+        if len(best.path):
+            self._offer(best.path)
+        return refined
+
+    def _polished(self, path: FloatArray) -> None:
+        """Refine a path to the end: over cells, if that pays."""
+        if self.cells is None:
+            self._refined(path, tolerance=1e-5, max_points=RASTER_POINTS if self.problem.field.rasters else 1000)
             return
-        found = least_path(self.problem)
-        self.evaluations += found.nodes + found.evaluations
-        if len(found.path):
-            self._offer(found.path)
+        near = near_path(self.problem, path, self.cells, NEAR_POINTS[-1])
+        self.evaluations += near.nodes + near.evaluations
+        cell, best = min(self.cells.widths.max(), self.cells.heights.max()), shapely.LineString(self.best)
+        if self.problem.evaluate(near.path).cost > (1.0 + SETTLED) * self.cost:
+            return
+        if shapely.hausdorff_distance(shapely.LineString(near.path), best) >= cell:
+            self._refined(near.path, tolerance=REFINED, max_points=MOST_WAYPOINTS)
 
     def _offer(self, path: FloatArray) -> None:
         found = self.problem.evaluate(path)
