@@ -12,7 +12,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels
 # tests start hundreds of processes: what Python has compiled is kept, whatever the environment says
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: compare test theorem-1 fuzz lint check suite bounds browser paper comparison digests oldest figures docs bench claims conformance clean
+.PHONY: compare test theorem-1 fuzz lint check suite bounds browser paper comparison digests oldest figures docs bench peers claims conformance clean
 
 compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
@@ -86,6 +86,15 @@ OLD ?= 422fc1b
 bench: $(INSTALLED)
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=min,median,rounds -s
 	$(BIN)/python tests/benchmarks/old_and_new.py $(OLD)
+	$(BIN)/python tests/benchmarks/peers.py --each 1 --seconds 1 --out results/peers-few.json
+
+# planners of other libraries against ours on 40 maps, half an hour of CPU time; OMPL where it is installed for C++ (Debian:
+# libompl-dev, pkg-config). make peers PEERS='--seconds 20 --workers 2': other limits
+PEERS ?=
+peers: $(INSTALLED)
+	$(BIN)/python -m pip install --quiet scikit-fmm eikonalfm pykonal
+	mkdir -p build && sh examples/conformance/build_ompl.sh build || true
+	$(BIN)/python tests/benchmarks/peers.py $(PEERS)
 
 # 90 minutes on two cores, and 3 for each quick study: every claim of the paper in full, and quickly on three other samples; then
 # the answers that are shipped, the manual's page of them and the README's part. `--resume` goes on with a study that was broken
