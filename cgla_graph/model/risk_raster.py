@@ -318,7 +318,7 @@ class RasterRisk:
         cells.flags.writeable = False
         return cells
 
-    def cells_at(self, where: slice | tuple[WholeArray, WholeArray]) -> FloatArray:
+    def cells_at(self, where: slice | tuple[WholeArray, ...]) -> FloatArray:
         """Return some rows of the `cells`, or those in some rows and columns, without a copy of all."""
         factor = self._multiple * self.factor
         cells: FloatArray = self._held.cells[where]
@@ -329,7 +329,7 @@ class RasterRisk:
         """The greatest risk per unit length that each cell meets (`peaks`), in the shape of `cells`; read-only."""
         return self.highest_at(slice(None))
 
-    def highest_at(self, where: slice | tuple[WholeArray, WholeArray]) -> FloatArray:
+    def highest_at(self, where: slice | tuple[WholeArray, ...]) -> FloatArray:
         """Return some of the `highest`, as `cells_at` those of `cells`."""
         if self.peaks is None:
             return self.cells_at(where)
@@ -435,7 +435,9 @@ class RasterRisk:
         kernels.add_densities(where.reshape(-1, 2), raster_array([self]), out.reshape(-1))
         return out
 
-    def area_above(self, level: float, *, buffer: float = 0.0) -> BaseGeometry:
+    def area_above(
+        self, level: float, *, buffer: float = 0.0, beyond: tuple[int, int, int, int] = (0, 0, 0, 0)
+    ) -> BaseGeometry:
         """
         Return the area of the cells whose own risk is above a level, widened.
 
@@ -446,6 +448,8 @@ class RasterRisk:
         buffer
             By how much the cells are widened, map units, at least 0: half the width of a corridor that has to stay
             clear of them. Round corners are polygons around the circle, at most 1/13000 too wide.
+        beyond
+            How many times the outer cells are repeated, beyond the least x, least y, greatest x and greatest y.
 
         Returns
         -------
@@ -466,10 +470,14 @@ class RasterRisk:
         True
         """
         level, reach = non_negative_number("level", level), non_negative_number("buffer", buffer)
-        x_min, y_min, _, _ = self.bounds
-        (width, height), (rows, columns) = self.cell_size, self.shape
-        x, y = x_min + np.arange(columns + 1.0) * width, y_min + np.arange(rows + 1.0) * height
-        area = shapely.union_all(cell_strips(self.highest > level, x, y))
+        above = np.concatenate([self.highest_at(part) > level for part in parts_of(self.shape)])
+        x, y = (
+            _edges(self.bounds[axis], self.bounds[axis + 2], self.shape[1 - axis], beyond[axis], beyond[axis + 2])
+            for axis in (0, 1)
+        )
+        if any(beyond):
+            above = np.pad(above, ((beyond[1], beyond[3]), (beyond[0], beyond[2])), mode="edge")
+        area = shapely.union_all(cell_strips(above, x, y))
         # a polygon around the circle, not inside it
         reach /= math.cos(math.pi / (4.0 * ROUND))
         # (a buffer far below the rounding of the coordinates comes back empty)
@@ -617,6 +625,14 @@ def raster_array(rasters: Sequence[RasterRisk]) -> FloatArray:
     array = np.concatenate([np.array(heads), *parts])
     array.flags.writeable = False
     return array
+
+
+def _edges(low: float, high: float, count: int, before: int, after: int) -> FloatArray:
+    """Return the edges of so many cells, and of more before and after them."""
+    size = (high - low) / count
+    first, last, count = low - before * size, high + after * size, count + before + after
+    edges: FloatArray = first + np.arange(count + 1.0) * ((last - first) / count)
+    return edges
 
 
 def _checked_peaks(peaks: ArrayLike, values: FloatArray) -> FloatArray:

@@ -34,6 +34,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray, IntArray, Point
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk_raster_kernels import NEAR_X, NEAR_Y
 from cgla_graph.regions import pair_kernels
 from cgla_graph.regions.arrangement import SAME, Arrangement
 from cgla_graph.regions.points import Points, border_points, fractions, lengths, side_orders
@@ -74,7 +75,7 @@ class Rounding:
         # (each of several lines may be next to another one)
         off = 2.0 * ULPS * reach + (2.0 * len(rasters) + 2.0) * SAME * smallest
         for raster in rasters:
-            *_, near_x, near_y = raster.header(0)
+            near_x, near_y = (raster.header(0)[place] for place in (NEAR_X, NEAR_Y))
             off = max(off, 2.0 * near_x * raster.cell_size[0], 2.0 * near_y * raster.cell_size[1])
         return cls(min(LESS + 4.0 * off / least, 1.0), 2.0 * off)
 

@@ -83,7 +83,7 @@ def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> P
     level = non_negative_number("level", level)
     width = non_negative_number("corridor", corridor)
     limit = density_limit(problem, level)
-    closed = [_past_the_rim(layer, problem).area_above(level, buffer=0.5 * width) for layer in layers]
+    closed = [layer.area_above(level, buffer=0.5 * width, beyond=_beyond(layer, problem)) for layer in layers]
     for name in ("start", "goal"):
         here = shapely.Point(getattr(problem, name))
         if any(shapely.contains_properly(area, here) for area in closed):
@@ -106,17 +106,11 @@ def _place(problem: Problem, place: Point) -> str:
     )
 
 
-def _past_the_rim(raster: RasterRisk, problem: Problem) -> RasterRisk:
-    """Repeat the outer cells beyond the bounds where the raster ends: paths may touch areas and follow the rim."""
-    ends = [
-        (raster.bounds[axis] <= problem.bounds[axis], raster.bounds[axis + 2] >= problem.bounds[axis + 2])
-        for axis in range(2)
-    ]
-    more = [(int(low), int(high)) for low, high in ends]
-    (width, height), (left, right), (below, above) = raster.cell_size, *more
-    x_min, y_min, x_max, y_max = raster.bounds
-    bounds = x_min - left * width, y_min - below * height, x_max + right * width, y_max + above * height
-    return RasterRisk(np.pad(raster.highest, (more[1], more[0]), mode="edge"), bounds, origin="lower")
+def _beyond(raster: RasterRisk, problem: Problem) -> tuple[int, int, int, int]:
+    """Return on which sides outer cells count beyond a raster that ends there: paths may follow the rim."""
+    west, south = (int(raster.bounds[axis] <= problem.bounds[axis]) for axis in (0, 1))
+    east, north = (int(raster.bounds[axis] >= problem.bounds[axis]) for axis in (2, 3))
+    return west, south, east, north
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,8 +17,12 @@ from hypothesis.extra.numpy import arrays
 from raster_files import ASC, BOX, VALUES, geotiff, refused, total
 from strategies import examples, few
 
+from cgla_graph.errors import ProblemError
 from cgla_graph.model.earth import LocalProjection
+from cgla_graph.model.rasters import reading
+from cgla_graph.model.rasters import values as values_module
 from cgla_graph.model.rasters.crs import RasterWarning
+from cgla_graph.model.rasters.projection import areas_on_ground
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.scenarios.loading import open_scenarios
 
@@ -143,6 +147,64 @@ def test_geotiffs(tmp_path: Path) -> None:
     with rasterio.open(huge, "w", driver="GTiff", crs="EPSG:32635", sparse_ok=True, **size):
         pass
     refused(huge, "10000 x 20000 cells, more than 120000000")
+
+
+@pytest.mark.parametrize("kind", ["uint8", "int16", "uint16", "int32", "float32", "float64"])
+@pytest.mark.parametrize("how", [{}, {"compress": "deflate", "blockysize": 7}, {"tiled": True, "compress": "lzw"}])
+def test_rows_of_blocks_are_read_one_after_the_other(
+    kind: str, how: dict[str, object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rasterio = pytest.importorskip("rasterio")
+    monkeypatch.setattr(values_module, "AT_ONCE", 4000)
+    monkeypatch.setattr(reading, "AT_ONCE", 4000)
+    cells = np.random.default_rng(3).gamma(0.5, 9.0, (300, 290)).clip(0.0, 100.0).astype(kind)
+    cells[250:, 100:120], cells[3, 5] = 120, 120
+    size = {"blockxsize": 32, "blockysize": 48} if "tiled" in how else {}
+    file = geotiff(tmp_path / "a.tif", cells, 5e5, 6.7e6, 10.0, "EPSG:32635", nodata=120, **{**size, **how})
+    raster = RasterRisk.from_file(file, nodata=0.1)
+    with rasterio.open(file) as opened:
+        expected = opened.read(1, masked=True).astype(np.float64)
+    assert np.array_equal(raster.values, expected.filled(np.nan), equal_nan=True)
+    assert np.array_equal(raster.cells[::-1], expected.filled(0.1))
+    assert raster.missing.sum() == 50 * 20 + 1
+    refused(file, "1001 of its cells have no data, the first in row 3, column 5")
+    counts = RasterRisk.from_file(file, nodata=0.1, kind="count")
+    areas = areas_on_ground(counts.bounds, cells.shape, counts.system)
+    assert np.array_equal(counts.cells[::-1], expected.filled(0.1) / areas)
+    whole = file.read_bytes()
+    file.write_bytes(whole[: len(whole) // 2])
+    refused(file, "damaged")
+
+
+def test_numbers_of_another_kind_are_faults_wherever_they_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("rasterio")
+    monkeypatch.setattr(values_module, "AT_ONCE", 100)
+    cells = np.ones((300, 30), dtype=np.float32)
+    cells[170, 3], cells[171, 4], cells[299, 29] = -1.0, np.inf, -2.0
+    file = geotiff(tmp_path / "a.tif", cells, 5e5, 6.7e6, 10.0, "EPSG:32635")
+    refused(file, "3 of its values are no risk, the first is -1 in row 170, column 3")
+    with pytest.raises(ProblemError, match="3 values of the raster are no risk, the first is -1 in row 170, column 3"):
+        RasterRisk(cells, (0, 0, 1, 1))
+
+
+def test_blocks_that_fill_the_memory_are_refused(tmp_path: Path) -> None:
+    rasterio = pytest.importorskip("rasterio")
+    from rasterio.transform import Affine  # noqa: PLC0415 - may be missing
+
+    size = {"width": 3, "height": 2, "count": 1, "dtype": "uint8", "blockxsize": 16384, "blockysize": 16384}
+    at = {"crs": "EPSG:32635", "transform": Affine(2, 0, 9, 0, -2, 9)}
+    file = tmp_path / "a.tif"
+    with rasterio.open(file, "w", driver="GTiff", sparse_ok=True, tiled=True, **size, **at):
+        pass
+    refused(file, "its blocks have")
+
+
+def test_a_raster_in_degrees_has_fewer_cells(tmp_path: Path) -> None:
+    file = tmp_path / "a.npy"
+    np.save(file, np.zeros((5001, 4000), dtype=np.uint8))
+    refused(
+        file, "5001 x 4000 cells, more than 20000000 that can be laid", bounds=(20, 60, 21, 61), coordinates="lonlat"
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,12 @@
 """Risk on rasters against scipy, itself cut finer, and what a broken integral would say."""
 
 import copy
+import dataclasses
 import math
 import pickle
+import tracemalloc
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import oracles
@@ -19,6 +21,8 @@ import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_raster_kernels as kernels
+from cgla_graph.model.isolated import unchanged
+from cgla_graph.model.rasters import values as values_module
 from cgla_graph.model.rasters.values import MOST_CELLS
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.testing import strategies as drawn
@@ -251,6 +255,80 @@ def test_nothing_that_was_passed_in_is_changed_or_shared() -> None:
     assert raster.greatest == 1.0
     for array in (raster.values, raster.cells, cg.RiskField(rasters=[raster]).raster_array):
         assert not array.flags.writeable
+
+
+def test_a_factor_shares_the_memory_of_the_cells() -> None:
+    town = RasterRisk(np.ones((40, 50)), (0, 0, 5000, 4000), unit="people/m2")
+    flown = town.flown_over_by(cg.FailureModel(1e-3, speed=20, lethal_area=6.5))
+    array = cg.RiskField(rasters=[flown]).raster_array
+    for other in (town.cells, flown.values, flown.scaled(3.0).values, cg.RiskField(rasters=[flown]).raster_array):
+        assert np.shares_memory(array, other)
+    # (kernels take a copy of rasters with another factor, as the header is part of the array)
+    assert town.density((2500, 2000)) == 1.0
+    assert flown.density((2500, 2000)) == pytest.approx(flown.greatest, rel=1e-15)
+    assert flown.people is not None
+    assert flown.people.density((2500, 2000)) == 1e6
+    assert flown.people == town.people
+
+
+@given(drawn.rasters(), st.sampled_from([1e-6, 0.3, 7.0]), drawn.seeds)
+@strategies.usual
+def test_a_factor_multiplies_all_that_kernels_say(raster: RasterRisk, factor: float, seed: int) -> None:
+    made = RasterRisk(raster.cells * factor, raster.bounds, interpolation=raster.interpolation, origin="lower")
+    shared = RasterRisk(raster.cells, raster.bounds, interpolation=raster.interpolation, origin="lower").scaled(factor)
+    one, other = (cg.RiskField(rasters=[each]) for each in (made, shared))
+    assert made == shared
+    points = random_points(seed, 20)
+    for say in ("density", "gradient"):
+        assert getattr(other, say)(points) == pytest.approx(getattr(one, say)(points), rel=1e-12, abs=1e-12 * factor)
+    starts, ends = points[:10], points[10:]
+    assert other.line_integral(starts, ends) == pytest.approx(one.line_integral(starts, ends), rel=1e-12)
+    for a, b in zip(starts, ends, strict=True):
+        low, high = tuple(np.minimum(a, b).tolist()), tuple(np.maximum(a, b).tolist())
+        u, size = (b - a) / np.hypot(*(b - a)), float(np.hypot(*(b - a)))
+        found = [
+            (
+                *kernels.raster_range(low, high, each.raster_array),
+                *kernels.raster_floor(low, high, *(0.5 * (a + b)).tolist(), each.raster_array),
+                *kernels.raster_moments(*a.tolist(), *u.tolist(), size, each.raster_array),
+            )
+            for each in (one, other)
+        ]
+        assert found[1] == pytest.approx(found[0], rel=1e-9, abs=1e-9 * factor)
+
+
+def test_to_evaluate_is_no_change_of_a_problem() -> None:
+    # (the header of kernels is written into the array of the cells when they are first asked for)
+    raster = RasterRisk([[1, 2], [3, 4]], (0, 0, 1, 1), scale=2.0)
+    problem = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField(rasters=[raster]))
+    with unchanged(problem, "mine"):
+        problem.evaluate([(0.1, 0.1), (0.9, 0.9)])
+        raster.density((0.5, 0.5))
+
+
+def test_a_raster_is_replaced_as_a_dataclass() -> None:
+    raster = RasterRisk([[1, np.nan], [3, 4]], (0, 0, 1, 1), nodata=7.0)
+    assert dataclasses.replace(raster, nodata=5.0).values.tolist()[0][0] == 1.0
+    assert dataclasses.replace(raster, nodata=5.0).cells.tolist() == [[3, 4], [1, 5]]
+
+
+@pytest.mark.parametrize("interpolation", ["bilinear", "nearest"])
+def test_a_large_raster_is_in_memory_once(
+    interpolation: Literal["bilinear", "nearest"], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(values_module, "AT_ONCE", 20_000)
+    values = np.ones((1000, 2000), dtype=np.float32)
+    tracemalloc.start()
+    try:
+        raster = RasterRisk(values, (0, 0, 2000, 1000), interpolation=interpolation, unit="people/km2")
+        flown = raster.flown_over_by(cg.FailureModel(1e-3, speed=20, lethal_area=6.5))
+        problem = cg.Problem((1, 1), (1900, 900), cg.RiskField(rasters=[flown]), bounds=flown.bounds)
+        cg.exposure(problem, [(1, 1), (1900, 900)], corridor=10.0, max_density=2.0)
+        assert hash(flown)
+        assert tracemalloc.get_traced_memory()[1] < 8 * values.size * 1.5
+        assert tracemalloc.get_traced_memory()[0] < 8 * values.size * 1.2
+    finally:
+        tracemalloc.stop()
 
 
 def test_rasters_are_equal_if_they_are_the_same_risk() -> None:
