@@ -267,6 +267,9 @@ def number_array(name: str, value: ArrayLike, *, masked: float | None = None) ->
     if type(value) is np.ndarray and value.dtype == np.float64:
         # the usual case
         return np.asarray(value, dtype=np.float64, order="C")
+    if type(value) is tuple and value and set(map(type, value)) == {float}:
+        # a point
+        return np.array(value)
     try:
         mask = None
         if masked is not None and _holds_masked(value):
@@ -335,16 +338,20 @@ def fixed(array: ArrayT) -> ArrayT:
 
 def broadcast(starts: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Broadcast the ends of segments to one shape ``(..., 2)``, in new arrays, or raise `ProblemError`."""
+    # writeable, as kernels are compiled separately for read-only arrays
+    if starts.shape == ends.shape:
+        return np.array(starts, order="C"), np.array(ends, order="C")
     try:
-        first, second = np.broadcast_arrays(starts, ends)
+        shape = np.broadcast(starts, ends).shape
     except ValueError:
         msg = (
             f"starts {starts.shape} and ends {ends.shape} do not broadcast; give one end for each start, or shapes "
             "such as (n, 1, 2) and (m, 2) for all pairs"
         )
         raise ProblemError(msg) from None
-    # writeable, as kernels are compiled separately for read-only arrays
-    return np.array(first, order="C"), np.array(second, order="C")
+    first, second = np.empty(shape), np.empty(shape)
+    first[...], second[...] = starts, ends
+    return first, second
 
 
 def four_numbers(name: str, value: object) -> Bounds:

@@ -50,7 +50,9 @@ def unit_vectors(headings: FloatArray) -> FloatArray:
     >>> unit_vectors(np.array([0.0, math.pi / 2.0])).round(9).tolist()
     [[1.0, 0.0], [0.0, 1.0]]
     """
-    return np.stack([np.cos(headings), np.sin(headings)], axis=-1)
+    vectors = np.empty((*np.shape(headings), 2))
+    vectors[..., 0], vectors[..., 1] = np.cos(headings), np.sin(headings)
+    return vectors
 
 
 def around_circle(count: int, *, first: float = 0.0) -> FloatArray:

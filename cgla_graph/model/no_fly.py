@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import cut
 from cgla_graph._types import BoolArray, FloatArray, IntArray
-from cgla_graph._validate import broadcast, point_array
+from cgla_graph._validate import broadcast, number_array, point_array
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.no_fly_kernels import AreaArrays, in_line, pair_sectors, segments_cross
 
@@ -282,12 +282,13 @@ class NoFlyArea:
 
 def _points(values: ArrayLike, name: str) -> FloatArray:
     """Return points as `point_array` does, if the exact arithmetic can hold them."""
-    points = point_array(name, values)
-    if not (np.abs(points) <= MAX_COORDINATE).all():
-        worst = points[~(np.abs(points) <= MAX_COORDINATE)][0]
-        message = f"{name} holds the coordinate {worst}; coordinates are finite and at most {MAX_COORDINATE:g}"
-        raise ProblemError(message)
-    return points
+    points = number_array(name, values)
+    if points.ndim and points.shape[-1] == 2 and (np.abs(points) <= MAX_COORDINATE).all():  # noqa: PLR2004 - x and y
+        return points
+    points = point_array(name, points)
+    worst = points[~(np.abs(points) <= MAX_COORDINATE)][0]
+    message = f"{name} holds the coordinate {worst}; coordinates are finite and at most {MAX_COORDINATE:g}"
+    raise ProblemError(message)
 
 
 def checked_union(geometry: BaseGeometry | None) -> Polygon | MultiPolygon:

@@ -407,8 +407,8 @@ class Problem(Plottable):
         >>> Problem((0, 0), (1, 1)).in_bounds(np.array([[0.5, 1.0], [0.5, 1.1]])).tolist()
         [True, False]
         """
-        points, (low, high) = number_array("points", points), np.reshape(self.bounds, (2, 2))
-        return np.asarray(((points >= low) & (points <= high)).all(axis=-1))
+        points, corners = number_array("points", points), np.array(self.bounds)
+        return np.asarray(((points >= corners[:2]) & (points <= corners[2:])).all(axis=-1))
 
     def evaluate(self, path: ArrayLike) -> Evaluation:
         """

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib import metadata
 from importlib.machinery import ModuleSpec
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -47,6 +48,30 @@ def no_ompl(monkeypatch: pytest.MonkeyPatch) -> None:
 OMPL = {"rrt-star", "informed-rrt-star", "sorrt-star", "bit-star", "fmt-star", "bfmt-star", "ompl-prm-star"}
 #: Those of the extras ``graphs`` and ``skimage``.
 OF_EXTRAS = {"networkit", "igraph", "rustworkx", "skimage-route"}
+
+
+def test_plug_ins_are_read_once_until_a_folder_of_packages_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reads, read = [], metadata.entry_points
+
+    def counted(*, group: str) -> metadata.EntryPoints:
+        reads.append(group)
+        return read(group=group)
+
+    monkeypatch.setattr(metadata, "entry_points", counted)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert not [point.name for point in listing.entry_points(listing.ENTRY_POINT_GROUP)]
+    n_reads = len(reads)
+    assert not [point.name for point in listing.entry_points(listing.ENTRY_POINT_GROUP)]
+    assert len(reads) == n_reads == 1
+    # a folder that is there already gets a distribution
+    about = tmp_path / "own-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: own\nVersion: 1.0\n", encoding="utf-8")
+    (about / "entry_points.txt").write_text("[cgla_graph.solvers]\nown = own:Own\n", encoding="utf-8")
+    assert [point.name for point in listing.entry_points(listing.ENTRY_POINT_GROUP)] == ["own"]
+    assert "own" in registry.names(installed=False)
 
 
 def test_the_promised_names_are_there() -> None:
