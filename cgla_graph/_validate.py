@@ -267,7 +267,7 @@ def number_array(name: str, value: ArrayLike, *, masked: float | None = None) ->
     if type(value) is np.ndarray and value.dtype == np.float64:
         # the usual case
         return np.asarray(value, dtype=np.float64, order="C")
-    if type(value) is tuple and value and set(map(type, value)) == {float}:
+    if isinstance(value, tuple) and set(map(type, value)) == {float}:
         # a point
         return np.array(value)
     try:
