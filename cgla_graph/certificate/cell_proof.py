@@ -26,6 +26,8 @@ from cgla_graph.regions.points import covered
 
 #: Points of a side in the first round, by how many cells there are at most; and in the last round, at most.
 POINTS, MOST_POINTS = {4_000: 15, 40_000: 7, 10**9: 3}, 63
+#: Long cells are divided if there are no more than these afterwards.
+LONG_CELLS = 40_000
 #: Fewer points are of no use.
 LEAST_POINTS = 2
 #: A round has so many times as many points as the one before, at least and at most; it aims at this part of the gap.
@@ -61,7 +63,7 @@ class CellProof:
     is_last
         Whether the round is expected to be good enough.
     loose
-        Whether more is lost than by few points: an area cuts cells, or costs were lowered to those along lines.
+        Whether more is lost than by few points, as an area cuts cells.
     """
 
     problem: Problem
@@ -89,13 +91,15 @@ class CellProof:
         cells = Arrangement.of(problem, for_bound=True)
         rounding = Rounding.of(problem, cells)
         most = NODES_A_CELL * max_cells
-        loose = not np.isin(cells.costs, Arrangement.of(problem).costs).all()
+        loose = False
         if not problem.model.area.is_empty:
             inside, cut = covered(cells, problem.model.area)
-            cells, loose = cells.without(inside), loose or bool(cut.any())
+            cells, loose = cells.without(inside), bool(cut.any())
         wide, high = (float(np.median(np.diff(lines))) for lines in (cells.x, cells.y))
         # (in long cells, the points of the short sides are too many, and those of the long sides too few)
-        cells = cells.divided(max(round(wide / high), 1), max(round(high / wide), 1))
+        if cells.along is None:
+            most_parts = max(LONG_CELLS // cells.costs.size, 1)
+            cells = cells.divided(*(min(max(round(of), 1), most_parts) for of in (wide / high, high / wide)))
         m = next(m for few, m in POINTS.items() if cells.costs.size <= few)
         first = cls(problem, cells, rounding, m, most, loose)
         if first.nodes(m) > most:
@@ -220,3 +224,10 @@ def load_kernels() -> None:
     if small is not None:
         small.m = 1
         small.bounds(math.inf, math.inf)
+    # (rasters on the same cells)
+    twice = RiskField(
+        rasters=[*field.rasters, RasterRisk([[1.0, 0.0], [0.0, 2.0]], (0, 0, 1, 1), interpolation="nearest")]
+    )
+    lined = CellProof.begin(Problem((0.1, 0.1), (0.9, 0.9), twice, k=1.0), 10**6)
+    if lined is not None:
+        lined.bounds(math.inf, math.inf)

@@ -591,8 +591,10 @@ class _Search:
                 if outcome := self._outcome() or found_better:
                     return outcome
             missing = self.known.least / (self.best or math.nan) - 1.0
-            if keep is None or (proof.loose and not missing < (1.0 - cell_proof.WORTH) * before):
-                return ""
+            if keep is None or not missing < (1.0 - cell_proof.WORTH) * before:
+                return (
+                    "" if proof.loose or keep is None else "more points on cells gain little: a better path is missing"
+                )
             keep(self.known.least)
             before = missing
             if limit := proof.finer(missing / self.tolerance):

@@ -1,7 +1,7 @@
 """The cells on which the cost of a problem is constant: between the lines of its `nearest` rasters."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +36,9 @@ class Arrangement:
         The different widths of columns and heights of rows, map units.
     shape_of
         The shape of each cell, shape ``(rows, columns)``: ``height * len(widths) + width``, by their numbers.
+    along
+        Cost of a unit of length along horizontal and vertical lines, shape ``(rows + 1, columns)`` and ``(rows, columns
+        + 1)``, where that may be less than on the cells beside (`of`, for bounds); else None.
     """
 
     x: FloatArray
@@ -44,6 +47,7 @@ class Arrangement:
     widths: FloatArray
     heights: FloatArray
     shape_of: IntArray
+    along: tuple[FloatArray, FloatArray] | None = None
 
     @classmethod
     def of(cls, problem: Problem, *, least: int = 1, for_bound: bool = False) -> "Arrangement":
@@ -57,7 +61,8 @@ class Arrangement:
         least
             No cell is longer than this part of the longer side of the bounds: with 1, lines are those of rasters.
         for_bound
-            Whether no place, also on a line, may cost less than its cells; then lines are on the edges of rasters.
+            Whether no path may cost less than over the cells: then lines are on the edges of rasters, and have costs of
+            their own where they are lines of several rasters (`along`).
 
         Examples
         --------
@@ -73,8 +78,9 @@ class Arrangement:
         """
         x, y = (_lines(problem, axis, least, 0.0 if for_bound else BESIDE) for axis in (0, 1))
         costs = _costs(problem, x, y)
-        if for_bound and len(problem.field.rasters) > 1:
-            _lower_to_lines(problem, x, y, costs)
+        along = _along_lines(problem, x, y, costs) if for_bound else None
+        if along is not None:
+            return replace(cls.laid(x, y, costs), along=along)
         if least == 1:
             kept_x = np.concatenate([[True], (costs[:, 1:] != costs[:, :-1]).any(axis=0), [True]])
             kept_y = np.concatenate([[True], (costs[1:] != costs[:-1]).any(axis=1), [True]])
@@ -145,7 +151,7 @@ class Arrangement:
     def without(self, cells: BoolArray) -> "Arrangement":
         """Return an arrangement in which no path enters some cells, shape ``(rows, columns)``."""
         costs = np.where(cells, math.inf, self.costs)
-        return Arrangement(self.x, self.y, costs, self.widths, self.heights, self.shape_of)
+        return replace(self, costs=costs)
 
     def cells_of(self, place: tuple[float, float]) -> list[tuple[int, int]]:
         """List the cells that a place is in or on the border of, as ``(row, column)``."""
@@ -221,18 +227,25 @@ def _risk_on(raster: RasterRisk, x: FloatArray, y: FloatArray) -> FloatArray:
     return risk
 
 
-def _lower_to_lines(problem: Problem, x: FloatArray, y: FloatArray, costs: FloatArray) -> None:
-    """Lower costs of cells to those along their sides, in place: there each raster has its lesser value."""
+def _along_lines(
+    problem: Problem, x: FloatArray, y: FloatArray, costs: FloatArray
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return the costs along lines, on which each raster has its lesser value; None if they are those of cells."""
+    if len(problem.field.rasters) < 2:  # noqa: PLR2004 - two rasters have a line in common
+        return None
     middles = 0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1])
-    across, up = np.zeros((len(y) - 1, len(x) - 2)), np.zeros((len(y) - 2, len(x) - 1))
+    up, across = np.zeros((len(y) - 2, len(x) - 1)), np.zeros((len(y) - 1, len(x) - 2))
     for raster in problem.field.rasters:
         risk = _risk_on(raster, *middles)
-        across += np.minimum(risk[:, 1:], risk[:, :-1])
         up += np.minimum(risk[1:], risk[:-1])
-    for part, beside in (
-        (costs[:, 1:], across), (costs[:, :-1], across), (costs[1:], up), (costs[:-1], up),
-    ):  # fmt: skip
-        np.minimum(part, 1.0 + problem.k * beside, out=part)
+        across += np.minimum(risk[:, 1:], risk[:, :-1])
+    up, across = 1.0 + problem.k * up, 1.0 + problem.k * across
+    lesser = (up < np.minimum(costs[1:], costs[:-1])).any() or (across < np.minimum(costs[:, 1:], costs[:, :-1])).any()
+    if not lesser:
+        return None
+    horizontal = np.vstack([costs[:1], np.minimum(up, np.minimum(costs[1:], costs[:-1])), costs[-1:]])
+    vertical = np.hstack([costs[:, :1], np.minimum(across, np.minimum(costs[:, 1:], costs[:, :-1])), costs[:, -1:]])
+    return horizontal, vertical
 
 
 def _in_parts(lines: FloatArray, times: int) -> FloatArray:

@@ -14,7 +14,9 @@ bound is divided by it. So sums of lengths need no care. `W` may have any values
 no-fly areas, and on those through which all paths cost more than a known one (`through`).
 
 **On a line** the oracle takes the least value of each raster. If several rasters have a line in common, that sum may be
-less than the cost of both cells; then it is the cost of both (`Arrangement.of`).
+less than the cost of both cells. Then ``W(v) - W(w)`` is at most that cost of the interval for neighbours on the line
+(`Points.lines`), so that pieces along lines add up as well. The last piece, along the line to the goal, does so too:
+where the goal is inside of an interval, `W` is at most 0 on it.
 
 **Rounding** (`Rounding`). Let ``d`` bound how far lines are from where the oracle has them. It counts places within
 some ulps of a line as on it; lines nearer than `SAME` are one. A map that draws strips of width ``d`` on both sides of
@@ -197,6 +199,8 @@ def values_to(points: Points, goal: Point, limit: float = math.inf) -> FloatArra
     steep = pair_kernels.steepest(
         cells.costs, points.tables, points.table_of, horizontal, vertical, len(points.parts), values
     )
+    if steep < math.inf and len(points.lines):
+        steep = max(steep, pair_kernels.steepest_along(points.lines, horizontal, vertical, len(points.parts), values))
     if not steep < math.inf:
         return np.zeros(len(values))
     return values / max(steep, 1.0)

@@ -20,7 +20,7 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray, WholeArray
-from cgla_graph.regions.region_kernels import side_of
+from cgla_graph.regions.region_kernels import ends_of, side_of
 
 #: 1 - 1 / sqrt(2), rounded up; and what covers the rounding of one number of the table. (Between points of a side is at
 #: least a 600th of it, so that differences of places have relative errors below 1000 ulps.)
@@ -112,6 +112,28 @@ def steepest(
                 for b in range(a):
                     apart, most = abs(here[a] - here[b]), cost * table[a, b]
                     # (also if one is no number)
+                    if not apart <= worst * most:
+                        worst = apart / most if most > 0.0 else math.inf
+                        if not worst < math.inf:
+                            return worst
+    return worst
+
+
+@kernel
+def steepest_along(
+    lines: FloatArray, horizontal: WholeArray, vertical: WholeArray, m: int, values: FloatArray
+) -> float:
+    """Return the greatest ratio of a difference of values to the cost of its interval of a line, as `steepest` does."""
+    worst = 1.0
+    for kind in (1, 2):
+        sides = horizontal if kind == 1 else vertical
+        for j in range(sides.shape[0]):
+            for i in range(sides.shape[1]):
+                if sides[j, i] < 0:
+                    continue
+                for number in range(m + 1):
+                    one, other = ends_of(kind, j, i, number, horizontal, vertical, m)
+                    apart, most = abs(values[one] - values[other]), lines[sides[j, i], number]
                     if not apart <= worst * most:
                         worst = apart / most if most > 0.0 else math.inf
                         if not worst < math.inf:

@@ -227,8 +227,20 @@ class Points:
     def spread(self, values: FloatArray, limit: float) -> None:
         """Turn costs of some nodes, infinite elsewhere, into the least costs from there, in place."""
         region_kernels.least_costs(
-            self.cells.costs, self.tables, self.table_of, *self.sides, len(self.parts), limit, values
+            self.cells.costs, self.tables, self.table_of, *self.sides, len(self.parts), limit, values, self.lines
         )
+
+    @cached_property
+    def lines(self) -> FloatArray:
+        """Costs of the intervals of all sides, shape ``(sides, m + 1)``; empty if they are those of the cells."""
+        if self.cells.along is None:
+            return np.empty((0, 0))
+        steps = np.diff(self.parts, prepend=0.0, append=1.0)
+        costs = np.empty((len(self.sides[2]), len(steps)))
+        sizes = np.broadcast_to(np.diff(self.cells.x), self.sides[0].shape), np.diff(self.cells.y)[:, None]
+        for numbers, along, size in zip(self.sides[:2], self.cells.along, sizes, strict=True):
+            costs[numbers[numbers >= 0]] = (along * size)[numbers >= 0, None] * steps
+        return costs
 
     def nodes_to(self, values: FloatArray, place: Point) -> IntArray:
         """

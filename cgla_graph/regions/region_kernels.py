@@ -54,6 +54,39 @@ def side_of(row: int, column: int, number: int, horizontal: WholeArray, vertical
 
 
 @kernel
+def along_line(
+    kind: int, row: int, column: int, s: int, n: int, horizontal: WholeArray, vertical: WholeArray, m: int
+) -> tuple[int, int, int, int]:
+    """
+    Return the `n`-th interval of a line at a node (`place_of`), to the next node on it.
+
+    Kind of its side, row and column, and its number on the side; kind -1 beyond the map, and where there is no side.
+    """
+    if kind != 0:
+        return kind, row, column, s + n
+    across = 1 - (n >> 1)
+    back = n & 1
+    j, i = row - (0 if across else back), column - (back if across else 0)
+    sides = horizontal if across else vertical
+    if j < 0 or i < 0 or j >= sides.shape[0] or i >= sides.shape[1] or sides[j, i] < 0:
+        return -1, 0, 0, 0
+    return (1 if across else 2), j, i, m * back
+
+
+@kernel
+def ends_of(
+    kind: int, row: int, column: int, number: int, horizontal: WholeArray, vertical: WholeArray, m: int
+) -> tuple[int, int]:
+    """Return the two nodes at the ends of an interval of a side."""
+    columns, n_corners = vertical.shape[1], horizontal.shape[0] * vertical.shape[1]
+    side = int(horizontal[row, column]) if kind == 1 else int(vertical[row, column])
+    corner, first = row * columns + column, n_corners + side * m
+    one = corner if number == 0 else first + number - 1
+    other = first + number if number < m else corner + (1 if kind == 1 else columns)
+    return one, other
+
+
+@kernel
 def least_costs(
     costs: FloatArray,
     tables: FloatArray,
@@ -64,6 +97,7 @@ def least_costs(
     m: int,
     limit: float,
     values: FloatArray,
+    lines: FloatArray,
 ) -> int:
     """
     Find the least cost of a way from the seeds to each node (Dijkstra 1959); edges are made when they are needed.
@@ -85,6 +119,8 @@ def least_costs(
         Nodes beyond this cost are left out: the values of some are too great then.
     values
         Costs of the seeds, elsewhere infinite; on return the least costs, shape ``(n,)``, map units.
+    lines
+        Cost of each interval of the sides, which is not that of the cells then, shape ``(sides, m + 1)``; or none.
 
     Returns
     -------
@@ -170,6 +206,21 @@ def least_costs(
                 if lowest < least[n_corners + side]:
                     least[n_corners + side] = lowest
                     size = push(keys, items, size, lowest, n_corners + side)
+        if lines.shape[0] == 0:
+            continue
+        for n in range(4 if kind == 0 else 2):
+            on, j, i, number = along_line(kind, row, column, s, n, horizontal, vertical, m)
+            if on < 0:
+                continue
+            one, two = ends_of(on, j, i, number, horizontal, vertical, m)
+            other = two if one == node else one
+            value = key + lines[int(horizontal[j, i]) if on == 1 else int(vertical[j, i]), number]
+            if value < values[other]:
+                values[other] = value
+                at = other if other < n_corners else n_corners + (other - n_corners) // m
+                if value < least[at]:
+                    least[at] = value
+                    size = push(keys, items, size, value, at)
     return count
 
 
