@@ -592,9 +592,7 @@ class _Search:
                     return outcome
             missing = self.known.least / (self.best or math.nan) - 1.0
             if keep is None or not missing < (1.0 - cell_proof.WORTH) * before:
-                return (
-                    "" if proof.loose or keep is None else "more points on cells gain little: a better path is missing"
-                )
+                return "" if proof.loose or keep is None else "more points on cells gain little"
             keep(self.known.least)
             before = missing
             if limit := proof.finer(missing / self.tolerance):
