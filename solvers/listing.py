@@ -5,13 +5,13 @@ List of the built-in solvers, read from a file without importing them.
 """
 
 import json
-import sys
 from collections.abc import Iterable, Mapping
-from functools import cache, lru_cache
+from functools import cache
 from importlib import resources
 from importlib.util import find_spec
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from cgla_graph._installed import read_once
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -96,24 +96,14 @@ def distribution_of(package: str) -> str:
 
 def entry_points(group: str) -> "Iterable[EntryPoint]":
     """Find entry points of other distributions; completing built-in names does not need them."""
-    # (reading what is installed takes milliseconds; an installation changes the folder that it is made in)
-    return _entry_points(group, tuple(map(_place, sys.path)), tuple(map(id, sys.meta_path)))
+    return _entry_points(group)
 
 
-@lru_cache(maxsize=4)
-def _entry_points(group: str, *_: tuple[object, ...]) -> "tuple[EntryPoint, ...]":
+@read_once
+def _entry_points(group: str) -> "tuple[EntryPoint, ...]":
     from importlib import metadata  # noqa: PLC0415 - see above
 
     return tuple(metadata.entry_points(group=group))
-
-
-def _place(path: str) -> tuple[object, ...]:
-    """Return a folder of packages and when it last changed; the name alone where there is none."""
-    try:
-        found = Path(path).stat()
-    except (OSError, TypeError, ValueError):
-        return (path,)
-    return path, found.st_dev, found.st_ino, found.st_mtime_ns
 
 
 def _is_installed(package: str) -> bool:

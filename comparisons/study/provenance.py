@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import cgla_graph
+from cgla_graph._installed import read_once
 from cgla_graph.model.cost_model import n_cores
 
 #: Seconds to wait for git, which answers at once or hangs (on a network drive).
@@ -239,10 +240,15 @@ def packages() -> dict[str, str]:
     for requirement in _requirements():
         name = re.split(r"[^\w.-]", requirement, maxsplit=1)[0].lower()
         try:
-            found[name] = importlib.metadata.version(name)
+            found[name] = _version(name)
         except importlib.metadata.PackageNotFoundError:
             continue
     return dict(sorted(found.items()))
+
+
+@read_once
+def _version(name: str) -> str:
+    return importlib.metadata.version(name)
 
 
 def _requirements() -> list[str]:
