@@ -22,6 +22,8 @@ CELLS, MOST_CELLS = 256, 2048
 #: Least number of cells over which the cost may change e-fold without a warning: with fewer, paths were up to 0.5 %
 #: above the best at ``k = 1000``.
 RESOLVED = 2.5
+#: Cells of a raster along one of a grid from which on it is said to be sampled: rounding to whole numbers is not.
+MANY = 1.05
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,8 @@ class FastMarching(Settings):
     polylines through its own points and the corners beside it.
 
     Where threats may change the cost e-fold within 2.5 cells, the message says so: among narrow threats, or at great
-    ``k``, the path with the usual number of cells was up to 0.5 % above the best one.
+    ``k``, the path with the usual number of cells was up to 0.5 % above the best one. So it does where the grid has
+    fewer cells than a raster, of which it then takes samples.
 
     `Solution.evaluations` counts the nodes of the grid, at each of which the cost is computed once.
 
@@ -83,6 +86,7 @@ class FastMarching(Settings):
         within = least_change(problem) / max(found.mesh.spacing)
         if within < RESOLVED:
             message = f"the cost may change e-fold within {within:.2g} cells: with more `cells`, the path may cost less"
+        message = "; ".join(filter(None, [message, sampled(problem, (columns, rows))]))
         return Solution(
             Status.FOUND,
             path=path,
@@ -100,8 +104,7 @@ class FastMarching(Settings):
         if self.cells is not None:
             cells = self.cells
         elif problem.field.rasters:
-            finest = min(min(raster.cell_size) for raster in problem.field.rasters)
-            cells = min(max(CELLS, max(sides) / finest), MOST_CELLS)
+            cells = min(max(CELLS, max(sides) / finest_cell(problem)), MOST_CELLS)
         columns, rows = (max(8, round(cells * side / max(sides))) for side in sides)
         return in_line(problem, (columns, rows)) if self.cells is None else (columns, rows)
 
@@ -123,6 +126,38 @@ def least_change(problem: Problem) -> float:
     threats = problem.field.threats
     steepest = max((math.sqrt(2.0 * math.log1p(problem.k * one.peak)) / one.spread for one in threats), default=0.0)
     return 1.0 / steepest if steepest > 0.0 else math.inf
+
+
+def finest_cell(problem: Problem) -> float:
+    """Return the least side of a cell of the rasters of a problem, map units; infinite without any."""
+    return min((min(raster.cell_size) for raster in problem.field.rasters), default=math.inf)
+
+
+def sampled(problem: Problem, last: tuple[int, int]) -> str:
+    """
+    Say that a grid takes samples of a raster, as it has fewer cells; empty if it has as many.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    last
+        Cells of the grid along each side of the bounds.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField
+    >>> from cgla_graph.model.risk_raster import RasterRisk
+    >>> field = RiskField(rasters=[RasterRisk([[0.0] * 40] * 40, (0, 0, 1, 1))])
+    >>> problem = Problem((0, 0), (1, 1), field, k=1.0)
+    >>> sampled(problem, (40, 40)), sampled(problem, (10, 20))
+    ('', 'the raster is sampled: a cell of the grid is as wide as 4 of the raster')
+    """
+    x_min, y_min, x_max, y_max = problem.bounds
+    if problem.k == 0.0:
+        return ""
+    times = max((x_max - x_min) / last[0], (y_max - y_min) / last[1]) / finest_cell(problem)
+    return f"the raster is sampled: a cell of the grid is as wide as {times:.3g} of the raster" if times > MANY else ""
 
 
 @dataclass(frozen=True, eq=False)

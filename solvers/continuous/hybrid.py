@@ -13,7 +13,6 @@ import shapely
 from cgla_graph._text import counted
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.certificate.certificate import improved
-from cgla_graph.certificate.subsolution import in_line
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import TOLERANCE, Solution, Status, TracePoint
 from cgla_graph.model.solver import Traits
@@ -22,7 +21,8 @@ from cgla_graph.regions.arrangement import Arrangement, refusal
 from cgla_graph.regions.paths import MOST_WAYPOINTS, NEAR_POINTS, REFINED, cells_of, least_path, near_path
 from cgla_graph.solvers.base import Count, Positive, Settings, Whole
 from cgla_graph.solvers.continuous import hybrid_roadmap
-from cgla_graph.solvers.continuous.fast_marching import NEAR, Marched, marched
+from cgla_graph.solvers.continuous.fast_marching import marched, sampled
+from cgla_graph.solvers.continuous.hybrid_raster import MOST_NODES, raster_grid, ways_down
 from cgla_graph.solvers.continuous.hybrid_valley import BANDS, holds_one_way
 
 #: Candidates cost at most so much more than the best one before refinement, relative to it.
@@ -39,9 +39,8 @@ MOST_POLES = 64
 FEWER, FEWEST_POINTS, OPEN_CELLS, DOZENS = 7, 100, 3.125, 16.0
 #: Angles that are computed, at most: poles times nodes.
 MOST_ANGLES = 1_000_000
-#: The most nodes of a grid that is marched over; over rasters, the fewest cells along its longer side, and the most
-#: waypoints of a refined path.
-MOST_NODES, RASTER_LEAST, RASTER_POINTS = 1_000_000, 256, 2000
+#: The most waypoints of a path that is refined over rasters.
+RASTER_POINTS = 2000
 #: Up to so many cells of constant cost are searched in any case. Other paths over cells are refined if they cost at
 #: most so much more than the best one.
 FEW_CELLS, SETTLED = 20_000, 1e-3
@@ -143,6 +142,8 @@ class _Search:
         self.trace: list[TracePoint] = []
         #: Cells of constant cost, where a search over all of them pays.
         self.cells: Arrangement | None = None
+        #: What the message has to say of the rasters.
+        self.remark = ""
 
     def run(self) -> Solution:
         first, is_only_way = self._first_look()
@@ -182,7 +183,7 @@ class _Search:
             cost=self.cost,
             evaluations=self.evaluations,
             trace=tuple(self.trace),
-            message=message,
+            message=f"{message}; {self.remark}" if self.remark else message,
         )
 
     def _first_look(self) -> tuple[list[tuple[FloatArray, float]], bool]:
@@ -222,10 +223,10 @@ class _Search:
         """Find ways down the costs-to-go at the resolution of rasters, whose corridors the roadmap may miss."""
         if not self.problem.field.rasters or self.problem.k == 0.0:
             return []
-        found = marched(self.problem, _raster_grid(self.problem))
-        self.evaluations += found.mesh.n_nodes
+        ways, n_nodes, self.remark = ways_down(self.problem)
+        self.evaluations += n_nodes
         refined = []
-        for path in (found.path, _from_node_to_node(self.problem, found)):
+        for path in ways:
             if len(path) and self.problem.evaluate(path).feasible:
                 self._offer(path)
                 refined.append(self._refined(path, tolerance=1e-4, max_points=RASTER_POINTS))
@@ -246,7 +247,8 @@ class _Search:
         cells = cells_of(self.problem)
         refined = []
         if not few and cells.costs.size > FEW_CELLS:
-            found = marched(self.problem, _raster_grid(self.problem))
+            found = marched(self.problem, last := raster_grid(self.problem))
+            self.remark = sampled(self.problem, last)
             self.evaluations += found.mesh.n_nodes
             path = found.path
             if len(path) and self.problem.evaluate(path).feasible:
@@ -259,6 +261,7 @@ class _Search:
             if self.problem.evaluate(near.path).cost >= self.cost:
                 return [self._refined(path, tolerance=1e-4, max_points=RASTER_POINTS)]
             self._offer(near.path)
+            self.remark = ""
         self.cells = cells
         best = least_path(self.problem, cells=cells)
         self.evaluations += best.nodes + best.evaluations
@@ -318,57 +321,6 @@ def _open_grid(problem: Problem, cells: float) -> tuple[int, int]:
     sides = x_max - x_min, y_max - y_min
     spacing = math.sqrt(sides[0] * sides[1] / cells)
     return max(16, round(sides[0] / spacing)), max(16, round(sides[1] / spacing))
-
-
-def _raster_grid(problem: Problem) -> tuple[int, int]:
-    """Return a grid with two cells along each of the finest raster's, unless those are too many."""
-    x_min, y_min, x_max, y_max = problem.bounds
-    sides = x_max - x_min, y_max - y_min
-    finest = min(min(raster.cell_size) for raster in problem.field.rasters)
-    spacing = max(0.5 * finest, math.sqrt(sides[0] * sides[1] / MOST_NODES))
-    # a coarse raster is no smoother than a threat
-    spacing = min(spacing, max(sides) / RASTER_LEAST)
-    # an even number for each of the raster's, so that nodes are in the middle of its cells: in the floor of a valley
-    columns, rows = in_line(problem, (max(4, round(0.5 * sides[0] / spacing)), max(4, round(0.5 * sides[1] / spacing))))
-    return 2 * columns, 2 * rows
-
-
-def _from_node_to_node(problem: Problem, found: Marched) -> FloatArray:
-    """
-    Follow costs-to-go down from node to node of the grid; empty if that leads nowhere.
-
-    Where a valley is steep and narrow, the way down a spline leaves its floor, and nodes do not.
-    """
-    mesh = found.mesh
-    columns, rows = mesh.last
-    inside = (
-        (mesh.node_columns >= 0) & (mesh.node_columns <= columns) & (mesh.node_rows >= 0) & (mesh.node_rows <= rows)
-    )
-    where = mesh.node_columns[inside], mesh.node_rows[inside]
-    # a frame that nothing leads to
-    times = np.full((columns + 3, rows + 3), np.inf)
-    np.minimum.at(times, (where[0] + 1, where[1] + 1), found.times[:-1][inside])
-    origin, spacing = np.array(mesh.origin), np.array(mesh.spacing)
-    here, goal = (tuple((np.rint((end - origin) / spacing) + 1).astype(int)) for end in (problem.start, problem.goal))
-    moves = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)])
-    nodes = [here]
-    while here != goal:
-        there = np.array(here) + moves
-        nearer = times[there[:, 0], there[:, 1]]
-        lower = nearer < times[here]
-        if not lower.any():
-            # at the foot of the valley, near the goal, or nowhere
-            break
-        ends = origin + (there[lower] - 1) * spacing
-        weights = problem.model.weights(np.broadcast_to(origin + (np.array(here) - 1) * spacing, ends.shape), ends)
-        here = tuple(there[lower][np.argmin(nearer[lower] + weights)].tolist())
-        nodes.append(here)
-    if len(nodes) == 1 or max(abs(here[0] - goal[0]), abs(here[1] - goal[1])) > NEAR:
-        return np.empty((0, 2))
-    steps = np.diff(np.array(nodes), axis=0)
-    # where it turns
-    turns = np.array(nodes)[np.concatenate([[True], (steps[1:] != steps[:-1]).any(axis=1), [True]])]
-    return np.vstack([problem.start, origin + (turns - 1) * spacing, problem.goal])
 
 
 def _poles(problem: Problem, cost: float) -> FloatArray:

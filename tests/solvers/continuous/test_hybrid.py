@@ -21,7 +21,7 @@ from cgla_graph.refine.refine import refine_path
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import shipped
 from cgla_graph.solvers.checks import check_solver
-from cgla_graph.solvers.continuous import hybrid, hybrid_roadmap
+from cgla_graph.solvers.continuous import hybrid, hybrid_raster, hybrid_roadmap
 from cgla_graph.solvers.continuous.hybrid import Hybrid
 from cgla_graph.testing.strategies import polygons
 
@@ -177,7 +177,7 @@ def test_no_grid_is_larger_than_it_may_be(monkeypatch: pytest.MonkeyPatch) -> No
     for problem in (random_map(1), cg.load_scenario("fifty-threats").problem):
         with pytest.raises(ZeroDivisionError):
             Hybrid(points=10**6).solve(problem)
-    assert max(columns * rows for columns, rows in grids) <= 1.01 * hybrid.MOST_NODES
+    assert max(columns * rows for columns, rows in grids) <= 1.01 * hybrid_raster.MOST_NODES
 
 
 def test_it_is_the_default() -> None:
