@@ -82,6 +82,8 @@ FINE = 64
 LOOKS = 2
 #: Steps along the side of a tile of nodes.
 TILE = 8
+#: Rasters of up to so many nodes are held as a whole.
+WHOLE = 1 << 20
 #: Half steps around a band of lattice points that the raster covers.
 BESIDE = 6
 #: The tube is refined at least once where so many nodes are kept.
@@ -494,7 +496,7 @@ class _Search:
         nodes = x, y, column, row, kept.most, kept.to_goal, kept.far, apart
         near = squares.sums()
         sums = near if passable is None else squares.sums(passable), near
-        flat: Any = *rasters, squares.blocks, *sums
+        flat: Any = *rasters, squares.blocks, squares.width, *sums
         ends = [np.flatnonzero(index == end) for end in (self.target, self.source)]
         self._is_late()
         if not all(map(len, ends)):
@@ -558,38 +560,47 @@ class Squares:
     ----------
     columns, rows
         The nodes, half steps, shape ``(n,)``.
+    shape
+        Of the half lattice.
     blocks
         The first entry of each square.
     places
         The entry of each node, shape ``(n,)``.
     size
         Number of entries.
+    width
+        Entries of a column where the raster is held as a whole; else 0.
     """
 
     columns: IntArray
     rows: IntArray
+    shape: tuple[int, ...]
     blocks: WholeArray
     places: IntArray
     size: int
+    width: int
 
     @classmethod
     def of(cls, chosen: BoolArray) -> "Squares":
         """Lay out the nodes of a half lattice that are chosen."""
         (columns, rows), shape = np.nonzero(chosen), chosen.shape
         bits, side = restricted_kernels.BITS, restricted_kernels.SIDE
+        if chosen.size <= WHOLE:
+            width = shape[1] + 1
+            nothing = np.empty((0, 0), dtype=np.int64)
+            return cls(columns, rows, shape, nothing, columns * width + rows, (shape[0] + 1) * width, width)
         # (what lies beside the last column or row is looked up as well)
-        blocks = np.zeros([n // side + 1 for n in shape], dtype=np.int32)
+        blocks = np.zeros([n // side + 1 for n in shape], dtype=np.int64)
         blocks[columns >> bits, rows >> bits] = 1
         used = np.flatnonzero(blocks)
         blocks.flat[used] = side**2 * np.arange(1, len(used) + 1)
         places = blocks[columns >> bits, rows >> bits] + ((columns % side) << bits) + rows % side
-        return cls(columns, rows, blocks, places, side**2 * (len(used) + 1))
+        return cls(columns, rows, shape, blocks, places, side**2 * (len(used) + 1), 0)
 
     def sums(self, chosen: BoolArray | None = None) -> WholeArray:
         """Count the nodes, or some of them, south and west of each corner of coarse squares."""
-        coarse, (width, height) = restricted_kernels.COARSE, self.blocks.shape
-        times = restricted_kernels.SIDE >> coarse
-        sums = np.zeros((times * width + 1, times * height + 1), dtype=np.int32)
+        coarse = restricted_kernels.COARSE
+        sums = np.zeros([(n >> coarse) + 2 for n in self.shape], dtype=np.int32)
         columns, rows = (at if chosen is None else at[chosen] for at in (self.columns, self.rows))
         sums[1:, 1:][columns >> coarse, rows >> coarse] = 1
         return sums.cumsum(axis=0, dtype=np.int32).cumsum(axis=1, dtype=np.int32)

@@ -3,7 +3,8 @@ Compiled kernels of the restricted cost matrix; `restricted` says why what they 
 
 The half lattice has the lattice's points and the middles between them. A raster over it is stored in squares of `SIDE`
 nodes a side, of which only those near the tube are held: `blocks` has the first entry of each square, and 0 for those
-that are not held, as all entries of the first square are infinite.
+that are not held, as all entries of the first square are infinite. A small raster is held as a whole, `width` entries a
+column, which is quicker.
 
 Nodes of the lattice are searched tile by tile. From a node, whole tiles are left out by what holds for all straight
 lines to them: how short they are, and that a box, through which all of them pass at the same share of their length,
@@ -31,23 +32,24 @@ Kept: TypeAlias = tuple[FloatArray, FloatArray, IntArray, IntArray, FloatArray, 
 #: First node of each tile and, at last, the number of nodes; least and greatest x and y, then column and row.
 Tiles: TypeAlias = tuple[IntArray, FloatArray, IntArray]
 #: Costs of a unit of length over the half lattice: as they are, below and above; a bound of their fourth derivatives,
-#: or no entry; bounds from the root and to the other end at middles; the squares; and sums (`holds_any`) of the nodes
-#: that a cheap path may pass, and of those near the tube.
+#: or no entry; bounds from the root and to the other end at middles; the squares, and the width if all are held; and
+#: sums (`holds_any`) of the nodes that a cheap path may pass, and of those near the tube.
 Rasters: TypeAlias = tuple[
-    FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, WholeArray, WholeArray, WholeArray
+    FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, WholeArray, int, WholeArray, WholeArray
 ]
 #: What `search` counts.
 SETTLED, PAIRS, NEAR_ENOUGH, PRIMITIVE, PAST_MIDDLE, PAST_SIMPSON, PAST_RASTER, INTEGRATED = range(8)
 #: The squares of a raster have ``2 ** BITS`` nodes a side; sums count nodes by ``2 ** COARSE`` a side.
-BITS, COARSE = 4, 2
+BITS, COARSE = 5, 2
 SIDE = 1 << BITS
-#: Shares of a line to a tile, in eighths, at which its boxes are looked at.
-EIGHTHS = (4, 2, 6, 3, 5, 1, 7)
+#: Shares of a line to a tile, in eighths, at which boxes are looked at.
+EIGHTHS = (4, 2, 6)
 #: How far around a node of the half lattice, in its steps, its margin looks at the curvature: no part of a segment that
 #: uses the node is farther from it.
 REACH = 2.25
-#: Simpson's rule has up to so many steps of the half lattice between its points, and is used from so many steps on.
-STRIDE, LONG = 12, 12
+#: Simpson's rule has up to so many steps of the half lattice between its points, and is used from so many steps on, as
+#: long as of so many tries it leaves out most; if not, it is tried again after a pause.
+STRIDE, LONG, TRIES, PAUSE = 12, 12, 1000, 20_000
 #: Relative rounding of sums of a raster, and what threats out of reach and cut products may add to the risk.
 ROUNDING, CUT = 1e-12, 1e-11
 
@@ -164,14 +166,16 @@ def cost_rasters(
 
 
 @kernel
-def place_of(blocks: WholeArray, x2: int, y2: int) -> int:
+def place_of(blocks: WholeArray, width: int, x2: int, y2: int) -> int:
     """Return the entry of a raster for a node of the half lattice."""
+    if width > 0:
+        return x2 * width + y2
     return int(blocks[x2 >> BITS, y2 >> BITS]) + ((x2 & (SIDE - 1)) << BITS) + (y2 & (SIDE - 1))
 
 
 @kernel
 def raster_sum(
-    raster: FloatArray, blocks: WholeArray, x2: int, y2: int, a: int, b: int, length: float, limit: float
+    raster: FloatArray, blocks: WholeArray, width: int, x2: int, y2: int, a: int, b: int, length: float, limit: float
 ) -> float:
     """
     Sum a raster along the segment of ``(a, b)`` half steps from the node ``(x2, y2)`` of the half lattice.
@@ -179,28 +183,48 @@ def raster_sum(
     The trapezoid rule over the crossings with its columns, or with its rows if the segment is steep. Infinite as soon
     as it is known to reach `limit`: the rest of the segment costs at least its length.
     """
-    steep = abs(b) > abs(a)
-    n = abs(b) if steep else abs(a)
-    ahead = (1 if b > 0 else -1) if steep else (1 if a > 0 else -1)
-    start, side, slope = (y2, float(x2), a / n) if steep else (x2, float(y2), b / n)
+    total = 0.5 * (raster[place_of(blocks, width, x2, y2)] + raster[place_of(blocks, width, x2 + a, y2 + b)])
+    if abs(a) >= abs(b):
+        n, ahead, slope = abs(a), (1 if a > 0 else -1), b / abs(a)
+        side, base, along, across = float(y2), x2 * width, ahead * width, 1
+    else:
+        n, ahead, slope = abs(b), (1 if b > 0 else -1), a / abs(b)
+        side, base, along, across = float(x2), y2, ahead, width
     delta = length / n
     stop = limit / delta
-    total = 0.5 * (raster[place_of(blocks, x2, y2)] + raster[place_of(blocks, x2 + a, y2 + b)])
     j = 1
     while j < n:
         end = min(j + 8, n)
-        for t in range(j, end):
-            at = side + t * slope
-            near = int(at)
-            share = at - near
-            along = start + ahead * t
-            here = place_of(blocks, near, along) if steep else place_of(blocks, along, near)
-            # what lies beside may be infinite, and infinity times 0 is no number
-            if share > 0.0:
-                beside = place_of(blocks, near + 1, along) if steep else place_of(blocks, along, near + 1)
-                total += raster[here] * (1.0 - share) + raster[beside] * share
-            else:
-                total += raster[here]
+        if width > 0:
+            for t in range(j, end):
+                at = side + t * slope
+                near = int(at)
+                share = at - near
+                here = base + along * t + across * near
+                # what lies beside may be infinite, and infinity times 0 is no number
+                total += raster[here] * (1.0 - share) + raster[here + across] * share if share > 0.0 else raster[here]
+        elif abs(a) >= abs(b):
+            for t in range(j, end):
+                at = y2 + t * slope
+                x, y = x2 + ahead * t, int(at)
+                share = at - y
+                here = place_of(blocks, width, x, y)
+                if share > 0.0:
+                    beside = here + 1 if y & (SIDE - 1) < SIDE - 1 else place_of(blocks, width, x, y + 1)
+                    total += raster[here] * (1.0 - share) + raster[beside] * share
+                else:
+                    total += raster[here]
+        else:
+            for t in range(j, end):
+                at = x2 + t * slope
+                x, y = int(at), y2 + ahead * t
+                share = at - x
+                here = place_of(blocks, width, x, y)
+                if share > 0.0:
+                    beside = here + SIDE if x & (SIDE - 1) < SIDE - 1 else place_of(blocks, width, x + 1, y)
+                    total += raster[here] * (1.0 - share) + raster[beside] * share
+                else:
+                    total += raster[here]
         j = end
         if total + (n - j) >= stop:
             return math.inf
@@ -256,6 +280,7 @@ def simpson_sum(
     raster: FloatArray,
     fourth: FloatArray,
     blocks: WholeArray,
+    width: int,
     x2: int,
     y2: int,
     a: int,
@@ -276,15 +301,15 @@ def simpson_sum(
     for j in range(parts + 1):
         u, v = x2 + a * j / parts, y2 + b * j / parts
         column, row = int(u), int(v)
-        here = place_of(blocks, column, row)
+        here = place_of(blocks, width, column, row)
         value = raster[here]
         # (what lies beside may be infinite, and infinity times 0 is no number)
         if v > row:
-            value += (v - row) * (raster[place_of(blocks, column, row + 1)] - value)
+            value += (v - row) * (raster[place_of(blocks, width, column, row + 1)] - value)
         if u > column:
-            other = raster[place_of(blocks, column + 1, row)]
+            other = raster[place_of(blocks, width, column + 1, row)]
             if v > row:
-                other += (v - row) * (raster[place_of(blocks, column + 1, row + 1)] - other)
+                other += (v - row) * (raster[place_of(blocks, width, column + 1, row + 1)] - other)
             value += (u - column) * (other - value)
         if not rough:
             value -= off * fourth[here]
@@ -351,8 +376,8 @@ def search(
     k, field, area = model
     x, y, column, row, most_from, least_from, least_to, apart = kept
     first, boxes, spans = tiles
-    plain, low, high, fourth, middle_from, middle_to, blocks, passable, near = rasters
-    smooth = fourth.shape[0] > 0
+    plain, low, high, fourth, middle_from, middle_to, blocks, width, passable, near = rasters
+    smooth, tried, left_out, skipped = fourth.shape[0] > 0, 0, 0, 0
     n, n_tiles = x.shape[0], first.shape[0] - 1
     # the unsettled nodes, kept together in their tiles: what the inner loops read
     px, py, pf, pt, node, pa = x.copy(), y.copy(), least_from.copy(), least_to.copy(), np.arange(n), apart.copy()
@@ -425,7 +450,7 @@ def search(
                     counts[PRIMITIVE] += 1
                     to_middle = left - 0.5 * length
                     if not rough:
-                        middle = place_of(blocks, column[i] + column[r], row[i] + row[r])
+                        middle = place_of(blocks, width, column[i] + column[r], row[i] + row[r])
                         passed = middle_from[middle]
                         if passed + middle_to[middle] >= upper or passed + 0.5 * length >= value + left:
                             continue
@@ -435,25 +460,33 @@ def search(
                     half, x2, y2 = 0.5 * length, 2 * column[r], 2 * row[r]
                     beyond_x, beyond_y = x2 + a, y2 + b
                     is_long = smooth and max(abs(a), abs(b)) >= LONG
-                    if is_long:
-                        lower = simpson_sum(raster, fourth, blocks, x2, y2, a, b, half, rough)
+                    if is_long and not rough and tried >= TRIES and 2 * left_out < tried:
+                        # (later, and elsewhere, it may)
+                        skipped += 1
+                        if skipped == PAUSE:
+                            tried, left_out, skipped = 0, 0, 0
+                    elif is_long:
+                        tried += 1
+                        left_out += 1
+                        lower = simpson_sum(raster, fourth, blocks, width, x2, y2, a, b, half, rough)
                         if lower >= to_middle:
                             continue
-                        lower += simpson_sum(raster, fourth, blocks, beyond_x, beyond_y, a, b, half, rough)
+                        lower += simpson_sum(raster, fourth, blocks, width, beyond_x, beyond_y, a, b, half, rough)
                         if lower >= left:
                             continue
+                        left_out -= 1
                     counts[PAST_SIMPSON] += 1
                     if not (is_long and rough):
-                        lower = raster_sum(raster, blocks, x2, y2, a, b, half, to_middle)
+                        lower = raster_sum(raster, blocks, width, x2, y2, a, b, half, to_middle)
                         if lower >= to_middle:
                             continue
                         rest = left - lower
-                        further = raster_sum(raster, blocks, beyond_x, beyond_y, a, b, half, rest)
+                        further = raster_sum(raster, blocks, width, beyond_x, beyond_y, a, b, half, rest)
                         if further >= rest:
                             continue
                         lower = max(lower + further, length)
                     if not rough:
-                        higher = raster_sum(high, blocks, x2, y2, 2 * a, 2 * b, length, math.inf)
+                        higher = raster_sum(high, blocks, width, x2, y2, 2 * a, 2 * b, length, math.inf)
                 elif rough:
                     lower = segment_cost(rx, ry, px[j], py[j], k, field)
                     if lower >= left:

@@ -74,6 +74,12 @@ def weights():
     problem = crowd(30)
     return lambda: float(problem.on_lattice(50).graph.weight_matrix().max())
 
+def exact(name, side):
+    # the optimum of the complete graph of a lattice
+    on = cg.load_scenario(name).problem.on_lattice(side)
+    from cgla_graph.restricted.restricted import restricted_optimum
+    return lambda: restricted_optimum(on).cost
+
 def solved(problem):
     return lambda: cg.solve(problem, tolerance=0.01).gap
 
@@ -139,6 +145,8 @@ WORKLOADS = {
     "20,000 line integrals, 100 threats": "integrals(100)",
     "4,000 line integrals, 300 threats": "integrals(300)",
     "all weights of 50 x 50, 30 threats": "weights()",
+    "exact lattice, paper, 400 x 400": "exact('paper', 400)",
+    "exact lattice, fifty, 1,000 x 1,000": "exact('fifty-threats', 1000)",
     "solve, 10 threats": "solved(crowd(10))",
     "solve, 100 threats": "solved(crowd(100))",
     "solve, 300 threats": "solved(crowd(300))",

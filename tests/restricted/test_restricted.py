@@ -73,11 +73,13 @@ def test_on_small_and_oblong_lattices_too(problem: cg.Problem, lattice: cg.Latti
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "side"), [(0, 40), (1, 40), (2, restricted.FINE), (3, restricted.FINE)])
+@pytest.mark.parametrize("whole", [0, restricted.WHOLE])
 def test_where_the_first_path_is_found_by_sums_of_the_raster(
-    seed: int, side: int, monkeypatch: pytest.MonkeyPatch
+    seed: int, side: int, whole: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The full matrices of some problems take seconds: there, coarser lattices count as fine."""
+    """The full matrices of some problems take seconds: there, coarser lattices count as fine, and rasters as large."""
     monkeypatch.setattr(restricted, "FINE", side)
+    monkeypatch.setattr(restricted, "WHOLE", whole)
     check(random_problem(seed).on_lattice(side))
 
 
@@ -224,7 +226,7 @@ def excesses(problem: cg.Problem, side: int, *, exact: bool) -> FloatArray:
         (x, y), (a, b) = (2 * (i % side), 2 * (i // side)), (2 * (j % side - i % side), 2 * (j // side - i // side))
         if (a, b) != (0, 0):
             length = math.dist(on.graph.positions[i], on.graph.positions[j])
-            bound = kernels.simpson_sum(low, fourth, squares.blocks, x, y, a, b, length, rough=False)
+            bound = kernels.simpson_sum(low, fourth, squares.blocks, squares.width, x, y, a, b, length, rough=False)
             found.append(bound / on.graph.weight(i, j) - 1.0)
     return np.array(found)
 
