@@ -112,7 +112,7 @@ class _Kernel:
             return self.compiled(*arguments, **named)
         try:
             run, arrays = self._runs[_fingerprint(arguments)]
-        except (KeyError, NotImplementedError):
+        except (KeyError, NotImplementedError, ValueError):
             return self._first_call(arguments)
         for place in arrays:
             # (fingerprints do not show the order of bytes)
@@ -144,7 +144,7 @@ class _Kernel:
         """Call the kernel with types of arguments that are new here."""
         file = self.file(arguments)
         if file is None:
-            with suppress(NotImplementedError):
+            with suppress(NotImplementedError, ValueError):
                 self._runs[_fingerprint(arguments)] = self.compiled, ()
             return self.compiled(*arguments)
         run = _machine_code.load(file, self._function)

@@ -220,6 +220,11 @@ def store(file: Path, compiled: Any, types: tuple[Any, ...]) -> None:  # noqa: A
 
     What it refers to besides code are the types of arrays that it makes.
     """
+    with suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+    if not os.access(file.parent, os.W_OK):
+        # (to read what numba keeps would take time in vain, each time)
+        return
     cache = compiled._cache  # noqa: SLF001 - numba has no public way
     key = cache._index_key(types, compiled.targetctx.codegen())  # noqa: SLF001 - the same
     kept = cache._cache_file.load(key)  # noqa: SLF001 - the same
@@ -246,7 +251,6 @@ def store(file: Path, compiled: Any, types: tuple[Any, ...]) -> None:  # noqa: A
     stored["digest"] = _digest(stored, code)
     part = file.with_name(f"{file.name}.{os.getpid()}.part")
     with suppress(OSError):
-        part.parent.mkdir(parents=True, exist_ok=True)
         try:
             part.write_bytes(json.dumps(stored).encode() + b"\n" + code)
             part.replace(file)

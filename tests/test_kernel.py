@@ -2,6 +2,7 @@
 
 import gc
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -401,6 +402,16 @@ def test_kept_code_is_of_one_version_and_setting(tmp_path: Path, monkeypatch: py
     assert parts() is not None
     monkeypatch.setenv("NUMBA_BOUNDSCHECK", "1")
     assert parts() is None
+
+
+def test_where_nothing_can_be_written_numba_is_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled, file = twice_kept(tmp_path, monkeypatch)
+    file.unlink()
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    other = again(compiled)
+    assert [other(np.full(1, 3.0)), other(np.full(1, 4.0))] == [6.0, 8.0]
+    assert not file.exists()
+    assert not list(tmp_path.rglob("*.part"))
 
 
 def test_threads_may_call_a_kernel_for_the_first_time_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
