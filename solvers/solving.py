@@ -126,7 +126,8 @@ def lower_bound(
         A feasible path from start to goal, shape ``(m, 2)``, that the bound is held against. None: that of the
         `hybrid` solver, or a better one that the proof finds.
     max_cells
-        Cells of a grid, at most, about 300 bytes each; None: 2.5 million.
+        Cells of a grid, at most, about 300 bytes each; None: 2.5 million, fewer beside rasters of more than 20 million
+        cells.
 
     Returns
     -------
@@ -154,7 +155,7 @@ def lower_bound(
     from cgla_graph.certificate import certificate  # noqa: PLC0415 - not needed to solve on a graph
 
     instance("problem", problem, Problem, problem_wanted)
-    most = certificate.MAX_CELLS if max_cells is None else max_cells
+    most = certificate.usual_cells(problem) if max_cells is None else max_cells
     certificate.check_settings(tolerance, most)
     if path is not None:
         return certificate.prove(problem, path, tolerance=tolerance, max_cells=most)

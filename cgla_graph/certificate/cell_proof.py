@@ -89,6 +89,8 @@ class CellProof:
         if problem.projection is not None or refusal(problem) or problem.k == 0.0:
             return None
         cells = Arrangement.of(problem, for_bound=True)
+        if cells.block > 1:
+            return None
         rounding = Rounding.of(problem, cells)
         most = NODES_A_CELL * max_cells
         loose = False

@@ -57,6 +57,8 @@ Proof: TypeAlias = Literal["", "line", "grid", "cells"]
 
 #: Cells of a grid by default, at most: about 750 MB.
 MAX_CELLS = 2_500_000
+#: Cells of rasters beside which the default is as above; of that many more, each takes the place of so many of a grid.
+HELD, AS_MANY = 20_000_000, 1.0 / 60.0
 #: Cells along the longer side of the finest grid: on finer ones, differences of stored numbers have few digits left.
 MOST_ALONG = 2**17
 #: A bound is good enough for its grid when at most this part of the tolerance is left to gain.
@@ -284,6 +286,19 @@ def check_settings(tolerance: float, max_cells: int) -> None:
         raise ProblemError(msg)
 
 
+def usual_cells(problem: Problem) -> int:
+    """
+    Return the cells of a grid by default, at most: fewer beside large rasters, so that both fit in 2 GB.
+
+    Examples
+    --------
+    >>> usual_cells(Problem((0, 0), (1, 1)))
+    2500000
+    """
+    more = sum(math.prod(raster.shape) for raster in problem.field.rasters) - HELD
+    return max(MAX_CELLS - int(max(more, 0) * AS_MANY), FIRST_CELLS**2)
+
+
 def improved(problem: Problem, path: ArrayLike, tolerance: float) -> tuple[Certificate, float]:
     """
     Prove the gap of a path, and replace the path if the proof finds a better one.
@@ -320,11 +335,11 @@ def improved(problem: Problem, path: ArrayLike, tolerance: float) -> tuple[Certi
     best: ArrayLike | None = path
     known_after = spent = 0.0
     for _ in range(MOST_BETTER):
-        found, after = _proven(problem, tolerance, best, MAX_CELLS, keeps_path=False, is_trial=True)
+        found, after = _proven(problem, tolerance, best, usual_cells(problem), keeps_path=False, is_trial=True)
         if after == 0.0:
             return replace(found, seconds=spent + found.seconds), known_after
         best, known_after, spent = found.path, spent + after, spent + found.seconds
-    found = prove(problem, best, tolerance=tolerance)
+    found = prove(problem, best, tolerance=tolerance, max_cells=usual_cells(problem))
     return replace(found, seconds=spent + found.seconds), known_after
 
 

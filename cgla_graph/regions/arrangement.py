@@ -7,6 +7,7 @@ import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.rasters.values import parts_of
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk
 
@@ -17,6 +18,8 @@ SAME = 1e-9
 BESIDE = 1e-7
 #: Different widths of columns times heights of rows, at most: there is a table of distances for each.
 MOST_SHAPES = 256
+#: Cells of an arrangement, at most, about 50 bytes each while it is laid; more are joined to blocks.
+MOST_CELLS = 30_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +42,9 @@ class Arrangement:
     along
         Cost of a unit of length along horizontal and vertical lines, shape ``(rows + 1, columns)`` and ``(rows, columns
         + 1)``, where that may be less than on the cells beside (`of`, for bounds); else None.
+    block
+        How many cells a side were joined to each of these, with their mean cost, because there are too many; for a
+        bound there is one cell then, of the least cost that there may be.
     """
 
     x: FloatArray
@@ -48,6 +54,7 @@ class Arrangement:
     heights: FloatArray
     shape_of: IntArray
     along: tuple[FloatArray, FloatArray] | None = None
+    block: int = 1
 
     @classmethod
     def of(cls, problem: Problem, *, least: int = 1, for_bound: bool = False) -> "Arrangement":
@@ -77,6 +84,8 @@ class Arrangement:
         [[11.0, 41.0, 1.0], [11.0, 31.0, 1.0]]
         """
         x, y = (_lines(problem, axis, least, 0.0 if for_bound else BESIDE) for axis in (0, 1))
+        if (len(x) - 1) * (len(y) - 1) > MOST_CELLS:
+            return _laid_in_parts(problem, x, y, joins=least == 1, for_bound=for_bound)
         costs = _costs(problem, x, y)
         along = _along_lines(problem, x, y, costs) if for_bound else None
         if along is not None:
@@ -90,10 +99,10 @@ class Arrangement:
         return cls.laid(x, y, costs)
 
     @classmethod
-    def laid(cls, x: FloatArray, y: FloatArray, costs: FloatArray) -> "Arrangement":
+    def laid(cls, x: FloatArray, y: FloatArray, costs: FloatArray, block: int = 1) -> "Arrangement":
         """Return the cells between lines."""
         (widths, width), (heights, height) = _different(np.diff(x)), _different(np.diff(y))
-        return cls(x, y, costs, widths, heights, height[:, None] * len(widths) + width)
+        return cls(x, y, costs, widths, heights, height[:, None] * len(widths) + width, block=block)
 
     def coarsened(self, times: int) -> "Arrangement":
         """
@@ -182,7 +191,7 @@ def _lines(problem: Problem, axis: int, parts: int, beside: float) -> FloatArray
     low, high = problem.bounds[axis], problem.bounds[axis + 2]
     every, least = [np.array([low, high])], high - low
     for raster in problem.field.rasters:
-        count, size = raster.values.shape[1 - axis], raster.cell_size[axis]
+        count, size = raster.shape[1 - axis], raster.cell_size[axis]
         edges = raster.bounds[axis] + np.arange(count + 1) * size
         edges[[0, -1]] = raster.bounds[axis] - beside * size, raster.bounds[axis + 2] + beside * size
         every.append(edges)
@@ -201,6 +210,48 @@ def _lines(problem: Problem, axis: int, parts: int, beside: float) -> FloatArray
     return np.append(lines[number] + part * np.diff(lines)[number], high)
 
 
+def _laid_in_parts(problem: Problem, x: FloatArray, y: FloatArray, *, joins: bool, for_bound: bool) -> Arrangement:
+    """Lay cells of which there are too many to have all costs in memory: equal ones are joined, or else blocks."""
+    rows, columns = len(y) - 1, len(x) - 1
+    # (along the lines of several rasters, costs may be less)
+    joins = joins and not (for_bound and len(problem.field.rasters) > 1)
+    if joins and (found := _joined(problem, x, y)) is not None:
+        return Arrangement.laid(*found)
+    times = math.ceil(math.sqrt(rows * columns / MOST_CELLS))
+    if for_bound:
+        return Arrangement.laid(x[[0, -1]], y[[0, -1]], np.ones((1, 1)), max(rows, columns))
+    row, column = np.arange(0, rows, times), np.arange(0, columns, times)
+    wide, high = np.append(x[column], x[-1]), np.append(y[row], y[-1])
+    laid = np.empty((len(row), len(column)))
+    for part in parts_of((len(row), times * columns)):
+        first, last = part.start * times, min(part.stop * times, rows)
+        some = _costs(problem, x, y[first : last + 1])
+        some *= np.diff(y[first : last + 1])[:, None] * np.diff(x)
+        sums = np.add.reduceat(np.add.reduceat(some, row[part] - first, axis=0), column, axis=1)
+        laid[part] = sums / (np.diff(high)[part, None] * np.diff(wide))
+    return Arrangement.laid(wide, high, laid, times)
+
+
+def _joined(problem: Problem, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """Return lines and costs without the lines on which no cost changes; None if too many are left."""
+    rows, columns = len(y) - 1, len(x) - 1
+    kept_x, kept_y = np.zeros(columns + 1, dtype=np.bool_), np.zeros(rows + 1, dtype=np.bool_)
+    kept_x[[0, -1]] = kept_y[-1] = True
+    found: list[FloatArray] = []
+    before = np.full((1, columns), math.nan)
+    for part in parts_of((rows, columns)):
+        some = _costs(problem, x, y[part.start : part.stop + 1])
+        kept_x[1:-1] |= (some[:, 1:] != some[:, :-1]).any(axis=0)
+        kept_y[part] = (some != np.concatenate([before, some[:-1]])).any(axis=1)
+        found.append(some[kept_y[part]])
+        before = some[-1:].copy()
+        if (np.count_nonzero(kept_y) - 1) * columns > MOST_CELLS:
+            return None
+    joined = x[kept_x], y[kept_y]
+    few = len(_different(np.diff(joined[0]))[0]) * len(_different(np.diff(joined[1]))[0]) <= MOST_SHAPES
+    return (*joined, np.concatenate(found)[:, kept_x[:-1]]) if few else None
+
+
 def _costs(problem: Problem, x: FloatArray, y: FloatArray) -> FloatArray:
     """Return the cost on each cell, in its middle."""
     middles = 0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1])
@@ -212,18 +263,20 @@ def _costs(problem: Problem, x: FloatArray, y: FloatArray) -> FloatArray:
         risk = RiskField(problem.field.threats, rasters=others).density(grid.reshape(-1, 2)).reshape(risk.shape)
     for raster in jumping:
         risk += _risk_on(raster, *middles)
-    return 1.0 + problem.k * risk
+    risk *= problem.k
+    risk += 1.0
+    return risk
 
 
 def _risk_on(raster: RasterRisk, x: FloatArray, y: FloatArray) -> FloatArray:
     """Return the risk of a `nearest` raster at all pairs of coordinates, none of them on its lines."""
-    rows, columns = raster.values.shape
+    rows, columns = raster.shape
     width, height = raster.cell_size
     column = np.floor((x - raster.bounds[0]) / width).astype(np.int64)
     row = np.floor((y - raster.bounds[1]) / height).astype(np.int64)
     covered = np.nonzero((column >= 0) & (column < columns))[0], np.nonzero((row >= 0) & (row < rows))[0]
     risk = np.zeros((len(y), len(x)))
-    risk[np.ix_(covered[1], covered[0])] = raster.cells[np.ix_(row[covered[1]], column[covered[0]])]
+    risk[np.ix_(covered[1], covered[0])] = raster.cells_at(np.ix_(row[covered[1]], column[covered[0]]))
     return risk
 
 

@@ -65,6 +65,21 @@ def cells_of_noise(side, k):
     field = cg.RiskField(rasters=[raster])
     return cg.Problem((0.1 * side, 0.1 * side), (0.9 * side, 0.8 * side), field, k, (0, 0, side, side))
 
+def smooth(side):
+    x = np.linspace(0.0, 1.0, side)
+    hills = np.random.default_rng(2).random((30, 3))
+    bumps = [(np.exp(-((x - c) / (0.05 + 0.1 * s)) ** 2) for c in (a, b)) for a, b, s in hills]
+    raster = cg.RasterRisk(sum(np.outer(*pair) for pair in bumps), (0, 0, 1, 1))
+    return cg.Problem((0.05, 0.05), (0.95, 0.95), cg.RiskField(rasters=[raster]), k=10.0)
+
+def memory(side):
+    # the greatest memory of a process that plans, gigabytes
+    import resource
+    def run():
+        cg.solve(smooth(side))
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    return run
+
 def integrals(n):
     problem, rng = crowd(n), np.random.default_rng(2)
     starts, ends = rng.random((2, 20000 if n < 200 else 4000, 2))
@@ -167,6 +182,7 @@ WORKLOADS = {
     "proof of 5e-3, fence of 1/20,000": "proved(fence(5e-5), 5e-3)",
     "proof of 5e-3, fence of 1/40,000": "proved(fence(2.5e-5), 5e-3)",
     "hybrid without proof, 20 random maps": "hybrids()",
+    "raster of 4,000 x 4,000, and its GB": "memory(4000)",
     "first path within 0.1 %, fifty": "first_good(cg.load_scenario('fifty-threats').problem)",
     "first path within 0.1 %, paper": "first_good(cg.load_scenario('paper').problem)",
     "first path within 0.1 %, random 19": "first_good(random_scenario(19).problem)",
