@@ -18,8 +18,8 @@ SAME = 1e-9
 BESIDE = 1e-7
 #: Different widths of columns times heights of rows, at most: there is a table of distances for each.
 MOST_SHAPES = 256
-#: Cells of an arrangement, at most, about 50 bytes each while it is laid; more are joined to blocks.
-MOST_CELLS = 30_000_000
+#: Cells of an arrangement, at most, about 50 bytes each while it is searched; more are joined to blocks.
+MOST_CELLS = 21_000_000
 
 
 @dataclass(frozen=True, eq=False)
