@@ -43,8 +43,8 @@ class Encounters:
         ticks = self._nearest.tolist()
         found = []
         for i, j in combinations(range(len(self._names)), 2):
-            legs = self._legs[ticks[i][j]]
-            best = never if ticks[i][j] < 0 else self._approach((i, j), legs[i], legs[j])
+            tick = ticks[i][j]
+            best = never if tick < 0 else self._approach((i, j), self._legs[tick][i], self._legs[tick][j])
             found.append(Separation(best.distance, best.time, best.where, first=self._names[i], second=self._names[j]))
         return tuple(found)
 

@@ -137,6 +137,14 @@ def test_separations_and_collisions_are_those_of_all_pairs(seed: int, collision:
     assert len(encounters.separations) == n * (n - 1) // 2
 
 
+def test_uavs_that_never_fly_meet_nowhere() -> None:
+    (pair,) = Encounters(["a", "b"], [Disc((0.0, 0.0), 0.1)] * 2, 0.1).separations
+    assert (pair.distance, math.isnan(pair.time)) == (math.inf, True)
+    uavs = [cg.Uav(name, (0.1, y), (0.9, y), 0.2) for name, y in (("a", 0.1), ("b", 0.9))]
+    flight = cg.Mission(cg.World(), uavs, cg.solvers.get("cgla"), resolution=3).simulate().flight(interrupted=True)
+    assert (flight.least_separation, len(flight.separations), flight.closest) == (math.inf, 1, None)
+
+
 @fast
 @given(seeds, st.sampled_from([0.1, 0.25, math.inf]), st.integers(1, 3), st.integers(0, 4))
 def test_what_is_seen_is_what_a_loop_over_all_things_measures(
