@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import rankdata
 
 from cgla_graph._validate import number_array
 from cgla_graph.comparisons.leaderboard.profiles import (
@@ -17,6 +16,7 @@ from cgla_graph.comparisons.leaderboard.profiles import (
     instance_times,
     shared_scenarios,
 )
+from cgla_graph.comparisons.statistics.distributions import average_ranks
 from cgla_graph.comparisons.statistics.intervals import Estimate, Interval, estimate, success_interval
 from cgla_graph.comparisons.statistics.paired import Paired, against, same_cost
 from cgla_graph.comparisons.statistics.ranking import ranking
@@ -247,7 +247,7 @@ def _by_metric(runs: Sequence[Run]) -> dict[str, list[MetricStanding]]:
             solver: [median_run(group[solver]).measure(name) for group in groups if solver in group] for solver in found
         }
         table = np.array(list(values.values())) * (1.0 if said.better == "less" else -1.0)
-        ranks = rankdata(np.where(np.isnan(table), np.inf, table), axis=0)
+        ranks = average_ranks(np.where(np.isnan(table), np.inf, table))
         for own, rank, solver in zip(values.values(), ranks, values, strict=True):
             finite = [one for one in own if not math.isnan(one)]
             average = float(rank.mean()) if len(rank) and not np.isnan(table).all() else math.nan

@@ -15,6 +15,7 @@ import numpy as np
 import scipy
 
 from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.statistics.distributions import median_rank
 from cgla_graph.model.solution import Solution
 
 #: Confidence of every interval.
@@ -80,7 +81,7 @@ def interval_ranks(n: int) -> tuple[int, int] | None:
     >>> interval_ranks(5), interval_ranks(6), interval_ranks(20)
     (None, (1, 6), (6, 15))
     """
-    rank = int(scipy.stats.binom.ppf((1.0 - CONFIDENCE) / 2.0, n, 0.5)) if n else 0
+    rank = median_rank((1.0 - CONFIDENCE) / 2.0, n) if n else 0
     return (rank, n + 1 - rank) if rank else None
 
 

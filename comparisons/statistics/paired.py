@@ -15,6 +15,7 @@ import scipy
 
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph._validate import number_array
+from cgla_graph.comparisons.statistics.distributions import average_ranks, heads_test
 from cgla_graph.comparisons.statistics.hodges_lehmann import EXACT, hodges_lehmann, subset_sums
 from cgla_graph.comparisons.statistics.intervals import Estimate
 
@@ -246,7 +247,7 @@ def signed_rank(differences: Sequence[float]) -> SignedRank:
         raise ValueError(msg)
     n = len(values)
     # twice the ranks: whole numbers, also of ties
-    doubled = np.rint(2.0 * scipy.stats.rankdata(np.abs(values))).astype(np.int64)
+    doubled = np.rint(2.0 * average_ranks(np.abs(values))).astype(np.int64)
     doubled, signs = doubled[values != 0.0], np.sign(values[values != 0.0])
     excess = int(signs @ doubled)
     effect = excess / (n * (n + 1))
@@ -287,7 +288,7 @@ def mcnemar(only_first: int, only_second: int) -> float:
         msg = f"the counts are {only_first} and {only_second}; give counts from 0"
         raise ValueError(msg)
     n = only_first + only_second
-    return float(scipy.stats.binomtest(only_first, n).pvalue) if n else 1.0
+    return heads_test(only_first, n) if n else 1.0
 
 
 def against(costs: Mapping[str, Sequence[float]], reference: str) -> list[Paired]:

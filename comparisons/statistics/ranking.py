@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-import scipy
 
 from cgla_graph._text import counted
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.numbers import p_value
+from cgla_graph.comparisons.statistics.distributions import average_ranks, chi_square_tail
 from cgla_graph.comparisons.statistics.intervals import CONFIDENCE
 from cgla_graph.comparisons.statistics.paired import cost_table, holm, log_ratios, same_cost, signed_rank
 
@@ -95,7 +95,7 @@ def ranking(costs: Mapping[str, Sequence[float]]) -> Ranking:
         solvers=solvers,
         average_ranks=ordered,
         n_instances=n,
-        p=float(scipy.stats.chi2.sf(_friedman(ranks), k - 1)),
+        p=chi_square_tail(_friedman(ranks), k - 1),
         groups=groups,
         apart_in_rank=tuple(pair for pair in combinations(solvers, 2) if frozenset(pair) not in apart | joined),
     )
@@ -119,7 +119,7 @@ def instance_ranks(costs: FloatArray) -> FloatArray:
     places[1:] = np.cumsum(~same_cost(ordered[1:], ordered[:-1]), axis=0)
     levels = np.empty(costs.shape)
     np.put_along_axis(levels, order, places, axis=0)
-    return np.asarray(scipy.stats.rankdata(levels, axis=0), dtype=np.float64) if costs.size else levels
+    return average_ranks(levels)
 
 
 def _friedman(ranks: FloatArray) -> float:
