@@ -9,6 +9,7 @@ from scipy import ndimage
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
+from cgla_graph.refine.refine import refine_path
 
 ROWS, COLUMNS = 519, 431
 
@@ -70,3 +71,31 @@ def test_gap_against_time(benchmark: BenchmarkFixture, interpolation: str) -> No
         print(f"{name:24} {100.0 * found.gap:6.2f} % {whole - found.certificate_seconds:6.1f} s {whole:6.1f} s")
         benchmark.extra_info[name] = round(100.0 * found.gap, 2)
     benchmark.pedantic(lambda: problem.evaluate([problem.start, problem.goal]), rounds=3)
+
+
+@pytest.mark.parametrize("interpolation", ["nearest", "bilinear"])
+def test_a_route_over_cells_that_is_refined(benchmark: BenchmarkFixture, interpolation: str) -> None:
+    """The route of scikit-image over a rough raster, refined, is never cheaper than the path of `hybrid`."""
+    graph = pytest.importorskip("skimage.graph")
+    rng = np.random.default_rng(4)
+    kinds = {
+        "white noise": rng.random((ROWS, COLUMNS)),
+        "heavy tail": np.minimum(rng.pareto(1.3, (ROWS, COLUMNS)), 300.0),
+    }
+    print(f"\n{interpolation}: the route's cost over hybrid's, seconds of the route, of hybrid")
+    for name, values in kinds.items():
+        bounds = (0, 0, COLUMNS, ROWS)
+        problem = cg.Problem((20.3, 30.4), (400.2, 480.1), field_of(values, interpolation), k=10.0, bounds=bounds)
+        problem.evaluate([problem.start, problem.goal])
+        began = time.process_time()
+        first, last = ((int(y), int(x)) for x, y in (problem.start, problem.goal))
+        nodes, _ = graph.route_through_array(1.0 + problem.k * problem.field.rasters[0].cells, first, last)
+        path = np.vstack([problem.start, np.array(nodes)[:, ::-1] + 0.5, problem.goal])
+        theirs = refine_path(problem, path).cost
+        middle = time.process_time()
+        ours = cg.solve(problem, tolerance=None).cost
+        seconds = middle - began, time.process_time() - middle
+        print(f"{name:12} {theirs / ours:8.4f} {seconds[0]:6.2f} s {seconds[1]:6.2f} s")
+        benchmark.extra_info[name] = round(theirs / ours, 4), round(seconds[1] / seconds[0], 2)
+        assert ours <= theirs
+    benchmark.pedantic(lambda: cg.solve(problem, tolerance=None), rounds=1)

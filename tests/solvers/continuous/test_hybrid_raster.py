@@ -61,4 +61,4 @@ def test_where_a_raster_is_sampled_the_message_says_so(monkeypatch: pytest.Monke
     assert "as wide as 3 of the raster" in cg.solve(problem, "fast-marching", cells=100).message
     monkeypatch.setattr(hybrid_raster, "MOST_NODES", 10_000)
     monkeypatch.setattr(hybrid_raster, "RASTER_LEAST", 10)
-    assert "as wide as 3  of the raster" in cg.solve(problem, tolerance=None).message
+    assert "as wide as 3 of the raster" in cg.solve(problem, tolerance=None).message
