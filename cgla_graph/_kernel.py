@@ -5,6 +5,7 @@ import hashlib
 import importlib
 import os
 import re
+import signal
 import sys
 import threading
 import time
@@ -216,8 +217,8 @@ def _compiled(function: Callable[..., object], folder: Path) -> Any:  # noqa: AN
 
 def _dispatcher(function: Callable[..., object], folder: Path, **options: bool) -> Any:  # noqa: ANN401 - the same
     """Return numba's dispatcher of a function, which stores its code in a folder."""
-    numba = _numba()
-    with _settings_lock:
+    with _uninterrupted(), _settings_lock:
+        numba = _numba()
         kept = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(folder)
         try:
@@ -273,7 +274,7 @@ def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - nu
     @wraps(compile_)
     def compile_once(signature: Any) -> Any:  # noqa: ANN401 - the same
         # Every thread takes numba's own lock first, and calls of kernels form no cycle: so processes cannot deadlock.
-        with lock, _locked(Path(compiled.stats.cache_path, f"{compiled.__name__}.lock")):
+        with _uninterrupted(), lock, _locked(Path(compiled.stats.cache_path, f"{compiled.__name__}.lock")):
             collects = gc.isenabled()
             # compiling makes hundreds of thousands of objects and little garbage
             gc.disable()
@@ -284,6 +285,28 @@ def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - nu
                     gc.enable()
 
     return compile_once
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """
+    Raise `KeyboardInterrupt` at the end only, when the outermost kernel is compiled, if Ctrl-C is Python's own.
+
+    Raised as numba takes its lock, it would leave that taken, and other threads would wait for ever; objects of LLVM
+    that are half made may free memory twice.
+    """
+    ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if not ours or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if came:
+        raise KeyboardInterrupt
 
 
 @contextmanager

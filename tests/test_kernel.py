@@ -1,9 +1,11 @@
 """Compiled kernels: the cache on disk is never stale."""
 
 import gc
+import importlib
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -266,6 +268,31 @@ def test_garbage_collection_pauses_while_a_kernel_is_compiled(
 
 
 @pytest.mark.slow
+def test_an_interrupt_leaves_numbas_lock_free(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It arrives as the lock was taken, before anything can give it back."""
+    lock = importlib.import_module("numba.core.compiler_lock").global_compiler_lock
+    take, taken = type(lock).acquire, []
+
+    def interrupted(of: Any) -> None:  # noqa: ANN401 - numba has no hints
+        take(of)
+        if not taken:
+            taken.append(of)
+            signal.raise_signal(signal.SIGINT)
+
+    compiled = new_kernel(tmp_path, monkeypatch)
+    with monkeypatch.context() as patch:
+        patch.setattr(type(lock), "acquire", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            compiled(2.0)
+    assert taken
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    is_free = not lock.is_locked()
+    while lock.is_locked():
+        lock.release()
+    assert is_free
+    assert compiled(2.0) == 6.0
+
+
 def test_compiling_is_announced_once(tmp_path: Path) -> None:
     """Later runs find the code on disk."""
     environment = kept_but_for("certificate_kernels.steepness", at=tmp_path / "kernels")
