@@ -56,8 +56,8 @@ from cgla_graph.model.problem import Problem
 #: Cells from the middle of a block to its rim, at least; walls and corners of areas that a block takes into account,
 #: at most.
 LEAST_REACH, MOST_WALLS, MOST_VERTICES = 3, 32, 8
-#: Cells between the rims of two blocks, at least.
-APART = 2
+#: Cells between the rims of two blocks, at least; between the known path and a block, at most.
+APART, NEAR_PATH = 2, 4
 #: Blocks on a grid, at most; an area of more edges has none.
 MOST_BLOCKS, MOST_EDGES = 200, 20_000
 #: The greatest cost of a block over the least: where the ratio is greater, there is no block. The disc on which the
@@ -209,7 +209,11 @@ def links_of(mesh: SplineMesh, corners: Sequence[CornerBlock]) -> Links:
 
 
 def corners_of(
-    problem: Problem, mesh: SplineMesh, reach: int, taken: Sequence[tuple[int, int]], bent: BendingPath | None = None
+    problem: Problem,
+    mesh: SplineMesh,
+    reach: int,
+    taken: Sequence[tuple[int, int, int]],
+    bent: BendingPath | None = None,
 ) -> tuple[list[Corner], list[SteepCorner]]:
     """
     Lay blocks around the sharp corners of an area, where they pay.
@@ -223,9 +227,10 @@ def corners_of(
     reach
         Cells from the middle of a block to its rim, at most.
     taken
-        Columns and rows in the middle of blocks with that reach, which no other block may touch.
+        Columns and rows in the middle of other blocks, and their reach; no block may touch them.
     bent
-        A path: around its bends, blocks are laid where the cost is steep too. None: no such blocks.
+        A path: around its bends, blocks are laid where the cost is steep too, and none far from it. None: no such
+        blocks, and others everywhere.
 
     Returns
     -------
@@ -245,11 +250,15 @@ def corners_of(
     grid = _Grid(problem, mesh, convex, turns, bent)
     found: list[Corner] = []
     steep: list[SteepCorner] = []
-    centres = [(*centre, reach) for centre in taken]
+    centres = list(taken)
     # (far corners are no whole numbers of cells)
     places = np.rint((sharp - mesh.origin) / mesh.spacing)
     inside = np.flatnonzero(np.minimum(places, mesh.last - places).min(axis=1) > LEAST_REACH)
     inside = inside[mesh.pieces_at(sharp[inside]) != NO_CELL]
+    if bent is not None:
+        # each block is charged for, also where no good path comes
+        beside = (reach + NEAR_PATH) * math.hypot(*mesh.spacing)
+        inside = inside[shapely.dwithin(bent.path, shapely.points(sharp[inside]), beside)]
     for corner, (column, row) in zip(sharp[inside], places[inside].astype(np.int64).tolist(), strict=True):
         beside = min((max(abs(column - i), abs(row - j)) - other for i, j, other in centres), default=math.inf)
         room = min(beside - APART, column - 1, row - 1, mesh.last[0] - column - 1, mesh.last[1] - row - 1)

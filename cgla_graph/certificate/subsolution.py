@@ -73,6 +73,9 @@ FIRST_CELLS = 128
 FIRST_REACH = 3
 #: Directions in which the loss at an end is estimated.
 DIRECTIONS = 32
+#: The block is wider where that pays: up to so many times, and so many cells away from areas. In spacings times the
+#: cost: about how much is lost beside an end whose rim is a cell away.
+MOST_WIDER, WIDER, AWAY, LOST_AT_END = 8.0, 1.4, 8, 0.6
 #: A box around an end is `BOX` times as wide as its block, and has `BOX_CELLS` cells along its longer side; gains below
 #: `BOX_AIM` of its bound do not pay for another round; no box is smaller than `LEAST_BOX` of the coordinates.
 BOX, BOX_CELLS, BOX_AIM, LEAST_BOX = 2.5, 64, 1e-3, 2.0**-30
@@ -289,7 +292,7 @@ class Level:
         floors = self.bounds[:, :, certificate_kernels.LEAST].min(axis=1) * gentle
         steep = np.empty(len(mesh.columns))
         # as far as the nodes around the block, at its corners too
-        radius = (self.reach + 1.5) * math.hypot(*mesh.spacing)
+        radius = (block.reach + 1.5) * math.hypot(*mesh.spacing)
         near = np.hypot(*(mesh.node_points - source).T) <= radius
         best: Subsolution | None = None
         reached = -math.inf
@@ -375,8 +378,9 @@ class Level:
     @cached_property
     def corners(self) -> Sequence[CornerBlock]:
         """The blocks around corners of areas."""
-        ends = self.problem.start, self.problem.goal
-        taken = [_middle(self.mesh, end) for end in ends]
+        if self.problem.model.area.is_empty:
+            return ()
+        taken = [(*block.centre, block.reach) for block in (self.start_block, self.goal_block)]
         bent = None if self.path is None else BendingPath(shapely.LineString(self.path), self.worth)
         found, steep = corners_of(self.problem, self.mesh, self.reach, taken, bent)
         looked = (FineCornerBlock.around(self.problem, self.mesh, one) for one in steep)
@@ -440,6 +444,8 @@ class Block:
         The end.
     centre
         Column and row of its middle.
+    reach
+        Cells from its middle to its rim.
     holds
         Whether each piece of the mesh is in it, shape ``(m,)``.
     formula
@@ -450,6 +456,7 @@ class Block:
 
     end: Point
     centre: tuple[int, int]
+    reach: int
     holds: BoolArray
     formula: EndFormula
     end_grid: EndGrid | None
@@ -461,16 +468,15 @@ class Block:
         column, row = _middle(mesh, end)
         distance = np.maximum(np.abs(mesh.columns - column), np.abs(mesh.rows - row))
         # the rim is half a cell further than its cells, and the end up to half a cell off its own
-        rim = (level.reach + 1) * math.hypot(*mesh.spacing)
-        formula = EndFormula.at(level.problem, end, rim)
-        loss = _loss_at_end(level.problem, end, formula, rim)
-        finer = _end_grid(level, end, rim) if loss > level.worth else None
-        return cls(end, (column, row), distance <= level.reach, formula, finer)
+        step = math.hypot(*mesh.spacing)
+        reach, formula, loss = _reach(level, end, step)
+        finer = _end_grid(level, end, (reach + 1) * step) if loss > level.worth else None
+        return cls(end, (column, row), reach, distance <= reach, formula, finer)
 
     def is_around(self, level: Level, points: FloatArray) -> BoolArray:
         """Return which points, shape ``(n, 2)``, are at most half a cell outside: shape ``(n,)``."""
         cells = np.abs((points - level.mesh.origin) / level.mesh.spacing - self.centre)
-        return np.asarray((cells <= level.reach + 1.0 + IN_LINE).all(axis=1))
+        return np.asarray((cells <= self.reach + 1.0 + IN_LINE).all(axis=1))
 
     def costs(self, points: FloatArray) -> FloatArray:
         """Bound the cost to the end from points up to its rim, shape ``(n, 2)``: shape ``(n,)``, map units."""
@@ -486,7 +492,7 @@ class Block:
 
     def excess(self, level: Level, values: FloatArray) -> float:
         """Bound by how much a spline is above the cost to the end, anywhere on the rim."""
-        mesh, reach = level.mesh, level.reach
+        mesh, reach = level.mesh, self.reach
         if self.end_grid:
             box = self.end_grid.kernel_box
             return certificate_kernels.box_excess(values, mesh.kernel_mesh, mesh.matters, self.centre, reach, box)
@@ -499,6 +505,25 @@ def _middle(mesh: SplineMesh, end: Point) -> tuple[int, int]:
     """Return column and row of the middle of the block around an end."""
     column, row = (round((end[axis] - mesh.origin[axis]) / mesh.spacing[axis]) for axis in range(2))
     return column, row
+
+
+def _reach(level: Level, end: Point, step: float) -> tuple[int, EndFormula, float]:
+    """Choose how far a block reaches, in cells of such a diagonal; return it, the formula there, and its loss."""
+    problem = level.problem
+    area, room = problem.model.area, math.dist(problem.start, problem.goal) / 3.0
+    if not area.is_empty:
+        room = min(room, float(shapely.distance(area.geometry, shapely.Point(end))))
+    most = max(min(MOST_WIDER * level.reach, room / step - AWAY), level.reach)
+    best: tuple[int, EndFormula, float] | None = None
+    least, wide = math.inf, float(level.reach)
+    while best is None or wide <= most:
+        reach, wide = round(wide), WIDER * wide
+        formula = EndFormula.at(problem, end, (reach + 1) * step)
+        loss = _loss_at_end(problem, end, formula, (reach + 1) * step)
+        total = loss + LOST_AT_END * min(level.mesh.spacing) * formula.least_cost / reach
+        if best is None or total < least:
+            best, least = (reach, formula, loss), total
+    return best
 
 
 def _loss_at_end(problem: Problem, end: Point, formula: EndFormula, rim: float) -> float:
@@ -533,4 +558,4 @@ def _end_grid(level: Level, end: Point, rim: float) -> EndGrid | None:
     if found is None or not np.isfinite(found.values[:-1]).all():
         return None
     leaves = box[0] > x_min, box[1] > y_min, box[2] < x_max, box[3] < y_max
-    return EndGrid.of(inner.mesh, found.values, inner.reach, leaves)
+    return EndGrid.of(inner.mesh, found.values, inner.goal_block.reach, leaves)

@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 
 from cgla_graph._kernel import kernel
-from cgla_graph._types import BoolArray, FloatArray, WholeArray
+from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph.eikonal.queue_kernels import (
     BUCKETS,
     NONE,
@@ -44,11 +44,19 @@ Bends: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, FloatArray, WholeAr
 Joints: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, FloatArray]
 #: States of a node: see `march`.
 FAR, TRIAL, DONE, SEED = range(4)
+#: Kinds of walls that a node may be beside.
+BENT, STRAIGHT = 1, 2
 
 
 @kernel
 def past_corner(
-    q: int, here: float, final: FloatArray, neighbours: WholeArray, spacing: tuple[float, float], time: float
+    q: int,
+    here: float,
+    final: FloatArray,
+    neighbours: WholeArray,
+    spacing: tuple[float, float],
+    time: float,
+    is_straight: bool,
 ) -> float:
     """
     Return the time at a node beside a wall, if a front that comes past a diagonal neighbour is there before `time`.
@@ -56,6 +64,9 @@ def past_corner(
     The steps of a slanted wall take away the neighbour that a front along it comes from. Its slope along that axis is
     then known from the neighbour along the other one and the node beside that, and the other part follows; a front from
     further round comes over the diagonal. No time is below that of the neighbour.
+
+    Along a straight wall the way over the diagonal is a detour, whose steps would make a spline steep beside the wall.
+    There the slope across is that from the neighbour to the one beyond. (Along a bent wall, fronts would cut the bend.)
     """
     n = final.shape[0] - 1
     for x_side in range(2):
@@ -77,6 +88,9 @@ def past_corner(
             if rest > 0.0 and slope * other <= math.sqrt(rest) * step:
                 time = min(time, near + other * math.sqrt(rest))
             elif over >= near:
+                beyond = final[neighbours[b, y_side] if axis == 0 else neighbours[a, x_side]]
+                if is_straight and beyond <= near:
+                    over = min(over, 2.0 * near - beyond)
                 time = min(time, over)
     return time
 
@@ -87,7 +101,7 @@ def march(
     state: WholeArray,
     cost: FloatArray,
     neighbours: WholeArray,
-    beside_wall: BoolArray,
+    beside_wall: WholeArray,
     spacing: tuple[float, float],
     second: bool,
     joints: Joints,
@@ -111,7 +125,7 @@ def march(
     neighbours
         Shape ``(n + 1, 4)``.
     beside_wall
-        Whether the front may come past a diagonal neighbour (`past_corner`), shape ``(n + 1,)``.
+        The kind of wall where the front may come past a diagonal neighbour (`past_corner`), else 0, shape ``(n + 1,)``.
     spacing
         Steps of the grid along x and y.
     second
@@ -252,8 +266,8 @@ def march(
                         time = max(tx + (here + x_shift) * (hx * 2.0 / 3.0 if x_second else hx), x_value)
                     if y_value < math.inf:
                         time = min(time, max(ty + (here + y_shift) * (hy * 2.0 / 3.0 if y_second else hy), y_value))
-                if beside_wall[q]:
-                    time = past_corner(q, here, final, neighbours, spacing, time)
+                if beside_wall[q] > 0:
+                    time = past_corner(q, here, final, neighbours, spacing, time, beside_wall[q] == STRAIGHT)
                 time = min(time, straight)
                 if time < times[q]:
                     bucket = bucket_of(time, begin, per_time)

@@ -10,7 +10,7 @@ import shapely
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph.eikonal import cell_runs, mesh_kernels
-from cgla_graph.eikonal.marching_kernels import Joints, Mesh, Nodes
+from cgla_graph.eikonal.marching_kernels import BENT, STRAIGHT, Joints, Mesh, Nodes
 from cgla_graph.eikonal.mesh_kernels import Outlines
 from cgla_graph.model.cost_model import in_parts
 from cgla_graph.model.no_fly import NoFlyArea
@@ -29,8 +29,10 @@ HALO = 8
 NO_CELL, IN_AREA = -1, -2
 #: The pairs of a mesh without joints.
 NO_PAIRS: WholeArray = np.empty((0, 3), dtype=np.uint32)
-#: A corner turns by more than this, rad, and nodes are near it within so many cells.
-SHARP, NEAR_CORNER = math.radians(15.0), 3.0
+#: A corner turns by more than this, rad.
+SHARP = math.radians(15.0)
+#: Kind of the walls within so many cells of bends that turn by so much, rad.
+BENDS = ((BENT, 48.0, (math.radians(0.1), SHARP)), (0, 3.0, (SHARP, math.inf)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +67,8 @@ class SplineMesh:
     joints
         Nodes that a piece has side by side and that are not neighbours of each other (see `marching_kernels`).
     beside_wall
-        Whether each node lacks a neighbour and is beside a straight wall, shape ``(n + 1,)``: no node near a corner is,
-        as a front must not be led across the wall there.
+        The kind of wall, `BENT` or `STRAIGHT`, that each node which lacks a neighbour is beside, else 0, shape
+        ``(n + 1,)``: 0 near corners too, as a front must not be led across the wall there.
     ends
         The pieces that hold the points asked for; -1 where there is none.
     parts
@@ -89,7 +91,7 @@ class SplineMesh:
     node_rows: WholeArray
     neighbours: WholeArray
     joints: Joints
-    beside_wall: BoolArray
+    beside_wall: WholeArray
     ends: tuple[int, ...]
     parts: int
     sub_cells: tuple[WholeArray, WholeArray, WholeArray, WholeArray]
@@ -147,7 +149,8 @@ class SplineMesh:
         node_columns, node_rows = columns[owners // 9] + owners % 3 - 1, rows[owners // 9] + owners % 9 // 3 - 1
         neighbours = mesh_kernels.connect(controls, n_nodes)
         outlines = outlines_of(columns, rows, last, sub_cells := (pieces, place, labels, first_piece))
-        beside_wall = _beside_wall(neighbours, node_columns, node_rows, (_sharp_corners(area) - origin) / spacing)
+        bends = [(kind, near, (_corners(area, *turns) - origin) / spacing) for kind, near, turns in BENDS]
+        beside_wall = _beside_wall(neighbours, node_columns, node_rows, bends)
         pairs = np.unique(mesh_kernels.joints(controls, neighbours), axis=0) if len(labels) else NO_PAIRS
         nodes = node_columns, node_rows, neighbours, joints_of(pairs, spacing, n_nodes), beside_wall
         mesh = cls(origin, spacing, last, columns, rows, matters, controls, *nodes, (), parts, sub_cells, outlines)
@@ -323,28 +326,31 @@ def joints_of(pairs: WholeArray, spacing: tuple[float, float], n_nodes: int) -> 
     return first, one, other, np.array(spacing)[axis]
 
 
-def _beside_wall(neighbours: WholeArray, columns: WholeArray, rows: WholeArray, sharp: FloatArray) -> BoolArray:
-    """Return which nodes, at columns and rows, lack a neighbour and are not near a sharp corner, in spacings."""
-    lacks = (neighbours == len(columns)).any(axis=1)
-    lacks[-1] = False
-    (lacking,) = np.nonzero(lacks)
-    if len(sharp) and len(lacking):
+def _beside_wall(
+    neighbours: WholeArray, columns: WholeArray, rows: WholeArray, bends: Sequence[tuple[int, float, FloatArray]]
+) -> WholeArray:
+    """Return what walls nodes that lack a neighbour are beside; bends have a kind, a reach, and places in spacings."""
+    found = np.zeros(len(neighbours), dtype=np.int8)
+    (lacking,) = np.nonzero((neighbours[:-1] == len(columns)).any(axis=1))
+    found[lacking] = STRAIGHT
+    if len(lacking):
         from scipy.spatial import cKDTree  # noqa: PLC0415 - slow to import, and needed beside walls alone
 
-        places = np.column_stack([columns[lacking], rows[lacking]])
-        away, _ = cKDTree(sharp).query(places, distance_upper_bound=NEAR_CORNER)
-        lacks[lacking[np.isfinite(away)]] = False
-    return np.asarray(lacks)
+        at = np.column_stack([columns[lacking], rows[lacking]])
+        for kind, near, places in bends:
+            away, _ = cKDTree(places).query(at, distance_upper_bound=near)
+            found[lacking[np.isfinite(away)]] = kind
+    return found
 
 
-def _sharp_corners(area: NoFlyArea) -> FloatArray:
-    """List the corners of an area where its outline turns by more than `SHARP`, shape ``(m, 2)``."""
+def _corners(area: NoFlyArea, least: float, most: float) -> FloatArray:
+    """List the corners of an area where its outline turns by more than `least`, up to `most`, rad, shape ``(m, 2)``."""
     found = [np.empty((0, 2))]
     for ring in shapely.get_rings(shapely.get_parts(area.geometry)):
         points = shapely.get_coordinates(ring)[:-1]
         before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
         turns = np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1))
-        found.append(points[np.abs(turns) > SHARP])
+        found.append(points[(np.abs(turns) > least) & (np.abs(turns) <= most)])
     return np.concatenate(found)
 
 

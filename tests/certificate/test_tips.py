@@ -1,6 +1,7 @@
 """What the cost to an end is at least near it: the formula, the closer look, and what both take from a bound."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import oracles
@@ -66,7 +67,7 @@ def rim_points(reach: int) -> FloatArray:
 def spline_at(level: Level, block: Block, u: FloatArray, values: FloatArray) -> FloatArray:
     """Evaluate a spline on the rim of a block, on the cells inside."""
     mesh, middle = level.mesh, np.array(block.centre)
-    cells = np.clip(np.rint(u), np.maximum(middle - level.reach, 0), np.minimum(middle + level.reach, mesh.last))
+    cells = np.clip(np.rint(u), np.maximum(middle - block.reach, 0), np.minimum(middle + block.reach, mesh.last))
     # the cells of a whole grid, row by row
     pieces = (cells[:, 1] * (mesh.last[0] + 1) + cells[:, 0]).astype(int)
     known = mesh.controls[pieces], mesh.columns[pieces], mesh.rows[pieces]
@@ -84,9 +85,9 @@ def test_the_rim_of_a_block_is_bounded(field: cg.RiskField, k: float, seed: int)
     values = np.append(np.hypot(*(mesh.node_points - end).T) + 0.1 * rng.random(mesh.n_nodes), math.inf)
     every = np.ones(len(mesh.columns), dtype=bool)
     found = certificate_kernels.rim_excess(
-        values, mesh.kernel_mesh, every, (end[0], end[1]), block.centre, level.reach, block.formula.numbers
+        values, mesh.kernel_mesh, every, (end[0], end[1]), block.centre, block.reach, block.formula.numbers
     )
-    u = rim_points(level.reach) + block.centre
+    u = rim_points(block.reach) + block.centre
     excess = spline_at(level, block, u, values) - block.formula.costs(mesh.origin + u * mesh.spacing - end)
     assert excess.max() <= found + 1e-9
     assert problem.k == k
@@ -115,7 +116,7 @@ def check_near(problem: cg.Problem, seed: int) -> None:
     rng = np.random.default_rng(seed)
     level, block = block_of(problem, 64)
     assert block.end_grid is not None
-    rim = (level.reach + 1) * math.hypot(*level.mesh.spacing)
+    rim = (block.reach + 1) * math.hypot(*level.mesh.spacing)
     turn, r = rng.uniform(0.0, 2.0 * math.pi, 3), rim * rng.uniform(0.5, 2.4, 3)
     points = np.clip(problem.goal + np.column_stack([r * np.cos(turn), r * np.sin(turn)]), 0.0, 1.0)
     for point, bound in zip(points, block.end_grid.costs(points), strict=True):
@@ -191,8 +192,8 @@ def test_the_rim_of_a_block_is_bounded_by_a_box(seed: int, capped: bool) -> None
     assert near is not None
     values = np.append(np.hypot(*(mesh.node_points - problem.goal).T) + 0.1 * rng.random(mesh.n_nodes), math.inf)
     near = EndGrid(near.mesh, near.values, near.cap if capped else math.inf, near.blind)
-    found = Block(block.end, block.centre, block.holds, block.formula, near).excess(level, values)
-    u = rim_points(level.reach) + block.centre
+    found = replace(block, end_grid=near).excess(level, values)
+    u = rim_points(block.reach) + block.centre
     points = np.array(mesh.origin) + u * mesh.spacing
     inside = ((points > 0.0) & (points < 1.0)).all(axis=1)
     excess = spline_at(level, block, u, values)[inside] - near.costs(points[inside])
