@@ -57,7 +57,7 @@ from cgla_graph.model.problem import Problem
 #: at most.
 LEAST_REACH, MOST_WALLS, MOST_VERTICES = 3, 32, 8
 #: Cells between the rims of two blocks, at least; between the known path and a block, at most.
-APART, NEAR_PATH = 2, 4
+APART, NEAR_PATH = 2, 16
 #: Blocks on a grid, at most; an area of more edges has none.
 MOST_BLOCKS, MOST_EDGES = 200, 20_000
 #: The greatest cost of a block over the least: where the ratio is greater, there is no block. The disc on which the

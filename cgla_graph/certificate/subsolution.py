@@ -64,6 +64,8 @@ LEAST_SHARE, LEAST_GAIN = 0.1, 0.005
 #: A spline that is still too steep by this factor after so many further rounds is left to finer grids: beside walls,
 #: lower costs do not help where a coarse grid does not resolve the gap.
 STEEP, ROUNDS_FOR_STEEP = 2.0, 2
+#: Where so many rounds in a row were no better, lower costs made new fronts, which are steep elsewhere.
+ROUNDS_IN_VAIN = 3
 #: Cells that may stay too steep, at most, and the rounding of their charges.
 MOST_CHARGED, ROUNDING = 2000, 1e-12
 #: Cells along the longer side of the first grid; a further grid has up to twice as many.
@@ -295,8 +297,7 @@ class Level:
         radius = (block.reach + 1.5) * math.hypot(*mesh.spacing)
         near = np.hypot(*(mesh.node_points - source).T) <= radius
         best: Subsolution | None = None
-        reached = -math.inf
-        number = 0
+        reached, number, best_round = -math.inf, 0, 0
         while number < rounds:
             times = costs_to_go(
                 problem,
@@ -328,15 +329,16 @@ class Level:
                 eased = self._shifted(times / scale, other, piece, block).lowered(lost + sum(charges))
                 found = max(found, eased, key=lambda one: one.bound)
             if best is None or found.bound > best.bound:
-                best = replace(found, corners=corners)
-            stalled = 0.0 <= gained < aim * reached
+                best, best_round = replace(found, corners=corners), number
             possible = self._shifted(times, other, piece, block).bound - sum(charges)
             left = min(LEAST_SHARE * (known - possible), LEAST_GAIN * possible) if known < math.inf else 0.0
             good = best.bound >= wanted
             lost = race is not None and race.is_lost(number, to_goal, good)
-            done = good or lost or possible - best.bound <= left
-            hopeless = number >= ROUNDS_FOR_STEEP and steepest > STEEP and known < math.inf and not rasters
-            if steepest < 1.0 + aim or done or hopeless or (stalled and not gentle):
+            too_steep = number >= ROUNDS_FOR_STEEP and steepest > STEEP and known < math.inf
+            hopeless = (too_steep or number >= best_round + ROUNDS_IN_VAIN) and not rasters
+            stalled = 0.0 <= gained < aim * reached
+            done = good or lost or possible - best.bound <= left or steepest < 1.0 + aim
+            if done or hopeless or (stalled and not gentle):
                 break
             if stalled or number == gentle_rounds or (number == 0 and steepest <= GENTLE_ABOVE and not rasters):
                 gentle = False

@@ -44,8 +44,6 @@ Bends: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, FloatArray, WholeAr
 Joints: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, FloatArray]
 #: States of a node: see `march`.
 FAR, TRIAL, DONE, SEED = range(4)
-#: Kinds of walls that a node may be beside.
-BENT, STRAIGHT = 1, 2
 
 
 @kernel
@@ -56,7 +54,7 @@ def past_corner(
     neighbours: WholeArray,
     spacing: tuple[float, float],
     time: float,
-    is_straight: bool,
+    along: FloatArray,
 ) -> float:
     """
     Return the time at a node beside a wall, if a front that comes past a diagonal neighbour is there before `time`.
@@ -65,8 +63,9 @@ def past_corner(
     then known from the neighbour along the other one and the node beside that, and the other part follows; a front from
     further round comes over the diagonal. No time is below that of the neighbour.
 
-    Along a straight wall the way over the diagonal is a detour, whose steps would make a spline steep beside the wall.
-    There the slope across is that from the neighbour to the one beyond. (Along a bent wall, fronts would cut the bend.)
+    Along a wall, the way over the diagonal is a detour, whose steps would make a spline steep beside the wall. There
+    the slope is that from the neighbour to the one beyond, but at least that of a front along the wall, whose direction
+    is `along`: no front comes out of the wall.
     """
     n = final.shape[0] - 1
     for x_side in range(2):
@@ -89,8 +88,8 @@ def past_corner(
                 time = min(time, near + other * math.sqrt(rest))
             elif over >= near:
                 beyond = final[neighbours[b, y_side] if axis == 0 else neighbours[a, x_side]]
-                if is_straight and beyond <= near:
-                    over = min(over, 2.0 * near - beyond)
+                if beyond <= near:
+                    over = min(over, near + max(near - beyond, here * along[1 - axis] * other))
                 time = min(time, over)
     return time
 
@@ -101,7 +100,7 @@ def march(
     state: WholeArray,
     cost: FloatArray,
     neighbours: WholeArray,
-    beside_wall: WholeArray,
+    beside_wall: FloatArray,
     spacing: tuple[float, float],
     second: bool,
     joints: Joints,
@@ -125,7 +124,8 @@ def march(
     neighbours
         Shape ``(n + 1, 4)``.
     beside_wall
-        The kind of wall where the front may come past a diagonal neighbour (`past_corner`), else 0, shape ``(n + 1,)``.
+        Direction of the wall beside each node that the front may come to past a diagonal neighbour (`past_corner`),
+        without signs; below 0 elsewhere. Shape ``(n + 1, 2)``.
     spacing
         Steps of the grid along x and y.
     second
@@ -266,8 +266,8 @@ def march(
                         time = max(tx + (here + x_shift) * (hx * 2.0 / 3.0 if x_second else hx), x_value)
                     if y_value < math.inf:
                         time = min(time, max(ty + (here + y_shift) * (hy * 2.0 / 3.0 if y_second else hy), y_value))
-                if beside_wall[q] > 0:
-                    time = past_corner(q, here, final, neighbours, spacing, time, beside_wall[q] == STRAIGHT)
+                if beside_wall[q, 0] >= 0.0:
+                    time = past_corner(q, here, final, neighbours, spacing, time, beside_wall[q])
                 time = min(time, straight)
                 if time < times[q]:
                     bucket = bucket_of(time, begin, per_time)

@@ -10,7 +10,7 @@ import shapely
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph.eikonal import cell_runs, mesh_kernels
-from cgla_graph.eikonal.marching_kernels import BENT, STRAIGHT, Joints, Mesh, Nodes
+from cgla_graph.eikonal.marching_kernels import Joints, Mesh, Nodes
 from cgla_graph.eikonal.mesh_kernels import Outlines
 from cgla_graph.model.cost_model import in_parts
 from cgla_graph.model.no_fly import NoFlyArea
@@ -29,10 +29,8 @@ HALO = 8
 NO_CELL, IN_AREA = -1, -2
 #: The pairs of a mesh without joints.
 NO_PAIRS: WholeArray = np.empty((0, 3), dtype=np.uint32)
-#: A corner turns by more than this, rad.
-SHARP = math.radians(15.0)
-#: Kind of the walls within so many cells of bends that turn by so much, rad.
-BENDS = ((BENT, 48.0, (math.radians(0.1), SHARP)), (0, 3.0, (SHARP, math.inf)))
+#: A corner turns by more than this, rad, and nodes are near it within so many cells.
+SHARP, NEAR_CORNER = math.radians(15.0), 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +65,8 @@ class SplineMesh:
     joints
         Nodes that a piece has side by side and that are not neighbours of each other (see `marching_kernels`).
     beside_wall
-        The kind of wall, `BENT` or `STRAIGHT`, that each node which lacks a neighbour is beside, else 0, shape
-        ``(n + 1,)``: 0 near corners too, as a front must not be led across the wall there.
+        Direction of the wall, without signs, beside each node that lacks a neighbour; -1 for other nodes, and near
+        corners, as a front must not be led across the wall there. Shape ``(n + 1, 2)``.
     ends
         The pieces that hold the points asked for; -1 where there is none.
     parts
@@ -91,7 +89,7 @@ class SplineMesh:
     node_rows: WholeArray
     neighbours: WholeArray
     joints: Joints
-    beside_wall: WholeArray
+    beside_wall: FloatArray
     ends: tuple[int, ...]
     parts: int
     sub_cells: tuple[WholeArray, WholeArray, WholeArray, WholeArray]
@@ -149,8 +147,7 @@ class SplineMesh:
         node_columns, node_rows = columns[owners // 9] + owners % 3 - 1, rows[owners // 9] + owners % 9 // 3 - 1
         neighbours = mesh_kernels.connect(controls, n_nodes)
         outlines = outlines_of(columns, rows, last, sub_cells := (pieces, place, labels, first_piece))
-        bends = [(kind, near, (_corners(area, *turns) - origin) / spacing) for kind, near, turns in BENDS]
-        beside_wall = _beside_wall(neighbours, node_columns, node_rows, bends)
+        beside_wall = _beside_wall(neighbours, node_columns, node_rows, area, origin, spacing)
         pairs = np.unique(mesh_kernels.joints(controls, neighbours), axis=0) if len(labels) else NO_PAIRS
         nodes = node_columns, node_rows, neighbours, joints_of(pairs, spacing, n_nodes), beside_wall
         mesh = cls(origin, spacing, last, columns, rows, matters, controls, *nodes, (), parts, sub_cells, outlines)
@@ -327,30 +324,40 @@ def joints_of(pairs: WholeArray, spacing: tuple[float, float], n_nodes: int) -> 
 
 
 def _beside_wall(
-    neighbours: WholeArray, columns: WholeArray, rows: WholeArray, bends: Sequence[tuple[int, float, FloatArray]]
-) -> WholeArray:
-    """Return what walls nodes that lack a neighbour are beside; bends have a kind, a reach, and places in spacings."""
-    found = np.zeros(len(neighbours), dtype=np.int8)
+    neighbours: WholeArray, columns: WholeArray, rows: WholeArray, area: NoFlyArea, origin: Point, spacing: Point
+) -> FloatArray:
+    """Return the direction of the wall beside each node that lacks a neighbour and is not near a sharp corner."""
+    found = np.full((len(neighbours), 2), -1.0)
     (lacking,) = np.nonzero((neighbours[:-1] == len(columns)).any(axis=1))
-    found[lacking] = STRAIGHT
-    if len(lacking):
-        from scipy.spatial import cKDTree  # noqa: PLC0415 - slow to import, and needed beside walls alone
-
-        at = np.column_stack([columns[lacking], rows[lacking]])
-        for kind, near, places in bends:
-            away, _ = cKDTree(places).query(at, distance_upper_bound=near)
-            found[lacking[np.isfinite(away)]] = kind
+    edges = area.edges
+    if len(lacking) and len(edges):
+        places = np.column_stack([columns[lacking], rows[lacking]]).astype(np.float64)
+        far = _away_from(places, (_sharp_corners(area) - origin) / spacing)
+        lacking, places = lacking[far], places[far]
+        lines = shapely.STRtree(np.asarray(shapely.linestrings(edges[:, :4].reshape(-1, 2, 2))))
+        nearest = lines.nearest(shapely.points(places * spacing + origin))
+        step = edges[nearest, 2:4] - edges[nearest, :2]
+        found[lacking] = np.abs(step) / np.hypot(*step.T)[:, None]
     return found
 
 
-def _corners(area: NoFlyArea, least: float, most: float) -> FloatArray:
-    """List the corners of an area where its outline turns by more than `least`, up to `most`, rad, shape ``(m, 2)``."""
+def _away_from(places: FloatArray, corners: FloatArray) -> BoolArray:
+    """Return which places are not near corners, in spacings."""
+    if not len(corners):
+        return np.ones(len(places), dtype=np.bool_)
+    from scipy.spatial import cKDTree  # noqa: PLC0415 - slow to import, and needed beside walls alone
+
+    return np.isinf(cKDTree(corners).query(places, distance_upper_bound=NEAR_CORNER)[0])
+
+
+def _sharp_corners(area: NoFlyArea) -> FloatArray:
+    """List the corners of an area where its outline turns by more than `SHARP`, shape ``(m, 2)``."""
     found = [np.empty((0, 2))]
     for ring in shapely.get_rings(shapely.get_parts(area.geometry)):
         points = shapely.get_coordinates(ring)[:-1]
         before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
         turns = np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1))
-        found.append(points[(np.abs(turns) > least) & (np.abs(turns) <= most)])
+        found.append(points[np.abs(turns) > SHARP])
     return np.concatenate(found)
 
 

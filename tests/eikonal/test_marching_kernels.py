@@ -42,7 +42,7 @@ def marched(
     if done is not None:
         state[:-1][done.ravel()] = marching_kernels.DONE
     padded = np.append(cost, 1.0)
-    beside_wall = np.zeros(len(every), dtype=np.int8)
+    beside_wall = np.full((len(every), 2), -1.0)
     extra = joints_of(NO_PAIRS, spacing, times.size), bends_of([], times.size)
     marching_kernels.march(every, state, padded, neighbours_of(times.shape), beside_wall, spacing, second, *extra)
     assert every[-1] == math.inf
