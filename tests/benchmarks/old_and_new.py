@@ -80,6 +80,16 @@ def memory(side):
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     return run
 
+def turned():
+    # boxes that no grid is in line with, and no risk
+    import shapely, shapely.affinity
+    rng = np.random.default_rng(47)
+    boxes = [
+        shapely.affinity.rotate(shapely.box(x, y, x + 0.08, y + 0.05), turn)
+        for (x, y), turn in zip(rng.uniform(0.1, 0.8, (30, 2)), rng.uniform(0.0, 90.0, 30))
+    ]
+    return cg.Problem((0.02, 0.5), (0.98, 0.5), no_fly=shapely.union_all(boxes))
+
 def integrals(n):
     problem, rng = crowd(n), np.random.default_rng(2)
     starts, ends = rng.random((2, 20000 if n < 200 else 4000, 2))
@@ -173,6 +183,7 @@ WORKLOADS = {
     "marching, 1,001 x 1,001": "marched(10.0, 1000)",
     "marching, 257 x 257, k = 100,000": "marched(1e5, 256)",
     "proof of 1e-4, random 1": "proved(random_scenario(1).problem, 1e-4)",
+    "proof of 1e-4, 30 turned boxes": "proved(turned(), 1e-4)",
     "proof of 1e-3, paper": "proved(cg.load_scenario('paper').problem, 1e-3)",
     "proof of 1e-3, finland": "proved(cg.load_scenario('finland').problem, 1e-3)",
     "proof of 5e-4, corridor": "proved(cg.load_scenario('corridor').problem, 5e-4)",

@@ -15,8 +15,11 @@ import shapely.affinity
 from pytest_benchmark.fixture import BenchmarkFixture
 
 import cgla_graph as cg
+from tests.support import precise_maps
 
 TOLERANCE, SECONDS, MAPS = 0.005, 5.0, 100
+#: The tolerance of close proofs, and how many maps they are tried on.
+PRECISE, PRECISE_MAPS = 1e-4, 40
 #: Of each kind of map: least and greatest spread of threats, as parts of the shorter side, and risk weight.
 KINDS = {
     "wide": ((0.05, 0.4), (1.0, 1000.0)),
@@ -124,6 +127,23 @@ def test_random_maps(benchmark: BenchmarkFixture, kind: str) -> None:
     benchmark.extra_info["slowest, s"] = round(slowest, 2)
     assert gaps.max() <= TOLERANCE, f"not reached on maps {np.flatnonzero(~(gaps <= TOLERANCE)).tolist()}"
     assert slowest <= SECONDS, f"too slow on maps {np.flatnonzero(seconds > SECONDS).tolist()}"
+
+
+def test_precise_maps(benchmark: BenchmarkFixture) -> None:
+    """A ten-thousandth on maps of 1 to 100 areas; how many are missed is printed."""
+
+    def proven(seed: int) -> tuple[float, float]:
+        began = time.process_time()
+        return cg.lower_bound(precise_maps.drawn(seed), PRECISE).gap, time.process_time() - began
+
+    proven(0)
+    found = benchmark.pedantic(lambda: [proven(seed) for seed in range(PRECISE_MAPS)], rounds=1)
+    gaps, seconds = np.array(found).T
+    median, most, slowest = np.quantile(seconds, (0.5, 0.95, 1.0))
+    missed = np.flatnonzero(~(gaps <= PRECISE)).tolist()
+    print(f"\n{PRECISE:g}: {median:.2f} s of CPU (median), 95 % within {most:.2f} s, slowest {slowest:.2f} s")
+    print(f"missed: maps {missed} of {PRECISE_MAPS}, by up to {gaps.max() / PRECISE:.1f} times")
+    assert np.quantile(gaps, 0.75) <= PRECISE
 
 
 if __name__ == "__main__":
