@@ -88,13 +88,13 @@ bench: $(INSTALLED)
 	$(BIN)/python tests/benchmarks/old_and_new.py $(OLD)
 	$(BIN)/python tests/benchmarks/peers.py --each 1 --seconds 1 --out results/peers-few.json
 
-# planners of other libraries against ours on 40 maps, half an hour of CPU time; OMPL where it is installed for C++ (Debian:
-# libompl-dev, pkg-config). make peers PEERS='--seconds 20 --workers 2': other limits
+# planners of other libraries against ours on 40 maps, half an hour of CPU time; then the manual's tables of them. OMPL where it
+# is installed for C++ (Debian: libompl-dev, pkg-config). make peers PEERS='--seconds 20 --workers 2': other limits
 PEERS ?=
 peers: $(INSTALLED)
 	$(BIN)/python -m pip install --quiet scikit-fmm eikonalfm pykonal
 	mkdir -p build && sh examples/conformance/build_ompl.sh build || true
-	$(BIN)/python tests/benchmarks/peers.py $(PEERS)
+	$(BIN)/python tests/benchmarks/peers.py --page docs/conformance.md $(PEERS)
 
 # 90 minutes on two cores, and 3 for each quick study: every claim of the paper in full, and quickly on three other samples; then
 # the answers that are shipped, the manual's page of them and the README's part. `--resume` goes on with a study that was broken

@@ -58,6 +58,8 @@ OMPL = {
 }
 #: Planners that march over a grid, and the packages that they need.
 GRIDS = {"scikit-fmm": "skfmm", "eikonalfm": "eikonalfm", "pykonal": "pykonal"}
+#: Where the tables are on the manual's page.
+MARKS = ("<!-- peers -->", "<!-- end of peers -->")
 #: Seconds beyond its limit after which a planner is stopped, for a machine that is shared.
 GRACE = 120.0
 
@@ -196,9 +198,11 @@ def ours(name: str, one: Instance) -> Row:
     return row_of(name, one, history, "" if history else fault)
 
 
-def measured(maps: Sequence[Instance], ompl: Path, seconds: float, workers: int) -> Iterator[Row]:
-    """Run ours, one by one, then all others."""
-    for name in OURS:
+def measured(
+    maps: Sequence[Instance], planners: Sequence[str], ompl: Path, seconds: float, workers: int
+) -> Iterator[Row]:
+    """Run ours, one by one, then all others, map by map."""
+    for name in (name for name in OURS if name in planners):
         warm: set[str] = set()
         for one in maps:
             if name == "weighted-regions" and one.family != "rough":
@@ -207,7 +211,8 @@ def measured(maps: Sequence[Instance], ompl: Path, seconds: float, workers: int)
                 ours(name, one)
                 warm.add(one.family)
             yield ours(name, one)
-    calls = [(name, command, one) for name, command in commands(ompl, seconds) for one in maps]
+    others = [(name, command) for name, command in commands(ompl, seconds) if name in planners]
+    calls = [(name, command, one) for one in maps for name, command in others]
     with ThreadPoolExecutor(workers) as pool:
         yield from pool.map(lambda call: theirs(*call, seconds), calls)
 
@@ -246,6 +251,46 @@ def by_kind(rows: Sequence[Row], level: int) -> str:
     return "\n".join(lines)
 
 
+def ahead(rows: Sequence[Row]) -> str:
+    """Write which planners of others were sooner than hybrid on more than half of the maps of a kind."""
+    best = {row.instance: row.seconds for row in rows if row.planner == "hybrid"}
+    lines = []
+    for name in dict.fromkeys(row.planner for row in rows if row.planner not in OURS):
+        parts = []
+        for kind in dict.fromkeys(row.kind for row in rows):
+            own = [row for row in rows if (row.planner, row.kind) == (name, kind)]
+            for level, part in enumerate(LEVELS):
+                sooner = sum(row.seconds[level] < best[row.instance][level] for row in own)
+                if 2 * sooner > len(own):
+                    parts.append(f"{kind} to {100.0 * part:g} % ({sooner} of {len(own)})")
+        if parts:
+            lines.append(f"- `{name}`: {', '.join(parts)}.")
+    if not lines:
+        return "No planner of others was sooner than `hybrid` on more than half of the maps of a kind."
+    return "Sooner than `hybrid` on more than half of the maps of a kind:\n\n" + "\n".join(lines)
+
+
+def report(stored: Sequence[dict[str, Any]]) -> str:
+    """Write tables of what was measured, over the maps on which every planner was run."""
+    last = {(row["planner"], row["instance"]): row for one in stored for row in one["rows"]}
+    rows = [Row(**{**row, "seconds": tuple(row["seconds"])}) for row in last.values()]
+    titles = {name: title for one in stored for name, (title, _) in one["maps"].items()}
+    names = {row.planner for row in rows} - {"weighted-regions"}
+    whole = {name for name in titles if names <= {planner for planner, instance in last if instance == name}}
+    rows = [row for row in rows if row.instance in whole]
+    rows.sort(key=lambda row: [*OURS, *OMPL, *GRIDS].index(row.planner))
+    rough = sum(not titles[name].startswith("proven") for name in whole)
+    facts = f"On {len(whole)} of the {EACH * len(KINDS)} maps; planners of OMPL had {stored[-1]['seconds']:g} s"
+    facts += " of CPU time on each."
+    if rough:
+        facts += (
+            f" On {rough} of the maps the bound is not within {100.0 * TIGHT:g} %: the best path known takes its place."
+        )
+    if faults := [f"`{row.planner}` on {row.instance}: {row.fault}" for row in rows if row.fault]:
+        facts += f"\n\nWithout a path: {'; '.join(faults)}."
+    return "\n\n".join([facts, table(rows), by_kind(rows, 1), by_kind(rows, 2), ahead(rows)])
+
+
 def _time(seconds: float) -> str:
     if not math.isfinite(seconds):
         return "-"
@@ -261,23 +306,25 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1, help="seed of the first map")
     parser.add_argument("--workers", type=int, default=1, help="planners of others at a time")
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "peers.json")
+    every = (*OURS, *OMPL, *GRIDS)
+    parser.add_argument("--planners", nargs="+", choices=every, default=every, help="ours and of others")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS, help="of maps")
     parser.add_argument(
         "--from", dest="stored", nargs="+", type=Path, help="print the tables of such files, run nothing"
     )
+    parser.add_argument("--page", type=Path, help="write the tables into this page as well, between its marks")
     options = parser.parse_args()
-    if options.stored:
-        stored = [row for file in options.stored for row in json.loads(file.read_text(encoding="utf-8"))["rows"]]
-        rows = [Row(**{**row, "seconds": tuple(row["seconds"])}) for row in stored]
-    else:
-        rows = _run(options)
-    print(table(rows), by_kind(rows, 1), by_kind(rows, 2), sep="\n\n")
-    for row in rows:
-        if row.fault:
-            print(f"{row.planner} on {row.instance}: {row.fault}")
+    files = options.stored or [_run(options)]
+    text = report([json.loads(file.read_text(encoding="utf-8")) for file in files])
+    print(text)
+    if options.page:
+        head, rest = options.page.read_text(encoding="utf-8").split(MARKS[0])
+        tail = rest.split(MARKS[1])[1]
+        options.page.write_text(f"{head}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{tail}", encoding="utf-8")
 
 
-def _run(options: argparse.Namespace) -> list[Row]:
+def _run(options: argparse.Namespace) -> Path:
+    """Measure, and return the file of what was measured."""
     maps, rows = [], []
     for kind in options.kinds:
         for seed in range(options.first, options.first + options.each):
@@ -286,14 +333,15 @@ def _run(options: argparse.Namespace) -> list[Row]:
             width = 100.0 * ((one.upper_bound or math.nan) / (one.lower_bound or math.nan) - 1.0)
             print(f"{one.name}: k = {one.problem.k:g}, {one.title}, {width:.3f} %", file=sys.stderr, flush=True)
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    for row in measured(maps, options.ompl, options.seconds, options.workers):
+    for row in measured(maps, options.planners, options.ompl, options.seconds, options.workers):
         rows.append(row)
         print(
             row.planner, row.instance, row.seconds, f"{100 * row.excess:.3f} %", row.fault, file=sys.stderr, flush=True
         )
-        known = {"maps": {one.name: [one.title, one.problem.k] for one in maps}, "rows": [vars(row) for row in rows]}
+        titles = {one.name: [one.title, one.problem.k] for one in maps}
+        known = {"seconds": options.seconds, "maps": titles, "rows": [vars(row) for row in rows]}
         options.out.write_text(json.dumps(known), encoding="utf-8")
-    return rows
+    return options.out
 
 
 if __name__ == "__main__":
