@@ -4,7 +4,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -20,6 +20,7 @@ from cgla_graph.comparisons.cli.options import (
     open_map,
     option,
 )
+from cgla_graph.comparisons.cli.verify import proof_document, verified_text
 
 if TYPE_CHECKING:
     from cgla_graph.comparisons.study.runner import Run
@@ -39,6 +40,7 @@ def certify(
     ] = None,
     tolerance: Annotated[float, option("--tolerance R", "wanted gap")] = 0.001,
     max_cells: Annotated[int, option("--max-cells N", "cells of a grid, at most; about 300 bytes each")] = 2_500_000,
+    write: Annotated[Path | None, option("--write FILE", "a proof that cgla verify checks, and others can")] = None,
 ) -> None:
     """
     Prove how far a path is from the best possible.
@@ -59,15 +61,27 @@ def certify(
     proof = proof_of(run)
     people = on_ground.exposed(run, ground)
     written = _written(folder, run, kinds) if folder else []
+    in_file = _proof_file(write, run, tolerance) if write else {}
     if output.as_json:
         below = {} if people is None else {"ground": people.document()}
         files = [str(file) for file in written]
-        console.out_json({**plan_document(run), "grids": grid_rows(proof), "files": files, **below, **zoned})
+        console.out_json({**plan_document(run), "grids": grid_rows(proof), "files": files, **below, **zoned, **in_file})
     else:
         _print(run, {} if people is None else people.lines())
-        console.out_files(written)
+        if write:
+            console.out_lines({"in file": verified_text(in_file["proof_file"])})
+        console.out_files([*written, *([write] if write else [])])
     if not math.isfinite(proof.upper_bound) or math.isnan(proof.lower_bound):
         raise typer.Exit(console.MISSING)
+
+
+def _proof_file(file: Path, run: "Run", tolerance: float) -> dict[str, Any]:
+    """Write the proof of a run; return what the file proves, for JSON."""
+    from cgla_graph.certificate.proof_file import save_proof
+
+    path = run.solution.path if run.solution.status.has_path else None
+    found = save_proof(run.on_map.problem, file, path, tolerance=tolerance)
+    return {"proof_file": proof_document(file, found)}
 
 
 def certified(

@@ -28,6 +28,7 @@ COMMANDS: "dict[str, Place]" = {
     ),
     "pareto": "pareto:pareto",
     "certify": "certify:certify",
+    "verify": "verify:verify",
     "check": "check:check",
     "conform": "conform:conform",
     "answer": "conform:answer",

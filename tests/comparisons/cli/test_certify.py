@@ -285,7 +285,7 @@ def run() -> Run:
     field = cg.RiskField([cg.Threat(x=1.0, y=0.5, spread=0.1)])
     wall = shapely.box(0.9, -0.1, 1.1, 0.4)
     problem = cg.Problem((0.1, 0.2), (1.8, 0.3), field, k=5.0, bounds=(0.0, 0.0, 2.0, 1.0), no_fly=wall)
-    return certified(Scenario("wide", "", problem, cg.Lattice(8, bounds=problem.bounds)))
+    return certified(Scenario("wide", "", problem, cg.Lattice(8, bounds=problem.bounds)), tolerance=1e-4)
 
 
 def grids_of(run: Run) -> tuple[Grid, ...]:

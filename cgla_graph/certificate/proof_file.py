@@ -1,0 +1,517 @@
+"""
+Files that hold a proof: the surfaces of a bound, grid by grid, for `check_proof`.
+
+The surfaces are those of `subsolution`, in whole numbers, and scaled as the checker's own measure of their slopes asks
+for. Blocks have surfaces inside, on grids `FINER` times as fine, instead of formulas. The bound of a file is what the
+checker finds; it may be less than the solver's, which knows more rules.
+"""
+
+import io
+import json
+import math
+import os
+import zipfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import shapely
+
+from cgla_graph._files import write_files
+from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
+from cgla_graph.certificate import certificate_kernels
+from cgla_graph.certificate import check_proof as checker
+from cgla_graph.certificate.corners import CornerBlock, corners_of, links_of
+from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
+from cgla_graph.certificate.subsolution import Level, first_grid, next_grid
+from cgla_graph.eikonal import cell_runs, marching_kernels
+from cgla_graph.eikonal.marching import march
+from cgla_graph.eikonal.mesh import SplineMesh
+from cgla_graph.errors import ProblemError
+from cgla_graph.model.problem import Problem
+
+#: Columns or rows of a rectangle of cells: the first ones and those after the last, west, east, south, north.
+Rectangle: TypeAlias = list[int]
+#: Grids inside blocks are so many times as fine, an odd number, and go so many levels deep.
+FINER, AROUND_ENDS, AROUND_CORNERS = 5, 2, 2
+#: A step of control values, in spacings times the tolerance, and cells of a grid, at most.
+STEP, MOST_PIECES = 1.0 / 64.0, 1_000_000
+#: Around a corner: cells to the rim of a block on a grid inside one, cells beyond a box from which the front starts,
+#: sub-cells, rounds, and the slope from which another round is made.
+REACH, BEYOND, SUB_CELLS, ROUNDS, STEEP = 2, 2, 200_000, 6, 1.002
+#: Pieces that may be charged for have slopes from this on; and surfaces are scaled by a little more than their slopes.
+NEARLY_STEEP, MORE = 0.9, 1.0 + 1e-7
+#: What surfaces stand for where no way leads to their end, in heights.
+UNREACHED = 4.0
+
+
+def save_proof(
+    problem: Problem, file: str | os.PathLike[str], path: FloatArray | None = None, *, tolerance: float = 1e-3
+) -> checker.Result:
+    """
+    Prove a lower bound of the cost of all paths, and write the proof to a file.
+
+    Parameters
+    ----------
+    problem
+        The problem; a clearance counts as areas that are wider by that much.
+    file
+        Its name. ``check_proof.py``, a program that needs NumPy alone, checks it.
+    path
+        A path from start to goal to go into the file, shape ``(n, 2)``, map units. None: no path.
+    tolerance
+        Refine the grid until the cost of the path is at most so much above the bound, as a part of it.
+
+    Returns
+    -------
+    result
+        The bounds that the file proves, as the checker finds them: of all paths, and of this one.
+
+    Raises
+    ------
+    ProblemError
+        If the problem has no bound, or no proof in such a file was found; the message says why.
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from cgla_graph.model.risk import RiskField, Threat
+    >>> problem = Problem((0.1, 0.5), (0.9, 0.5), RiskField([Threat(0.5, 0.55, 0.1)]), k=10.0)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     found = save_proof(problem, f"{folder}/one.proof", np.array([(0.1, 0.5), (0.5, 0.2), (0.9, 0.5)]))
+    >>> 0.8 < found["lower"] < found["upper"] < 2.0
+    True
+    """
+    if not problem.field.is_proper:
+        msg = "there is no proof for a field with peaks above 1; lower them to 1"
+        raise ProblemError(msg)
+    archive = Archive()
+    described = describe_problem(problem.relaxed(), archive)
+    writer = _Writer(problem.relaxed(), archive, checker.Problem(described, archive.array), tolerance)
+    cost = math.inf if path is None else problem.evaluate(path).cost
+    grids, lower = writer.grids(cost, path)
+    whole: dict[str, Any] = {
+        "format": checker.FORMAT, "version": checker.VERSION, "problem": described, "grids": grids,
+        "lower": lower if math.isfinite(lower) else None,
+    }  # fmt: skip
+    if path is not None:
+        whole["path"] = archive.add(np.asarray(path, dtype=np.float64), "path")
+    data = archive.packed(whole)
+    try:
+        result = checker.check(io.BytesIO(data))
+    except checker.Refused as error:
+        msg = f"no proof of this problem fits into a file: {error}; `certify` without a file may know a bound"
+        raise ProblemError(msg) from error
+    write_files({Path(file): data})
+    return result
+
+
+def verify_proof(file: str | os.PathLike[str], problem: Problem | None = None) -> checker.Result:
+    """
+    Check a proof file, by the program that needs nothing of this library.
+
+    Parameters
+    ----------
+    file
+        Its name.
+    problem
+        A problem that has to be the one of the file, apart from the path. None: any.
+
+    Returns
+    -------
+    result
+        ``lower``: no path costs less; infinite if there is none. ``upper``: the path of the file costs at most this;
+        infinite without a path. ``problem``: a digest of the problem.
+
+    Raises
+    ------
+    ProblemError
+        If the file does not prove what it claims, or is about another problem; the message says the first fault.
+
+    Examples
+    --------
+    >>> verify_proof("pyproject.toml")
+    Traceback (most recent call last):
+        ...
+    cgla_graph.errors.ProblemError: pyproject.toml: refused: the file is not a proof: BadZipFile: File is not a zip file
+    """
+    try:
+        result = checker.check(os.fspath(file))
+    except checker.Refused as error:
+        msg = f"{os.fspath(file)}: refused: {error}"
+        raise ProblemError(msg) from error
+    if problem is not None:
+        archive = Archive()
+        if checker.digest(describe_problem(problem.relaxed(), archive), archive.array) != result["problem"]:
+            msg = f"{os.fspath(file)}: the proof is true, but about another problem; give the map that it was made for"
+            raise ProblemError(msg)
+    return result
+
+
+class Archive:
+    """The arrays of a proof file, by name."""
+
+    def __init__(self) -> None:
+        self.arrays: dict[str, Any] = {}
+
+    def add(self, array: Any, name: str) -> str:  # noqa: ANN401 - arrays of any numbers
+        """Keep an array; return its name in the file."""
+        full = f"{len(self.arrays):04d}-{name}.npy"
+        self.arrays[full] = np.asarray(array)
+        return full
+
+    def array(self, name: str, kind: str, axes: int) -> Any:  # noqa: ANN401 - as the checker's reader
+        """Return an array as the checker reads it from a file; `axes` is not looked at."""
+        del axes
+        return self.arrays[name].astype(np.float64 if kind == "f" else np.int64)
+
+    def packed(self, described: dict[str, Any]) -> bytes:
+        """Return a file with all arrays that a description names."""
+        text, stream = json.dumps(described, sort_keys=True), io.BytesIO()
+        with zipfile.ZipFile(stream, "w") as file:
+            # (a fixed date: the same proof is the same file)
+            file.writestr(zipfile.ZipInfo("proof.json"), text, zipfile.ZIP_DEFLATED)
+            for name, array in self.arrays.items():
+                if f'"{name}"' not in text:
+                    continue
+                kinds: list[Any] = [np.int8, np.int16, np.int32, np.int64] if array.dtype.kind in "iu" else [np.float64]
+                most = int(np.abs(array).max(initial=0)) if array.dtype.kind in "iu" else 0
+                kind = next(one for one in kinds if one is np.float64 or most <= np.iinfo(one).max)
+                data = io.BytesIO()
+                np.lib.format.write_array(data, np.ascontiguousarray(array, dtype=kind))
+                file.writestr(zipfile.ZipInfo(name), data.getvalue(), zipfile.ZIP_DEFLATED)
+        return stream.getvalue()
+
+
+def describe_problem(problem: Problem, archive: Archive) -> dict[str, Any]:
+    """Describe a problem without clearance, as a proof file does."""
+    threats = np.array([[one.x, one.y, one.spread, one.peak] for one in problem.field.threats]).reshape(-1, 4)
+    rings = shapely.get_rings(shapely.get_parts(problem.model.area.geometry))
+    return {
+        "start": list(problem.start),
+        "goal": list(problem.goal),
+        "bounds": list(problem.bounds),
+        "k": problem.k,
+        "threats": archive.add(threats, "threats"),
+        "rasters": [
+            {
+                "values": archive.add(
+                    one.scale * (one.values[::-1] if one.origin == "upper" else one.values), "raster"
+                ),
+                "bounds": list(one.bounds),
+                "interpolation": one.interpolation,
+            }
+            for one in problem.field.rasters
+        ],
+        "rings": [archive.add(shapely.get_coordinates(ring)[:-1], "ring") for ring in rings],
+        "on_earth": problem.projection is not None,
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class _Sheet:
+    """
+    A grid of a file, and the mesh that its surfaces are on.
+
+    `nodes` of the mesh are in the order of the file; `last` is the last node of a grid as fine over the whole map, on
+    which node (0, 0) of the mesh is at `shift`.
+    """
+
+    described: dict[str, Any]
+    grid: checker.Grid
+    mesh: SplineMesh
+    nodes: WholeArray
+    last: tuple[int, int]
+    shift: tuple[int, int]
+
+    def holds(self, rectangles: Sequence[Rectangle]) -> BoolArray:
+        """Return which pieces of the file are in rectangles."""
+        columns, rows = self.grid.columns[self.grid.cell], self.grid.rows[self.grid.cell]
+        found = np.zeros(len(columns), dtype=np.bool_)
+        for west, east, south, north in rectangles:
+            found |= (columns >= west) & (columns < east) & (rows >= south) & (rows < north)
+        return found
+
+
+#: Describes the blocks inside of a surface, from its control values.
+_Blocks: TypeAlias = Callable[[FloatArray], list[dict[str, Any]]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Writer:
+    """What describes surfaces: a problem without clearance, as it is and as the checker takes it."""
+
+    problem: Problem
+    archive: Archive
+    checked: checker.Problem
+    tolerance: float
+
+    def grids(self, cost: float, path: FloatArray | None) -> tuple[list[dict[str, Any]], float]:
+        """Describe grids until the bound is within the tolerance of a cost; return the bound as well."""
+        problem, best = self.problem, 0.0
+        described: list[dict[str, Any]] = []
+        last = first_grid(problem)
+        runs = cell_runs.rectangle(last)
+        while True:
+            most = min(cost, 2.0 * best) if best > 0.0 else cost
+            worth = 0.05 * max(self.tolerance * best, most - best) if math.isfinite(most) else math.inf
+            level = Level.lay(problem, last, runs, worth, path)
+            sheet = self.sheet(level.mesh, level.mesh.matters, last, (0, 0))
+            found = level.both(
+                0.05 * self.tolerance, charge=True, known=cost, wanted=cost / (1.0 + 0.5 * self.tolerance)
+            )
+            if found is None:
+                return [*described, {"grid": sheet.described}], math.inf
+            one: dict[str, Any] = {"grid": sheet.described}
+            surfaces = []
+            ends = (problem.goal, level.goal_block, problem.start), (problem.start, level.start_block, problem.goal)
+            for name, (end, block, other), bound in zip(("to_goal", "to_start"), ends, found, strict=True):
+                cells = _around(block.centre, level.reach)
+                held = {"cells": cells, "inside": self.around_end(sheet, cells, end, AROUND_ENDS)}
+                places = [_rectangle(level.mesh, corner, (0, 0)) for corner in bound.corners]
+                inside = partial(self.around_corners, sheet, places, end, AROUND_CORNERS)
+                height = cost if math.isfinite(cost) else bound.bound
+                one[name], surface = self.surface(sheet, bound.values, end, height, held, places, inside)
+                surfaces.append(surface)
+                best = max(best, float(checker.down(surface.at(other) - surface.excess)))
+            described.append(one)
+            finer = next_grid(problem, last)
+            kept = self.kept(sheet, surfaces, cost)
+            runs = cell_runs.clipped(cell_runs.refined(kept, last, finer), finer)
+            pieces = int((runs[:, 2] - runs[:, 1]).sum())
+            if not cost > best * (1.0 + self.tolerance) or not math.isfinite(cost) or pieces > MOST_PIECES:
+                return described, best
+            last = finer
+
+    def kept(self, sheet: _Sheet, surfaces: Sequence[checker.Surface], cost: float) -> WholeArray:
+        """Return the runs of the cells that a path of less than some cost may pass."""
+        one, other = surfaces
+        least = (one.least() + other.least()).min(axis=(1, 2)) - one.excess - other.excess
+        stays = (least < cost) | one.in_block | other.in_block
+        cells = np.unique(sheet.grid.cell[stays])
+        return cell_runs.runs_of(sheet.grid.columns[cells].astype(np.int32), sheet.grid.rows[cells].astype(np.int32))
+
+    def sheet(self, mesh: SplineMesh, keep: BoolArray, last: tuple[int, int], shift: tuple[int, int]) -> _Sheet:
+        """Describe the pieces of a mesh that are kept."""
+        cells, place, labels, _ = mesh.sub_cells
+        parts = labels.shape[1] if len(labels) else 2
+        held, first = np.unique(cells[keep], return_index=True)
+        columns, rows = (
+            index[keep][first].astype(np.int64) + by for index, by in zip((mesh.columns, mesh.rows), shift, strict=True)
+        )
+        described: dict[str, Any] = {
+            "span": list(self.problem.bounds),
+            "divide": [parts * last[0], parts * last[1]],
+            "parts": parts,
+            "runs": self.archive.add(cell_runs.runs_of(columns, rows), "runs"),
+        }
+        controls = mesh.controls[keep]
+        used = np.unique(controls)
+        order = np.lexsort((used, mesh.node_columns[used], mesh.node_rows[used]))
+        cut = np.flatnonzero(place[held] >= 0)
+        if len(cut):
+            ranks = np.empty(len(used), dtype=np.int64)
+            ranks[order] = np.arange(len(used))
+            numbers = ranks[np.searchsorted(used, controls)]
+            described["cut"] = self.archive.add(cut, "cut")
+            described["labels"] = self.archive.add(labels[place[held[cut]]] + 1, "labels")
+            described["controls"] = self.archive.add(np.diff(numbers, axis=0, prepend=0), "controls")
+        grid = checker.Grid(described, self.archive.array, self.checked)
+        return _Sheet(described, grid, mesh, used[order], last, shift)
+
+    def surface(
+        self,
+        sheet: _Sheet,
+        values: FloatArray,
+        end: Point,
+        height: float,
+        around_end: dict[str, Any] | None,
+        places: Sequence[Rectangle] = (),
+        inside: _Blocks = lambda _: [],
+    ) -> tuple[dict[str, Any], checker.Surface]:
+        """
+        Describe a spline, scaled so that it loses least; return also what the checker makes of it.
+
+        `height` is about the greatest difference of values that matters. There are blocks `around_end` and at `places`;
+        once the values are known, `inside` describes the latter.
+        """
+        exponent = -math.floor(math.log2(min(sheet.mesh.spacing) * self.tolerance * STEP))
+        finite = np.where(np.isfinite(values[:-1]), values[:-1], UNREACHED * height)
+
+        def described(scale: float, blocks: list[dict[str, Any]]) -> dict[str, Any]:
+            numbers = np.rint(np.ldexp(finite[sheet.nodes] / scale, exponent)).astype(np.int64)
+            steps = self.archive.add(np.diff(numbers, prepend=0), "values")
+            return {"exponent": exponent, "values": steps, "blocks": blocks}
+
+        tried = checker.Surface(described(1.0, []), self.archive.array, sheet.grid, self.checked, end)
+        rectangles = [*places, around_end["cells"]] if around_end else places
+        steepness = np.where(sheet.holds(rectangles), 0.0, tried.steepness)
+        controls = checker.bezier(tried.controls)
+        spans = (controls.max(axis=(1, 2)) - controls.min(axis=(1, 2))) * tried.unit
+        scale = _least_loss(steepness, spans, height)
+        done = described(scale, inside(np.append(finite / scale, math.inf))) | (
+            {"end": around_end} if around_end else {}
+        )
+        return done, checker.Surface(done, self.archive.array, sheet.grid, self.checked, end)
+
+    def around_end(self, outer: _Sheet, cells: Rectangle, end: Point, levels: int) -> dict[str, Any]:
+        """Describe a surface around an end, without areas, for a block of an outer grid."""
+        last, low, high = _box(outer, cells, max(3, (cells[1] - cells[0]) * 3 // 5))
+        bounds, count = self.bounds(last, low, high), (high[0] - low[0], high[1] - low[1])
+        corner = max(((x, y) for x in bounds[::2] for y in bounds[1::2]), key=lambda point: math.dist(point, end))
+        problem = replace(self.problem, start=corner, goal=end, bounds=bounds, no_fly=None, clearance=0.0)
+        level = Level.lay(problem, count, cell_runs.rectangle(count))
+        found = level.bound(to_goal=True, aim=1e-3 * self.tolerance, charge=True)
+        if found is None:
+            msg = "no way leads to an end on a grid around it: there is no proof for a file"
+            raise ProblemError(msg)
+        # (half of the outermost cells is outside of the bounds of the mesh)
+        first = [one + (one > 0) for one in low]
+        final = [one - (one < most) for one, most in zip(high, last, strict=True)]
+        mesh, keep = level.mesh, level.mesh.matters.copy()
+        for axis, index in enumerate((mesh.columns, mesh.rows)):
+            keep &= (index + low[axis] >= first[axis]) & (index + low[axis] <= final[axis])
+        sheet = self.sheet(mesh, keep, last, low)
+        centre = level.goal_block.centre[0] + low[0], level.goal_block.centre[1] + low[1]
+        block: dict[str, Any] = {"cells": _around(centre, level.reach)}
+        if levels > 1:
+            block["inside"] = self.around_end(sheet, block["cells"], end, levels - 1)
+        height = float(np.max(found.values[:-1], where=np.isfinite(found.values[:-1]), initial=0.0))
+        surface, _ = self.surface(sheet, found.values, end, height, block)
+        return {"grid": sheet.described, "surface": surface, "box": [first[0], final[0] + 1, first[1], final[1] + 1]}
+
+    def around_corners(
+        self, outer: _Sheet, places: Sequence[Rectangle], end: Point, levels: int, values: FloatArray
+    ) -> list[dict[str, Any]]:
+        """Describe blocks around corners of an outer grid, on which a surface has such values."""
+        return [{"cells": cells, "inside": self.around_corner(outer, cells, end, levels, values)} for cells in places]
+
+    def around_corner(
+        self, outer: _Sheet, cells: Rectangle, end: Point, levels: int, values: FloatArray
+    ) -> dict[str, Any]:
+        """Describe a surface around corners, which begins with the outer one beyond the box, for a block of it."""
+        problem = self.problem
+        last, low, high = _box(outer, cells, (cells[1] - cells[0]) // 2 + 3)
+        first = max(low[0] - BEYOND, 0), max(low[1] - BEYOND, 0)
+        final = min(high[0] + BEYOND, last[0]), min(high[1] + BEYOND, last[1])
+        count = final[0] - first[0], final[1] - first[1]
+        runs, area = cell_runs.rectangle(count), problem.model.area
+        mesh = SplineMesh.build(self.bounds(last, first, final), count, runs, area, [], most_sub_cells=SUB_CELLS)
+        columns, rows = mesh.columns + first[0], mesh.rows + first[1]
+        keep = (columns >= low[0]) & (columns <= high[0]) & (rows >= low[1]) & (rows <= high[1]) & mesh.matters
+        sheet = self.sheet(mesh, keep, last, first)
+        laid = corners_of(problem, mesh, REACH, [])[0] if levels > 1 else []
+        # (further blocks need a box of their own inside this one)
+        margin = FINER - 1
+        held = [
+            one
+            for one in laid
+            if (columns[one.pieces] > low[0] + margin).all()
+            and (columns[one.pieces] < high[0] - margin).all()
+            and (rows[one.pieces] > low[1] + margin).all()
+            and (rows[one.pieces] < high[1] - margin).all()
+        ]
+        spline = self.solved(outer, mesh, keep, values, held)
+        known = spline[:-1][np.isfinite(spline[:-1])]
+        if not len(known):
+            known = np.zeros(1)
+        base, height = float(known.min()), float(known.max() - known.min())
+        places = [_rectangle(mesh, one, first) for one in held]
+        inside = partial(self.around_corners, sheet, places, end, levels - 1)
+        surface, _ = self.surface(sheet, spline - base, end, height, None, places, inside)
+        return {"grid": sheet.described, "surface": surface, "box": [low[0], high[0] + 1, low[1], high[1] + 1]}
+
+    def solved(
+        self, outer: _Sheet, mesh: SplineMesh, keep: BoolArray, values: FloatArray, corners: Sequence[CornerBlock]
+    ) -> FloatArray:
+        """Solve the equation from values of an outer surface beyond a box, with lower costs where it gets too steep."""
+        nodes, begin = _beyond(outer, mesh, np.flatnonzero(~keep), values)
+        bounds = cost_bounds(self.problem, mesh)
+        costs = costs_to_solve_for(self.problem, mesh, bounds)
+        checked = keep.copy()
+        for corner in corners:
+            checked[corner.pieces] = False
+        links, n, known = links_of(mesh, corners), mesh.n_nodes, np.isfinite(begin)
+        floors, steep, times = np.zeros(len(mesh.columns)), np.empty(len(mesh.columns)), np.full(n + 1, np.inf)
+        for _ in range(ROUNDS):
+            times, state = np.full(n + 1, np.inf), np.zeros(n + 1, dtype=np.int8)
+            state[:n][mesh.outside] = marching_kernels.DONE
+            times[nodes[known]] = begin[known]
+            state[nodes[known]] = marching_kernels.TRIAL
+            march(mesh, times, state, np.append(costs, 1.0), links)
+            steepest = certificate_kernels.steepness(times, mesh.kernel_mesh, mesh.outlines, checked, bounds, steep)
+            if not STEEP < steepest < math.inf:
+                break
+            certificate_kernels.soften(steep, mesh.controls, floors, costs)
+        return times
+
+    def bounds(
+        self, last: tuple[int, int], low: tuple[int, int], high: tuple[int, int]
+    ) -> tuple[float, float, float, float]:
+        """Return the places of two nodes of a grid over the map."""
+        x_min, y_min, x_max, y_max = self.problem.bounds
+        (west, east), (south, north) = (
+            [
+                least + one * ((most - least) / last[axis]) if one < last[axis] else most
+                for one in (low[axis], high[axis])
+            ]
+            for axis, (least, most) in enumerate(((x_min, x_max), (y_min, y_max)))
+        )
+        return west, south, east, north
+
+
+def _around(centre: tuple[int, int], reach: int) -> Rectangle:
+    """Return the rectangle of the cells within reach of one."""
+    return [centre[0] - reach, centre[0] + reach + 1, centre[1] - reach, centre[1] + reach + 1]
+
+
+def _rectangle(mesh: SplineMesh, block: CornerBlock, shift: tuple[int, int]) -> Rectangle:
+    """Return the rectangle of the cells of a block."""
+    columns, rows = mesh.columns[block.pieces] + shift[0], mesh.rows[block.pieces] + shift[1]
+    return [int(columns.min()), int(columns.max()) + 1, int(rows.min()), int(rows.max()) + 1]
+
+
+def _box(outer: _Sheet, cells: Rectangle, margin: int) -> tuple[tuple[int, int], tuple[int, int], tuple[int, int]]:
+    """Return the last node of a finer grid over the map, and the first and last node of a box around a rectangle."""
+    last = FINER * outer.last[0], FINER * outer.last[1]
+    low, high = (
+        tuple(
+            min(max(FINER * (cells[2 * axis + end] - end + sign * margin) + sign * (FINER // 2), 0), last[axis])
+            for axis in range(2)
+        )
+        for end, sign in ((0, -1), (1, 1))
+    )
+    return last, (low[0], low[1]), (high[0], high[1])
+
+
+def _beyond(outer: _Sheet, mesh: SplineMesh, beyond: WholeArray, values: FloatArray) -> tuple[WholeArray, FloatArray]:
+    """Return the nodes in the middle of pieces beyond a box, and the values of the outer surface there."""
+    cells = np.column_stack([mesh.columns[beyond], mesh.rows[beyond]]).astype(np.float64)
+    free = np.zeros((len(beyond), 2))
+    for n in np.flatnonzero(mesh.is_cut[beyond]):
+        rows, columns = np.nonzero(mesh.free_parts(int(beyond[n])))
+        free[n] = (columns[0] + 0.5) / mesh.parts - 0.5, (rows[0] + 0.5) / mesh.parts - 0.5
+    pieces = outer.mesh.pieces_at(np.array(mesh.origin) + (cells + free) * np.array(mesh.spacing))
+    known = pieces >= 0
+    pieces, points = pieces[known], np.array(mesh.origin) + cells[known] * np.array(mesh.spacing)
+    middles = np.column_stack([outer.mesh.columns[pieces], outer.mesh.rows[pieces]])
+    places = ((points - np.array(outer.mesh.origin)) / np.array(outer.mesh.spacing) - middles).T
+    x, y = (np.stack([0.5 * (0.5 - w) ** 2, 0.75 - w**2, 0.5 * (0.5 + w) ** 2], axis=1) for w in places)
+    weights = (y[:, :, None] * x[:, None, :]).reshape(-1, 9)
+    return mesh.controls[beyond[known], 4], (values[outer.mesh.controls[pieces]] * weights).sum(axis=1)
+
+
+def _least_loss(steepness: FloatArray, spans: FloatArray, height: float) -> float:
+    """Choose what a surface is divided by: pieces that stay too steep are charged for, by the change on each."""
+    above = np.flatnonzero(steepness > NEARLY_STEEP)
+    if not len(above):
+        return 1.0
+    order = above[np.argsort(steepness[above])[::-1]]
+    scales = steepness[order]
+    charges = (1.0 - scales / scales[0]) * np.concatenate([[0.0], np.cumsum(spans[order])])[: len(scales)]
+    return float(scales[np.argmax((height - charges) / scales)]) * MORE

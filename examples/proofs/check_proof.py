@@ -1,0 +1,1 @@
+../../cgla_graph/certificate/check_proof.py

@@ -1,0 +1,427 @@
+"""Proof files: what they prove, that false and broken ones are refused, and that the checker needs nothing of ours."""
+
+import contextlib
+import copy
+import io
+import json
+import math
+import subprocess
+import sys
+import zipfile
+from decimal import Decimal, localcontext
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+import cgla_graph as cg
+from cgla_graph.certificate import check_proof as checker
+from cgla_graph.certificate.proof_file import Archive
+from cgla_graph.errors import ProblemError
+from cgla_graph.model.risk import ImproperFieldWarning
+
+CHECKER = Path(checker.__file__)
+WALL = shapely.box(0.45, -0.2, 0.55, 0.62)
+FIELD = cg.RiskField([cg.Threat(0.3, 0.35, 0.1, 0.7), cg.Threat(0.7, 0.7, 0.12, 0.8)])
+OPEN = cg.Problem((0.12, 0.2), (0.9, 0.65), FIELD, k=8.0)
+WALLED = cg.Problem((0.12, 0.2), (0.9, 0.25), FIELD, k=8.0, no_fly=WALL)
+#: A gap that the first grid is enough for.
+COARSE = 0.15
+HILLS = np.add.outer(np.sin(np.arange(10.0)) + 1.0, np.cos(np.arange(12.0)) + 1.0)
+HILLY = [
+    cg.RiskField(rasters=[cg.RasterRisk(HILLS, bounds=box, interpolation=way)])
+    for way, box in (("nearest", (0.0, 0.0, 1.0, 1.0)), ("bilinear", (-0.3, 0.1, 0.7, 1.3)))
+]
+RASTERS = [cg.Problem((0.12, 0.2), (0.9, 0.65), field, k=0.5) for field in HILLY]
+
+
+@cache
+def proof_of(problem: cg.Problem, tolerance: float) -> tuple[bytes, float, float]:
+    """Return a file, its bound, and the cost of its path."""
+    import tempfile  # noqa: PLC0415 - beside its only use
+
+    best = cg.solve(problem, "hybrid")
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "one.proof"
+        found = cg.save_proof(problem, file, best.path, tolerance=tolerance)
+        return file.read_bytes(), found["lower"], best.cost
+
+
+def parts_of(data: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the description and the arrays of a file."""
+    with zipfile.ZipFile(io.BytesIO(data)) as file:
+        arrays = {name: np.load(io.BytesIO(file.read(name))) for name in file.namelist() if name != "proof.json"}
+        return json.loads(file.read("proof.json")), arrays
+
+
+def checked(described: dict[str, Any], arrays: dict[str, Any]) -> checker.Result:
+    archive = Archive()
+    archive.arrays = arrays
+    return checker.check(io.BytesIO(archive.packed(described)))
+
+
+# what files prove
+
+
+@pytest.mark.parametrize(
+    ("problem", "tolerance"),
+    [(OPEN, 0.02), (WALLED, COARSE), *(pytest.param(one, COARSE, marks=pytest.mark.slow) for one in RASTERS)],
+    ids=["open", "walled", "nearest", "bilinear"],
+)
+def test_a_file_proves_a_bound_near_the_path(problem: cg.Problem, tolerance: float) -> None:
+    data, lower, cost = proof_of(problem, tolerance)
+    found = checker.check(io.BytesIO(data))
+    assert found["lower"] == lower
+    assert lower < cost <= lower * (1.0 + tolerance)
+    assert cost * (1.0 - 1e-12) <= found["upper"] <= cost * (1.0 + 2e-6)
+
+
+def test_no_path(tmp_path: Path) -> None:
+    shut = cg.Problem((0.1, 0.5), (0.9, 0.5), no_fly=shapely.box(0.45, -0.2, 0.55, 1.2))
+    assert cg.save_proof(shut, tmp_path / "shut.proof")["lower"] == math.inf
+    assert cg.verify_proof(tmp_path / "shut.proof", shut)["lower"] == math.inf
+
+
+def test_the_checker_needs_nothing_of_ours(tmp_path: Path) -> None:
+    copied, file = tmp_path / "alone.py", tmp_path / "one.proof"
+    copied.write_bytes(CHECKER.read_bytes())
+    file.write_bytes(proof_of(OPEN, 0.02)[0])
+    blocked = f"import runpy, sys; sys.modules['cgla_graph'] = None; sys.argv = ['alone', {str(file)!r}]; "
+    code = f"{blocked}runpy.run_path({str(copied)!r}, run_name='__main__')"
+    done = subprocess.run([sys.executable, "-I", "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    assert done.stdout.startswith("verified: no path costs less than "), done.stderr
+    file.write_bytes(file.read_bytes()[:-30])
+    done = subprocess.run(
+        [sys.executable, "-I", str(copied), str(file)], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert (done.returncode, done.stdout.count("\n")) == (1, 1)
+    assert done.stdout.startswith("refused: the file is not a proof: ")
+
+
+def test_the_same_proof_is_the_same_file(tmp_path: Path) -> None:
+    for name in ("one", "other"):
+        cg.save_proof(OPEN, tmp_path / name, tolerance=0.5)
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "other").read_bytes()
+
+
+def test_a_proof_is_about_one_problem(tmp_path: Path) -> None:
+    file = tmp_path / "one.proof"
+    file.write_bytes(proof_of(WALLED, COARSE)[0])
+    assert cg.verify_proof(file, WALLED)["lower"] == proof_of(WALLED, COARSE)[1]
+    for other in (OPEN, cg.Problem((0.12, 0.2), (0.9, 0.25), FIELD, k=8.001, no_fly=WALL)):
+        with pytest.raises(ProblemError, match="another problem"):
+            cg.verify_proof(file, other)
+
+
+def test_fields_without_a_bound_have_no_file(tmp_path: Path) -> None:
+    with pytest.warns(ImproperFieldWarning):
+        improper = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, 1.5)], improper=True)
+    with pytest.raises(ProblemError, match="peaks above 1"):
+        cg.save_proof(cg.Problem((0.1, 0.1), (0.9, 0.9), improper, k=5.0), tmp_path / "no.proof")
+    assert not list(tmp_path.iterdir())
+
+
+# files that are false
+
+
+def cheaper(described: dict[str, Any], arrays: dict[str, Any], draw: Any) -> None:  # noqa: ANN401 - a source of numbers
+    """Change a problem so that the file's own path, or the straight line, costs less than the bound."""
+    problem = described["problem"]
+    kind = draw.choice(
+        ["k", "peaks", "spreads", "wall", "goal"] if problem["rings"] else ["k", "peaks", "spreads", "goal"]
+    )
+    share = 1.0 - 10.0 ** draw.uniform(-1.5, -0.5)
+    if kind == "k":
+        problem["k"] *= share
+    elif kind == "goal":
+        problem["goal"][0] -= (1.0 - share) * 0.3
+        arrays[described["path"]] = np.array([problem["start"], problem["goal"]])
+        problem["k"] = 0.0
+    elif kind == "wall":
+        arrays[problem["rings"][0]] = arrays[problem["rings"][0]] - np.array([0.0, 1.0 - share + 0.2])
+        arrays[described["path"]] = np.array([problem["start"], (0.45, 0.62 - 0.2), (0.55, 0.42), problem["goal"]])
+    else:
+        column = 3 if kind == "peaks" else 2
+        arrays[problem["threats"]] = arrays[problem["threats"]] * np.where(np.arange(4) == column, share, 1.0)
+
+
+def refused_where_false(problem: cg.Problem, count: int) -> None:
+    data, lower, _ = proof_of(problem, COARSE)
+    draw = np.random.default_rng(7)
+    false = 0
+    while false < count:
+        described, arrays = parts_of(data)
+        cheaper(described, arrays, draw)
+        archive = Archive()
+        archive.arrays = arrays
+        try:
+            upper = checker.upper_bound(
+                checker.Problem(described["problem"], archive.array), arrays[described["path"]].astype(float)
+            )
+        except checker.Refused:
+            upper = math.inf
+        if upper < lower:
+            false += 1
+            with pytest.raises(checker.Refused):
+                checked(described, arrays)
+
+
+@pytest.mark.parametrize("problem", [OPEN, WALLED], ids=["open", "walled"])
+def test_false_statements_are_refused(problem: cg.Problem) -> None:
+    refused_where_false(problem, 4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("problem", [OPEN, WALLED], ids=["open", "walled"])
+def test_many_false_statements_are_refused(problem: cg.Problem) -> None:
+    refused_where_false(problem, 150)
+
+
+def test_more_than_is_proven_is_refused() -> None:
+    described, arrays = parts_of(proof_of(OPEN, 0.02)[0])
+    described["lower"] = math.nextafter(described["lower"], math.inf)
+    with pytest.raises(checker.Refused, match="which is less than"):
+        checked(described, arrays)
+    described["lower"] = 0.9 * described["lower"]
+    assert checked(described, arrays)["lower"] == described["lower"]
+
+
+def raised(described: dict[str, Any], arrays: dict[str, Any], draw: Any) -> None:  # noqa: ANN401 - a source of numbers
+    """Raise a control value on the last grid far beyond what the cost allows."""
+    surface = described["grids"][-1]["to_goal"]
+    steps = arrays[surface["values"]].astype(np.int64)
+    at = int(draw.integers(1, len(steps) - 1))
+    by = 1 << (surface["exponent"] - 2)
+    steps[at] += by
+    steps[at + 1] -= by
+    arrays[surface["values"]] = steps
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_surface_too_steep_is_refused(seed: int) -> None:
+    described, arrays = parts_of(proof_of(OPEN, 0.02)[0])
+    del described["grids"][-1]["to_start"]
+    raised(described, arrays, np.random.default_rng(seed))
+    with pytest.raises(checker.Refused, match="which is less than"):
+        checked(described, arrays)
+
+
+def test_a_broken_surface_is_refused() -> None:
+    described, arrays = parts_of(proof_of(WALLED, COARSE)[0])
+    grid = described["grids"][0]["grid"]
+    steps = arrays[grid["controls"]].astype(np.int64)
+    piece = len(steps) // 2
+    steps[piece, 4] += 1
+    steps[piece + 1, 4] -= 1
+    arrays[grid["controls"]] = steps
+    with pytest.raises(checker.Refused, match="a surface breaks beside cell"):
+        checked(described, arrays)
+
+
+def test_a_closed_unit_outside_of_areas_is_refused() -> None:
+    described, arrays = parts_of(proof_of(WALLED, COARSE)[0])
+    name = described["grids"][0]["grid"]["labels"]
+    labels = arrays[name].copy()
+    cell, v, u = (int(found[0]) for found in np.nonzero(labels > 0))
+    labels[cell, v, u] = 0
+    arrays[name] = labels
+    with pytest.raises(checker.Refused, match="is not closed"):
+        checked(described, arrays)
+
+
+def test_a_missing_cell_is_refused() -> None:
+    described, arrays = parts_of(proof_of(OPEN, 0.02)[0])
+    name = described["grids"][0]["grid"]["runs"]
+    runs = arrays[name].astype(np.int64)
+    runs[len(runs) // 2, 2] -= 1
+    arrays[name] = runs
+    for surface in ("to_goal", "to_start"):
+        described["grids"][0][surface]["blocks"] = []
+    with pytest.raises(checker.Refused, match="missing"):
+        checked(described, arrays)
+
+
+def test_a_path_through_a_wall_is_refused() -> None:
+    described, arrays = parts_of(proof_of(WALLED, COARSE)[0])
+    arrays[described["path"]] = np.array([described["problem"]["start"], described["problem"]["goal"]])
+    with pytest.raises(checker.Refused, match="crosses an area after waypoint 0"):
+        checked(described, arrays)
+    # along the rim and over a corner is allowed
+    corners = [(0.45, 0.62), (0.55, 0.62)]
+    arrays[described["path"]] = np.array([described["problem"]["start"], *corners, described["problem"]["goal"]])
+    assert checked(described, arrays)["upper"] >= proof_of(WALLED, COARSE)[1]
+
+
+# changes that leave a proof true
+
+
+def test_surfaces_may_be_shifted_and_flattened() -> None:
+    described, arrays = parts_of(proof_of(OPEN, 0.02)[0])
+    lower = described["lower"]
+    for grid in described["grids"]:
+        for name in ("to_goal", "to_start"):
+            steps = arrays[grid[name]["values"]].astype(np.int64)
+            steps[0] += 12345
+            arrays[grid[name]["values"]] = steps
+    assert checked(described, arrays)["lower"] == lower
+    # without the end's own grid, a cone is left: a true bound, and a lower one
+    without = copy.deepcopy(described)
+    for grid in without["grids"]:
+        for name in ("to_goal", "to_start"):
+            del grid[name]["end"]["inside"]
+    with pytest.raises(checker.Refused, match="which is less than"):
+        checked(without, arrays)
+    without["grids"], without["lower"] = without["grids"][:1], 0.9 * lower
+    assert checked(without, arrays)["lower"] == 0.9 * lower
+
+
+def test_a_surface_of_another_method() -> None:
+    """The distance to the goal, by a formula: no solver of ours has a part in it."""
+    n, exponent = 32, 30
+    archive = Archive()
+    rows, columns = np.mgrid[-1 : n + 2, -1 : n + 2]
+    heights = 0.99 * np.hypot(columns / n - 0.75, rows / n - 0.5)
+    steps = np.diff(np.rint(np.ldexp(heights, exponent)).astype(np.int64).ravel(), prepend=0)
+    runs = np.array([(row, 0, n + 1) for row in range(n + 1)])
+    described = {
+        "format": checker.FORMAT,
+        "version": checker.VERSION,
+        "problem": {
+            "start": [0.25, 0.5],
+            "goal": [0.75, 0.5],
+            "bounds": [0.0, 0.0, 1.0, 1.0],
+            "k": 0.0,
+            "threats": archive.add(np.empty((0, 4)), "threats"),
+            "rasters": [],
+            "rings": [],
+            "on_earth": False,
+        },
+        "grids": [
+            {
+                "grid": {
+                    "span": [0.0, 0.0, 1.0, 1.0],
+                    "divide": [2 * n, 2 * n],
+                    "parts": 2,
+                    "runs": archive.add(runs, "runs"),
+                },
+                "to_goal": {
+                    "exponent": exponent,
+                    "values": archive.add(steps, "values"),
+                    "blocks": [],
+                    "end": {"cells": [22, 27, 14, 19]},
+                },
+            }
+        ],
+        "lower": 0.48,
+        "path": archive.add(np.array([(0.25, 0.5), (0.75, 0.5)]), "path"),
+    }
+    found = checker.check(io.BytesIO(archive.packed(described)))
+    assert found["upper"] == pytest.approx(0.5, rel=1e-12)
+    described["lower"] = 0.5 + 1e-9
+    with pytest.raises(checker.Refused):
+        checker.check(io.BytesIO(archive.packed(described)))
+
+
+# hostile files
+
+
+@given(st.data())
+def test_damaged_files_are_refused(data: st.DataObject) -> None:
+    whole = proof_of(OPEN, 0.5)[0]
+    at = data.draw(st.integers(0, len(whole) - 1))
+    changed = data.draw(
+        st.sampled_from([whole[:at], whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :], whole[at:]])
+    )
+    with contextlib.suppress(checker.Refused):
+        # (a date, say, may be changed)
+        assert checker.check(io.BytesIO(changed))["lower"] <= proof_of(OPEN, 0.5)[1]
+
+
+WRONG: list[Any] = [None, True, -1, 1 << 60, 1e300, "", "0000-threats.npy", [], {}, [[[]]], math.nan]
+
+
+@given(st.data())
+def test_wrong_descriptions_are_refused(data: st.DataObject) -> None:
+    described, arrays = parts_of(proof_of(OPEN, 0.5)[0])
+    del described["grids"][0]["to_goal"]["end"]["inside"], described["grids"][0]["to_start"]
+    at: Any = described
+    while True:
+        keys = list(at) if isinstance(at, dict) else list(range(len(at)))
+        key = data.draw(st.sampled_from(keys))
+        if not isinstance(at[key], dict | list) or not at[key] or data.draw(st.booleans()):
+            break
+        at = at[key]
+    at[key] = data.draw(st.sampled_from(WRONG))
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as file:
+        file.writestr("proof.json", json.dumps(described))
+        for name, array in arrays.items():
+            held = io.BytesIO()
+            np.save(held, array)
+            file.writestr(name, held.getvalue())
+    with contextlib.suppress(checker.Refused):
+        checker.check(stream)
+
+
+# what the checker is made of
+
+
+@given(st.floats(-800.0, 0.0), st.floats(0.0, 1.0))
+@example(0.0, 0.0)
+@example(-700.0, 1e-9)
+@example(-0.34657359, 0.0)
+def test_exp_is_enclosed(x: float, width: float) -> None:
+    found = checker.exp(checker.Interval(np.array([x - width * 1e-3]), np.array([x])))
+    with localcontext() as context:
+        context.prec, context.Emin = 60, -10_000
+        assert Decimal(float(found.lo[0])) <= Decimal(x - width * 1e-3).exp()
+        assert Decimal(float(found.hi[0])) >= Decimal(x).exp()
+
+
+NUMBERS = st.floats(-1e6, 1e6)
+
+
+@given(st.tuples(NUMBERS, NUMBERS), st.tuples(NUMBERS, NUMBERS), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_operations_enclose_exact_results(
+    one: tuple[float, float], other: tuple[float, float], s: float, t: float
+) -> None:
+    a, b = (checker.Interval(np.array([min(two)]), np.array([max(two)])) for two in (one, other))
+    x, y = (
+        Fraction(min(two)) + Fraction(w) * (Fraction(max(two)) - Fraction(min(two)))
+        for two, w in ((one, s), (other, t))
+    )
+    cases = [(a + b, x + y), (a - b, x - y), (a * b, x * y), (a.square(), x * x)]
+    cases += [(a / b, x / y)] if b.lo[0] > 0.0 else []
+    for found, exact in cases:
+        assert Fraction(float(found.lo[0])) <= exact <= Fraction(float(found.hi[0]))
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 24), st.integers(0, 24)), min_size=3, max_size=8, unique=True),
+    st.floats(0.0, 1.0),
+)
+def test_closed_units_are_inside_areas(points: list[tuple[int, int]], turn: float) -> None:
+    hull = shapely.MultiPoint(np.array(points) / 24.0).convex_hull
+    area = shapely.affinity.rotate(hull, 360.0 * turn)
+    if not isinstance(area, shapely.Polygon):
+        return
+    archive, n = Archive(), 16
+    rings = [archive.add(shapely.get_coordinates(area.exterior)[:-1], "ring")]
+    threats = archive.add(np.empty((0, 4)), "threats")
+    described = {"start": [0.0, 0.0], "goal": [1.0, 1.0], "bounds": [0.0, 0.0, 1.0, 1.0], "k": 0.0, "threats": threats}
+    problem = checker.Problem(described | {"rasters": [], "rings": rings, "on_earth": False}, archive.array)
+    runs = archive.add(np.array([(row, 0, n + 1) for row in range(n + 1)]), "runs")
+    grid = checker.Grid(
+        {"span": [0.0, 0.0, 1.0, 1.0], "divide": [2 * n, 2 * n], "parts": 2, "runs": runs}, archive.array, problem
+    )
+    u, v = (one.ravel() for one in np.meshgrid(np.arange(2 * n), np.arange(2 * n)))
+    squares = shapely.box(u / (2 * n), v / (2 * n), (u + 1) / (2 * n), (v + 1) / (2 * n))
+    found = checker.closed(grid, problem, u, v)
+    assert not (found & ~shapely.contains(area.buffer(1e-12), squares)).any()
+    assert not (~found & shapely.contains(area.buffer(-1e-6), squares)).any()
