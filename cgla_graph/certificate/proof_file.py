@@ -260,7 +260,7 @@ class _Writer:
         while True:
             most = min(cost, 2.0 * best) if best > 0.0 else cost
             worth = 0.05 * max(self.tolerance * best, most - best) if math.isfinite(most) else math.inf
-            level = Level.lay(problem, last, runs, worth, path)
+            level = Level.lay(problem, last, runs, worth, path, widest=1.0)
             sheet = self.sheet(level.mesh, level.mesh.matters, last, (0, 0))
             found = level.both(
                 0.05 * self.tolerance, charge=True, known=cost, wanted=cost / (1.0 + 0.5 * self.tolerance)
@@ -365,7 +365,7 @@ class _Writer:
         bounds, count = self.bounds(last, low, high), (high[0] - low[0], high[1] - low[1])
         corner = max(((x, y) for x in bounds[::2] for y in bounds[1::2]), key=lambda point: math.dist(point, end))
         problem = replace(self.problem, start=corner, goal=end, bounds=bounds, no_fly=None, clearance=0.0)
-        level = Level.lay(problem, count, cell_runs.rectangle(count))
+        level = Level.lay(problem, count, cell_runs.rectangle(count), widest=1.0)
         found = level.bound(to_goal=True, aim=1e-3 * self.tolerance, charge=True)
         if found is None:
             msg = "no way leads to an end on a grid around it: there is no proof for a file"

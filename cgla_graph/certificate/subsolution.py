@@ -196,6 +196,7 @@ class Level:
     reach: int
     worth: float
     path: FloatArray | None
+    widest: float
 
     @classmethod
     def lay(
@@ -205,17 +206,19 @@ class Level:
         runs: WholeArray,
         worth: float = math.inf,
         path: FloatArray | None = None,
+        widest: float = MOST_WIDER,
     ) -> "Level":
         """
         Build the mesh of some cells and bound the cost on each.
 
         Where more than `worth` is lost at an end, or at a corner of the path, a finer grid is laid around it.
+        Blocks around ends are up to `widest` times as wide as usual.
         """
         ends = problem.start, problem.goal
         mesh = SplineMesh.build(problem.bounds, last, runs, problem.model.area, ends, halo(problem, last))
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
         bounds = cost_bounds(problem, mesh)
-        return cls(problem, mesh, bounds, costs_to_solve_for(problem, mesh, bounds), reach, worth, path)
+        return cls(problem, mesh, bounds, costs_to_solve_for(problem, mesh, bounds), reach, worth, path, widest)
 
     def load_checks(self) -> None:
         """Compile or load the kernels that check a spline and descend it."""
@@ -521,7 +524,7 @@ def _reach(level: Level, end: Point, step: float) -> tuple[int, EndFormula, floa
     area, room = problem.model.area, math.dist(problem.start, problem.goal) / 3.0
     if not area.is_empty:
         room = min(room, float(shapely.distance(area.geometry, shapely.Point(end))))
-    most = max(min(MOST_WIDER * level.reach, room / step - AWAY), level.reach)
+    most = max(min(level.widest * level.reach, room / step - AWAY), level.reach)
     best: tuple[int, EndFormula, float] | None = None
     least, wide = math.inf, float(level.reach)
     while best is None or wide <= most:
