@@ -95,7 +95,8 @@ class CellProof:
         most = NODES_A_CELL * max_cells
         loose = False
         if not problem.model.area.is_empty:
-            inside, cut = covered(cells, problem.model.area)
+            # (a line beside an outline, as near as rounding, has the lesser cost: also that of a cell inside)
+            inside, cut = covered(cells, problem.model.area, rounding.apart)
             cells, loose = cells.without(inside), bool(cut.any())
         wide, high = (float(np.median(np.diff(lines))) for lines in (cells.x, cells.y))
         # (in long cells, the points of the short sides are too many, and those of the long sides too few)

@@ -10,6 +10,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.rasters.values import parts_of
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk
+from cgla_graph.model.risk_raster_kernels import NEAR_X
 
 #: Lines nearer than this part of the least cell are one line, and sides of cells that differ by less are equal.
 SAME = 1e-9
@@ -41,7 +42,8 @@ class Arrangement:
         The shape of each cell, shape ``(rows, columns)``: ``height * len(widths) + width``, by their numbers.
     along
         Cost of a unit of length along horizontal and vertical lines, shape ``(rows + 1, columns)`` and ``(rows, columns
-        + 1)``, where that may be less than on the cells beside (`of`, for bounds); else None.
+        + 1)``, where that may be less than on the cells beside (`of`, for bounds): on lines of several rasters, and on
+        the border of the map if it is a line of a raster that goes on beyond. Else None.
     block
         How many cells a side were joined to each of these, with their mean cost, because there are too many; for a
         bound there is one cell then, of the least cost that there may be.
@@ -69,7 +71,7 @@ class Arrangement:
             No cell is longer than this part of the longer side of the bounds: with 1, lines are those of rasters.
         for_bound
             Whether no path may cost less than over the cells: then lines are on the edges of rasters, and have costs of
-            their own where they are lines of several rasters (`along`).
+            their own where these may be less (`along`).
 
         Examples
         --------
@@ -88,15 +90,17 @@ class Arrangement:
             return _laid_in_parts(problem, x, y, joins=least == 1, for_bound=for_bound)
         costs = _costs(problem, x, y)
         along = _along_lines(problem, x, y, costs) if for_bound else None
-        if along is not None:
-            return replace(cls.laid(x, y, costs), along=along)
-        if least == 1:
-            kept_x = np.concatenate([[True], (costs[:, 1:] != costs[:, :-1]).any(axis=0), [True]])
-            kept_y = np.concatenate([[True], (costs[1:] != costs[:-1]).any(axis=1), [True]])
+        if least == 1 and (along is None or len(problem.field.rasters) == 1):
+            kept_x, kept_y = (_changing(costs, axis) for axis in (1, 0))
+            if along is not None:
+                kept_x |= _changing(along[0][[0, -1]], 1)
+                kept_y |= _changing(along[1][:, [0, -1]], 0)
             joined = x[kept_x], y[kept_y]
             if len(_different(np.diff(joined[0]))[0]) * len(_different(np.diff(joined[1]))[0]) <= MOST_SHAPES:
                 x, y, costs = *joined, costs[kept_y[:-1]][:, kept_x[:-1]]
-        return cls.laid(x, y, costs)
+                if along is not None:
+                    along = along[0][kept_y][:, kept_x[:-1]], along[1][kept_y[:-1]][:, kept_x]
+        return replace(cls.laid(x, y, costs), along=along)
 
     @classmethod
     def laid(cls, x: FloatArray, y: FloatArray, costs: FloatArray, block: int = 1) -> "Arrangement":
@@ -213,8 +217,8 @@ def _lines(problem: Problem, axis: int, parts: int, beside: float) -> FloatArray
 def _laid_in_parts(problem: Problem, x: FloatArray, y: FloatArray, *, joins: bool, for_bound: bool) -> Arrangement:
     """Lay cells of which there are too many to have all costs in memory: equal ones are joined, or else blocks."""
     rows, columns = len(y) - 1, len(x) - 1
-    # (along the lines of several rasters, costs may be less)
-    joins = joins and not (for_bound and len(problem.field.rasters) > 1)
+    # (along the lines of several rasters, and on the border, costs may be less)
+    joins = joins and not (for_bound and (len(problem.field.rasters) > 1 or _on_border(problem, x, y) is not None))
     if joins and (found := _joined(problem, x, y)) is not None:
         return Arrangement.laid(*found)
     times = math.ceil(math.sqrt(rows * columns / MOST_CELLS))
@@ -284,21 +288,74 @@ def _along_lines(
     problem: Problem, x: FloatArray, y: FloatArray, costs: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
     """Return the costs along lines, on which each raster has its lesser value; None if they are those of cells."""
-    if len(problem.field.rasters) < 2:  # noqa: PLR2004 - two rasters have a line in common
-        return None
     middles = 0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1])
-    up, across = np.zeros((len(y) - 2, len(x) - 1)), np.zeros((len(y) - 1, len(x) - 2))
-    for raster in problem.field.rasters:
-        risk = _risk_on(raster, *middles)
-        up += np.minimum(risk[1:], risk[:-1])
-        across += np.minimum(risk[:, 1:], risk[:, :-1])
-    up, across = 1.0 + problem.k * up, 1.0 + problem.k * across
-    lesser = (up < np.minimum(costs[1:], costs[:-1])).any() or (across < np.minimum(costs[:, 1:], costs[:, :-1])).any()
+    border = _on_border(problem, x, y)
+    up, across = np.minimum(costs[1:], costs[:-1]), np.minimum(costs[:, 1:], costs[:, :-1])
+    lesser = border is not None
+    # (two rasters have a line in common)
+    if len(problem.field.rasters) > 1:
+        low, left = np.zeros(up.shape), np.zeros(across.shape)
+        for raster in problem.field.rasters:
+            risk = _risk_on(raster, *middles)
+            low += np.minimum(risk[1:], risk[:-1])
+            left += np.minimum(risk[:, 1:], risk[:, :-1])
+        low, left = 1.0 + problem.k * low, 1.0 + problem.k * left
+        lesser |= bool((low < up).any() or (left < across).any())
+        up, across = np.minimum(up, low), np.minimum(across, left)
     if not lesser:
         return None
-    horizontal = np.vstack([costs[:1], np.minimum(up, np.minimum(costs[1:], costs[:-1])), costs[-1:]])
-    vertical = np.hstack([costs[:, :1], np.minimum(across, np.minimum(costs[:, 1:], costs[:, :-1])), costs[:, -1:]])
-    return horizontal, vertical
+    lower, upper, left, right = border or (costs[0], costs[-1], costs[:, 0], costs[:, -1])
+    return np.vstack([lower, up, upper]), np.column_stack([left, across, right])
+
+
+def _on_border(
+    problem: Problem, x: FloatArray, y: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None:
+    """
+    Return the costs along the border of the map: lower, upper, left, right; None if they are those of cells.
+
+    A border that is a line of a raster, or as near to it as rounding, has the lesser value of the cells on both sides.
+    """
+    middles = 0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1])
+    found: list[FloatArray] = []
+    lesser = False
+    for axis, place in ((1, 0), (1, -1), (0, 0), (0, -1)):
+        inside, least = (np.zeros(len(middles[1 - axis])) for _ in range(2))
+        for raster in problem.field.rasters:
+            here, beyond = (
+                _risk_across(raster, axis, at, middles[1 - axis])
+                for at in (middles[axis][place], _beside((x, y)[axis][place], raster, axis, 1.0 if place else -1.0))
+            )
+            inside += here
+            least += np.minimum(here, beyond)
+        found.append(1.0 + problem.k * least)
+        lesser |= bool((found[-1] < 1.0 + problem.k * inside).any())
+    return (found[0], found[1], found[2], found[3]) if lesser else None
+
+
+def _beside(at: float, raster: RasterRisk, axis: int, way: float) -> float:
+    """Return a coordinate whose value counts on a border: one beyond it, or inside the raster whose edge it is on."""
+    size, first, count = raster.cell_size[axis], raster.bounds[axis], raster.shape[1 - axis]
+    near = float(raster.header(0)[NEAR_X + axis])
+    place = (at - first) / size
+    number = math.floor(place + 2.0 * way * max(near, SAME))
+    if -near <= place <= count + near:
+        # (the edge belongs to the raster)
+        number = min(max(number, 0), count - 1)
+    return float(first + (number + 0.5) * size)
+
+
+def _risk_across(raster: RasterRisk, axis: int, at: float, others: FloatArray) -> FloatArray:
+    """Return the risk of a `nearest` raster at one coordinate along an axis, and all of the others."""
+    one = np.array([at])
+    return _risk_on(raster, one, others)[:, 0] if axis == 0 else _risk_on(raster, others, one)[0]
+
+
+def _changing(costs: FloatArray, axis: int) -> BoolArray:
+    """Return which lines across an axis some cost changes on, the first and last ones included."""
+    of = np.moveaxis(costs, axis, 0)
+    ends = np.ones(1, dtype=np.bool_)
+    return np.concatenate([ends, (of[1:] != of[:-1]).any(axis=1), ends])
 
 
 def _in_parts(lines: FloatArray, times: int) -> FloatArray:

@@ -297,9 +297,9 @@ class Points:
         return least
 
 
-def covered(cells: Arrangement, area: NoFlyArea) -> tuple[BoolArray, BoolArray]:
+def covered(cells: Arrangement, area: NoFlyArea, off: float = 0.0) -> tuple[BoolArray, BoolArray]:
     """
-    Return which cells are inside an area, and which meet its outline, shape ``(rows, columns)`` each.
+    Return which cells are inside an area, and which meet its outline up to `off`, shape ``(rows, columns)`` each.
 
     Examples
     --------
@@ -310,7 +310,7 @@ def covered(cells: Arrangement, area: NoFlyArea) -> tuple[BoolArray, BoolArray]:
     [[0, 2, 2, 0], [4, 2, 2, 4]]
     """
     j, i = np.nonzero(met(cells, shapely.get_rings(shapely.get_parts(area.geometry)), 1))
-    boxes = shapely.box(cells.x[i], cells.y[j], cells.x[i + 1], cells.y[j + 1])
+    boxes = shapely.box(cells.x[i] - off, cells.y[j] - off, cells.x[i + 1] + off, cells.y[j + 1] + off)
     edge = shapely.boundary(area.geometry)
     shapely.prepare(edge)
     cut = np.zeros(cells.costs.shape, dtype=np.bool_)

@@ -150,6 +150,59 @@ def test_along_a_line_each_raster_takes_its_lesser_value() -> None:
     assert 0.95 * problem.evaluate(path).cost < lower_bound(problem, 31) <= best_over_lines(problem, 15)
 
 
+@pytest.mark.parametrize("beside", [0.0, 1e-16, -1e-12, 3e-10, -3e-10])
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("far", [False, True])
+def test_on_the_border_the_cells_beyond_count(beside: float, axis: int, far: bool) -> None:
+    """The map is a window of a raster, whose cells beyond the border are cheaper: on their line, their value holds."""
+    values = np.full((5, 5), 9.0)
+    values[:, 4 if far else 0] = 0.0
+    raster = cg.RasterRisk(values if axis == 0 else values.T, (-1, -1, 4, 4), interpolation="nearest", origin="lower")
+    line, near = (3.0 + beside, 2.9) if far else (0.0 + beside, 0.1)
+    path = np.array([(near, 0.5), (line, 0.5), (line, 2.5), (near, 2.5)])
+    box = [0.0, 0.0, line, 3.0] if far else [line, 0.0, 3.0, 3.0]
+    if axis == 1:
+        path, box = path[:, ::-1], [box[1], box[0], box[3], box[2]]
+    problem = cg.Problem(tuple(path[0]), tuple(path[3]), cg.RiskField(rasters=[raster]), 10.0, tuple(box))
+    least, cost = lower_bound(problem, 31), problem.evaluate(path).cost
+
+    assert least <= min(best_over_lines(problem, 3), cost)
+    # (farther off than rounding, a line that is none counts as one)
+    assert least > 0.9 * cost or abs(beside) > 1e-15
+
+
+def test_the_edge_of_a_raster_on_the_border_belongs_to_it() -> None:
+    raster = cg.RasterRisk([[9.0, 1.0]], (0, 0, 2, 1), interpolation="nearest")
+    problem = cg.Problem((0.1, 0.1), (0.1, 0.9), cg.RiskField(rasters=[raster]), 10.0, (0, 0, 2, 1))
+    assert Arrangement.of(problem, for_bound=True).along is None
+
+
+def test_a_border_keeps_lines_where_its_cost_changes() -> None:
+    """Cells of one cost are one, except where the cells beyond the border differ."""
+    values = np.full((4, 4), 5.0)
+    values[0] = (5.0, 5.0, 0.0, 0.0)
+    raster = cg.RasterRisk(values, (0, -1, 4, 3), interpolation="nearest", origin="lower")
+    problem = cg.Problem((0.5, 0.5), (3.5, 0.5), cg.RiskField(rasters=[raster]), 1.0, (0, 0, 4, 3))
+    cells = Arrangement.of(problem, for_bound=True)
+
+    assert (cells.x.tolist(), cells.y.tolist(), cells.costs.tolist()) == ([0, 2, 4], [0, 3], [[6, 6]])
+    assert cells.along is not None
+    assert [of.tolist() for of in cells.along] == [[[6, 1], [6, 6]], [[6, 6, 6]]]
+
+
+def test_a_cell_inside_an_area_counts_on_a_line_beside_its_outline() -> None:
+    """The outline is 6e-17 beside the line, on which paths along it have the lesser cost of the cell inside."""
+    values = np.full((10, 10), 9.0)
+    values[1:-1, 3] = 0.0
+    raster = cg.RasterRisk(values, (0, 0, 1, 1), interpolation="nearest")
+    area = shapely.box(0.3, 0.01, 0.45, 0.99)
+    problem = cg.Problem((0.25, 0.15), (0.25, 0.85), cg.RiskField(rasters=[raster]), 100.0, no_fly=area)
+    path = [(0.25, 0.15), (0.3, 0.15), (0.3, 0.85), (0.25, 0.85)]
+
+    assert 0.9 * problem.evaluate(path).cost < lower_bound(problem, 15) <= problem.evaluate(path).cost
+    assert cg.solve(problem).lower_bound <= problem.evaluate(path).cost
+
+
 def test_lines_are_where_the_rasters_end() -> None:
     """The path search lays lines beside the edges; for a bound, no place must cost less than its cell."""
     raster = cg.RasterRisk([[9.0]], (0.3, 0.0, 0.7, 0.5), interpolation="nearest")
