@@ -406,12 +406,16 @@ class _Writer:
         keep = (columns >= low[0]) & (columns <= high[0]) & (rows >= low[1]) & (rows <= high[1]) & mesh.matters
         sheet = self.sheet(mesh, keep, last, first)
         laid = corners_of(problem, mesh, REACH, [])[0] if levels > 1 else []
-        # (further blocks need a box of their own inside this one)
+        # (further blocks need a box of their own inside this one, and are not across the rim)
         margin = FINER - 1
+        west, east, south, north = (FINER * one - FINER // 2 for one in cells)
+        within = (columns >= west) & (columns < east) & (rows >= south) & (rows < north)
+        beside = (columns >= west - 1) & (columns <= east) & (rows >= south - 1) & (rows <= north) & ~within
         held = [
             one
             for one in laid
-            if (columns[one.pieces] > low[0] + margin).all()
+            if not beside[one.pieces].any()
+            and (columns[one.pieces] > low[0] + margin).all()
             and (columns[one.pieces] < high[0] - margin).all()
             and (rows[one.pieces] > low[1] + margin).all()
             and (rows[one.pieces] < high[1] - margin).all()

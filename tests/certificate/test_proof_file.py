@@ -281,51 +281,164 @@ def test_surfaces_may_be_shifted_and_flattened() -> None:
     assert checked(without, arrays)["lower"] == 0.9 * lower
 
 
-def test_a_surface_of_another_method() -> None:
-    """The distance to the goal, by a formula: no solver of ours has a part in it."""
-    n, exponent = 32, 30
-    archive = Archive()
+def cone(x: Any, y: Any) -> Any:  # noqa: ANN401 - arrays
+    """Return 0.99 times the distance to a goal."""
+    return 0.99 * np.hypot(x - 0.75, y - 0.5)
+
+
+def sheet_by_hand(archive: Archive, n: int, heights: Any, exponent: int) -> tuple[dict[str, Any], dict[str, Any]]:  # noqa: ANN401 - arrays
+    """Describe a grid of n cells and a half at each side, and a surface on it with such control values."""
+    steps = np.diff(heights.ravel(), prepend=0)
+    runs = archive.add(np.array([(row, 0, n + 1) for row in range(n + 1)]), "runs")
+    grid = {"span": [0.0, 0.0, 1.0, 1.0], "divide": [2 * n, 2 * n], "parts": 2, "runs": runs}
+    return grid, {"exponent": exponent, "values": archive.add(steps, "values"), "blocks": []}
+
+
+def by_hand(heights: Any, end: list[int], **changes: Any) -> tuple[dict[str, Any], Archive]:  # noqa: ANN401 - as JSON
+    """Describe a proof with a surface whose control values a formula gives: no solver of ours has a part in it."""
+    n, exponent, archive = 32, 30, Archive()
     rows, columns = np.mgrid[-1 : n + 2, -1 : n + 2]
-    heights = 0.99 * np.hypot(columns / n - 0.75, rows / n - 0.5)
-    steps = np.diff(np.rint(np.ldexp(heights, exponent)).astype(np.int64).ravel(), prepend=0)
-    runs = np.array([(row, 0, n + 1) for row in range(n + 1)])
+    whole = np.rint(np.ldexp(heights(columns / n, rows / n), exponent)).astype(np.int64)
+    grid, surface = sheet_by_hand(archive, n, whole, exponent)
+    problem = {
+        "start": [0.25, 0.5],
+        "goal": [0.75, 0.5],
+        "bounds": [0.0, 0.0, 1.0, 1.0],
+        "k": 0.0,
+        "threats": archive.add(np.empty((0, 4)), "threats"),
+        "rasters": [],
+        "rings": [],
+        "on_earth": False,
+    } | changes
     described = {
         "format": checker.FORMAT,
         "version": checker.VERSION,
-        "problem": {
-            "start": [0.25, 0.5],
-            "goal": [0.75, 0.5],
-            "bounds": [0.0, 0.0, 1.0, 1.0],
-            "k": 0.0,
-            "threats": archive.add(np.empty((0, 4)), "threats"),
-            "rasters": [],
-            "rings": [],
-            "on_earth": False,
-        },
-        "grids": [
-            {
-                "grid": {
-                    "span": [0.0, 0.0, 1.0, 1.0],
-                    "divide": [2 * n, 2 * n],
-                    "parts": 2,
-                    "runs": archive.add(runs, "runs"),
-                },
-                "to_goal": {
-                    "exponent": exponent,
-                    "values": archive.add(steps, "values"),
-                    "blocks": [],
-                    "end": {"cells": [22, 27, 14, 19]},
-                },
-            }
-        ],
+        "problem": problem,
+        "grids": [{"grid": grid, "to_goal": surface | {"end": {"cells": end}}}],
         "lower": 0.48,
-        "path": archive.add(np.array([(0.25, 0.5), (0.75, 0.5)]), "path"),
+        "path": archive.add(np.array([problem["start"], problem["goal"]]), "path"),
     }
+    return described, archive
+
+
+def stored(described: dict[str, Any], arrays: dict[str, Any], method: int = zipfile.ZIP_STORED) -> io.BytesIO:
+    """Write a file with arrays as they are."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", method) as file:
+        file.writestr("proof.json", json.dumps(described))
+        for name, array in arrays.items():
+            held = io.BytesIO(array if isinstance(array, bytes) else b"")
+            if not isinstance(array, bytes):
+                np.save(held, array)
+            file.writestr(name, held.getvalue())
+    return stream
+
+
+def test_a_surface_of_another_method() -> None:
+    """The distance to the goal, by a formula: no solver of ours has a part in it."""
+    described, archive = by_hand(cone, [22, 27, 14, 19])
     found = checker.check(io.BytesIO(archive.packed(described)))
     assert found["upper"] == pytest.approx(0.5, rel=1e-12)
     described["lower"] = 0.5 + 1e-9
     with pytest.raises(checker.Refused):
         checker.check(io.BytesIO(archive.packed(described)))
+
+
+# files by hand that try to break a rule
+
+
+def test_a_path_over_corners_through_an_area_is_refused() -> None:
+    described, archive = by_hand(cone, [22, 27, 14, 19])
+    ring = np.array([(0.4, 0.4), (0.6, 0.4), (0.6, 0.6), (0.4, 0.6)])
+    problem = checker.Problem(described["problem"] | {"rings": [archive.add(ring, "ring")]}, archive.array)
+    checker.check_free(problem, np.array([(0.25, 0.5), (0.4, 0.6), (0.6, 0.6), (0.75, 0.5)]))
+    with pytest.raises(checker.Refused, match="crosses an area after waypoint 1"):
+        checker.check_free(problem, np.array([(0.25, 0.5), (0.4, 0.4), (0.6, 0.6), (0.75, 0.5)]))
+
+
+def test_the_least_whole_number_is_no_control_value() -> None:
+    """Its absolute value is itself, and twice it is 0."""
+    described, archive = by_hand(lambda x, y: 0.0 * x * y - 2.0**-30, [22, 27, 14, 19], start=[0.265625, 0.515625])
+    surface = described["grids"][0]["to_goal"]
+    values = np.cumsum(archive.arrays[surface["values"]])
+    values[17 * 35 + 9] = np.iinfo(np.int64).min
+    archive.arrays[surface["values"]] = np.diff(values, prepend=0)
+    surface["exponent"] = 60
+    with pytest.raises(checker.Refused, match="a control value is too great"):
+        checker.check(stored(described, archive.arrays))
+
+
+@pytest.mark.parametrize(
+    ("reach", "message"), [(27, "is across its rim"), (36, "is across its rim"), (12, "which is less than")]
+)
+def test_a_block_inside_is_not_across_the_rim(reach: int, message: str) -> None:
+    """Inside of its own block, the inner surface may be anything: here, 100."""
+    described, archive = by_hand(cone, [22, 27, 14, 19])
+    n = 160
+    rows, columns = np.mgrid[-1 : n + 2, -1 : n + 2]
+    apart = np.maximum(np.abs(columns - 120), np.abs(rows - 80))
+    heights = np.where(apart <= reach - 2, 100.0, cone(columns / n, rows / n))
+    grid, surface = sheet_by_hand(archive, n, np.rint(np.ldexp(heights, 30)).astype(np.int64), 30)
+    cells = [120 - reach, 121 + reach, 80 - reach, 81 + reach]
+    inside = {"grid": grid, "surface": surface | {"end": {"cells": cells}}, "box": [81, 160, 41, 120]}
+    described["grids"][0]["to_goal"]["end"]["inside"] = inside
+    described["lower"] = 0.6
+    with pytest.raises(checker.Refused, match=message):
+        checker.check(io.BytesIO(archive.packed(described)))
+
+
+def test_a_raster_beyond_the_map_counts_on_the_border() -> None:
+    """A path along the western border has the lesser risk of both sides."""
+    archive = Archive()
+    values = archive.add(np.array([[0.0, 1.0]]), "raster")
+    raster = {"values": values, "bounds": [-1.0, 0.0, 1.0, 1.0], "interpolation": "nearest"}
+    described, by = by_hand(
+        lambda x, y: 1.98 * np.hypot(x, y - 0.75), [-2, 3, 22, 27],
+        start=[0.0, 0.25], goal=[0.0, 0.75], k=1.0, rasters=[raster | {"values": "raster"}],
+    )  # fmt: skip
+    by.arrays["raster"] = archive.arrays[values]
+    described["lower"] = 0.9
+    with pytest.raises(checker.Refused, match="which is less than"):
+        checker.check(io.BytesIO(by.packed(described)))
+    problem = checker.Problem(described["problem"], by.array)
+    assert checker.upper_bound(problem, np.array([(0.0, 0.25), (0.0, 0.75)])) == pytest.approx(0.5)
+    grid = checker.Grid(described["grids"][0]["grid"], by.array, problem)
+    costs = problem.constant_costs(grid.boxes())
+    assert (costs[grid.columns == 0] <= 1.0).all()
+    assert costs[grid.columns > 0] == pytest.approx(2.0)
+
+
+@given(st.floats(-0.5, 0.5))
+@example(-0.25)
+def test_an_end_on_the_rim_costs_nothing(shift: float) -> None:
+    n = 32
+    described, archive = by_hand(
+        lambda x, y: 0.9 * np.maximum(x - 0.5 + 0.5 / n, 0.0) + 0.0 * y,
+        [14, 19, 16, 19], goal=[0.5 + shift / n, 0.5 - 0.5 / n],
+    )  # fmt: skip
+    problem = checker.Problem(described["problem"], archive.array)
+    grid = checker.Grid(described["grids"][0]["grid"], archive.array, problem)
+    surface = described["grids"][0]["to_goal"]
+    whole = checker.Surface(surface, archive.array, grid, problem, problem.goal)
+    excess = whole.excess
+    whole.in_block[:] = False
+    assert excess >= whole.at(problem.goal)
+
+
+@pytest.mark.parametrize("header", [b"{'descr': '<f8', (((\n", b'"""\n', b"\xff\xfe"])
+def test_broken_headers_of_arrays_are_refused(header: bytes) -> None:
+    described, archive = by_hand(cone, [22, 27, 14, 19])
+    data = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header
+    with pytest.raises(checker.Refused, match="not a proof"):
+        checker.check(stored(described, archive.arrays | {described["problem"]["threats"]: data}))
+
+
+def test_other_compression_that_is_broken_is_refused() -> None:
+    described, archive = by_hand(cone, [22, 27, 14, 19])
+    data = bytearray(stored(described, archive.arrays, zipfile.ZIP_LZMA).getvalue())
+    data[60] ^= 255
+    with pytest.raises(checker.Refused, match="not a proof"):
+        checker.check(io.BytesIO(bytes(data)))
 
 
 # hostile files
@@ -358,15 +471,8 @@ def test_wrong_descriptions_are_refused(data: st.DataObject) -> None:
             break
         at = at[key]
     at[key] = data.draw(st.sampled_from(WRONG))
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as file:
-        file.writestr("proof.json", json.dumps(described))
-        for name, array in arrays.items():
-            held = io.BytesIO()
-            np.save(held, array)
-            file.writestr(name, held.getvalue())
     with contextlib.suppress(checker.Refused):
-        checker.check(stream)
+        checker.check(stored(described, arrays))
 
 
 # what the checker is made of
