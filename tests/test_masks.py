@@ -70,7 +70,8 @@ def test_numpy_converts_no_array_of_a_user() -> None:
         for file in (ROOT / folder).rglob("*.py")
         if "ArrayLike" in (source := file.read_text())
         for line, text in _bare_uses(ast.parse(source))
-        if file.name != "_validate.py"
+        # (the checker of proofs stands alone, and reads arrays of files)
+        if file.name not in {"_validate.py", "check_proof.py"}
     ]
     assert found == []
 

@@ -19,9 +19,12 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import shapely
+from numpy.typing import ArrayLike
 
 from cgla_graph._files import write_files
+from cgla_graph._text import place
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
+from cgla_graph._validate import file_path, instance, point_array, positive_number
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate import check_proof as checker
 from cgla_graph.certificate.corners import CornerBlock, corners_of, links_of
@@ -31,7 +34,7 @@ from cgla_graph.eikonal import cell_runs, marching_kernels
 from cgla_graph.eikonal.marching import march
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.errors import ProblemError
-from cgla_graph.model.problem import Problem
+from cgla_graph.model.problem import Problem, problem_wanted
 
 #: Columns or rows of a rectangle of cells: the first ones and those after the last, west, east, south, north.
 Rectangle: TypeAlias = list[int]
@@ -49,7 +52,7 @@ UNREACHED = 4.0
 
 
 def save_proof(
-    problem: Problem, file: str | os.PathLike[str], path: FloatArray | None = None, *, tolerance: float = 1e-3
+    problem: Problem, file: str | os.PathLike[str], path: ArrayLike | None = None, *, tolerance: float = 1e-3
 ) -> checker.Result:
     """
     Prove a lower bound of the cost of all paths, and write the proof to a file.
@@ -61,7 +64,7 @@ def save_proof(
     file
         Its name. ``check_proof.py``, a program that needs NumPy alone, checks it.
     path
-        A path from start to goal to go into the file, shape ``(n, 2)``, map units. None: no path.
+        A feasible path from start to goal to go into the file, shape ``(n, 2)``, map units. None: no path.
     tolerance
         Refine the grid until the cost of the path is at most so much above the bound, as a part of it.
 
@@ -73,7 +76,7 @@ def save_proof(
     Raises
     ------
     ProblemError
-        If the problem has no bound, or no proof in such a file was found; the message says why.
+        If the problem has no bound, the path is not feasible, or no proof was found that fits such a file.
     OutputError
         If the file cannot be written.
 
@@ -87,27 +90,36 @@ def save_proof(
     >>> 0.8 < found["lower"] < found["upper"] < 2.0
     True
     """
+    instance("problem", problem, Problem, problem_wanted)
+    name, target = Path(file_path("file", file)), positive_number("tolerance", tolerance)
     if not problem.field.is_proper:
         msg = "there is no proof for a field with peaks above 1; lower them to 1"
         raise ProblemError(msg)
     archive = Archive()
     described = describe_problem(problem.relaxed(), archive)
-    writer = _Writer(problem.relaxed(), archive, checker.Problem(described, archive.array), tolerance)
-    cost = math.inf if path is None else problem.evaluate(path).cost
-    grids, lower = writer.grids(cost, path)
+    writer = _Writer(problem.relaxed(), archive, checker.Problem(described, archive.array), target)
+    waypoints, cost = None, math.inf
+    if path is not None:
+        waypoints = point_array("path", path)
+        found = problem.evaluate(waypoints)
+        if found.violations:
+            msg = f"the path is not feasible: {found.violations[0]}; give a feasible one, or none"
+            raise ProblemError(msg)
+        cost = found.cost
+    grids, lower = writer.grids(cost, waypoints)
     whole: dict[str, Any] = {
         "format": checker.FORMAT, "version": checker.VERSION, "problem": described, "grids": grids,
         "lower": lower if math.isfinite(lower) else None,
     }  # fmt: skip
-    if path is not None:
-        whole["path"] = archive.add(np.asarray(path, dtype=np.float64), "path")
+    if waypoints is not None:
+        whole["path"] = archive.add(waypoints, "path")
     data = archive.packed(whole)
     try:
         result = checker.check(io.BytesIO(data))
     except checker.Refused as error:
         msg = f"no proof of this problem fits into a file: {error}; `certify` without a file may know a bound"
         raise ProblemError(msg) from error
-    write_files({Path(file): data})
+    write_files({name: data})
     return result
 
 
@@ -140,15 +152,17 @@ def verify_proof(file: str | os.PathLike[str], problem: Problem | None = None) -
         ...
     cgla_graph.errors.ProblemError: pyproject.toml: refused: the file is not a proof: BadZipFile: File is not a zip file
     """
+    name = file_path("file", file)
     try:
-        result = checker.check(os.fspath(file))
+        result = checker.check(name)
     except checker.Refused as error:
-        msg = f"{os.fspath(file)}: refused: {error}"
+        msg = f"{place(name)}: refused: {error}"
         raise ProblemError(msg) from error
     if problem is not None:
+        instance("problem", problem, Problem, problem_wanted)
         archive = Archive()
         if checker.digest(describe_problem(problem.relaxed(), archive), archive.array) != result["problem"]:
-            msg = f"{os.fspath(file)}: the proof is true, but about another problem; give the map that it was made for"
+            msg = f"{place(name)}: the proof is true, but about another problem; give the map that it was made for"
             raise ProblemError(msg)
     return result
 

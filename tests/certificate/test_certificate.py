@@ -740,7 +740,7 @@ def delayed(problem: cg.Problem, *, to_goal: bool, monkeypatch: pytest.MonkeyPat
 
 #: One bound is good enough well before the other, on the last grid.
 UNEQUAL = cg.Problem(
-    (0.1, 0.5), (0.9, 0.5), SEVERAL, 100.0, no_fly=shapely.Polygon([(0.2, 0.2), (0.55, 0.55), (0.3, 0.2)])
+    (0.1, 0.744), (0.9, 0.746), SEVERAL, 10.0, no_fly=shapely.Polygon([(0.458, 0.343), (0.227, 0.392), (0.404, 0.223)])
 )
 
 
