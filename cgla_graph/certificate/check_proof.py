@@ -296,6 +296,7 @@ class Raster:
         self.is_bilinear = described["interpolation"] == "bilinear"
         demand(self.is_bilinear or described["interpolation"] == "nearest", "an interpolation is not known")
         demand(self.values.size > 0 and (self.values >= 0.0).all(), "a raster is empty, or negative somewhere")
+        demand(max(self.values.shape) < 1 << 18, "a raster has too many rows or columns")
         demand(self.bounds[0] < self.bounds[2] and self.bounds[1] < self.bounds[3], "the bounds of a raster are empty")
         self.places: list[list[Fraction]] = []
         for axis in range(2):
@@ -1337,6 +1338,8 @@ def check(file: Any) -> Result:
 
 
 def _part_of(archive: zipfile.ZipFile, name: str) -> bytes:
+    # (a name goes into messages)
+    demand(name.isascii() and name.isprintable(), "a name of an array is not plain")
     demand(archive.getinfo(name).file_size < MOST_BYTES, f"{name} is too large")
     with archive.open(name) as stream:
         return stream.read(MOST_BYTES)
@@ -1390,7 +1393,7 @@ def main(arguments: list[str]) -> int:
     try:
         found = check(arguments[0])
     except Refused as error:
-        sys.stdout.write(f"refused: {error}\n")
+        sys.stdout.write(f"refused: {error}\n".encode("ascii", "backslashreplace").decode())
         return 1
     no_less = f"no path costs less than {found['lower']!r}" if math.isfinite(found["lower"]) else "there is no path"
     at_most = f"; this path costs at most {found['upper']!r}" if math.isfinite(found["upper"]) else ""

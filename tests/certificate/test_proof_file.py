@@ -433,6 +433,16 @@ def test_broken_headers_of_arrays_are_refused(header: bytes) -> None:
         checker.check(stored(described, archive.arrays | {described["problem"]["threats"]: data}))
 
 
+@pytest.mark.parametrize("name", ["one\nverified: no path costs less than 9.npy", "\u202e.npy", "\x1b[2J.npy"])
+def test_names_in_a_file_say_nothing(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    described, archive = by_hand(cone, [22, 27, 14, 19])
+    described["problem"]["threats"] = name
+    file = tmp_path / "one.proof"
+    file.write_bytes(stored(described, archive.arrays | {name: np.zeros(3)}).getvalue())
+    assert checker.main([str(file)]) == 1
+    assert capsys.readouterr().out == "refused: a name of an array is not plain\n"
+
+
 def test_other_compression_that_is_broken_is_refused() -> None:
     described, archive = by_hand(cone, [22, 27, 14, 19])
     data = bytearray(stored(described, archive.arrays, zipfile.ZIP_LZMA).getvalue())
