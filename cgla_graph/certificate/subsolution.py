@@ -418,6 +418,8 @@ class Level:
             least = other.values[mesh.controls[pieces]].min(axis=1) + block.formula.least_cost * np.maximum(away, 0.0)
             # (what is not known, or beside the end, is kept)
             keep[pieces] = ~(least >= limit) | (away <= 2.0 * max(mesh.spacing))
+        # (in the other block, that bound is none)
+        keep |= mesh.matters & self.start_block.holds & self.goal_block.holds
         return cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
 
 

@@ -13,10 +13,11 @@ Only the stored values are checked, not how they were found: where a pair is ste
 bound is divided by it. So sums of lengths need no care. `W` may have any values where no path goes: on cells inside of
 no-fly areas, and on those through which all paths cost more than a known one (`through`).
 
-**On a line** the oracle takes the least value of each raster. If several rasters have a line in common, or the line is a
-border of the map and a raster goes on beyond it, that sum may be less than the cost of the cells. Then ``W(v) - W(w)`` is at most that cost of the interval for neighbours on the line
-(`Points.lines`), so that pieces along lines add up as well. The last piece, along the line to the goal, does so too:
-where the goal is inside of an interval, `W` is at most 0 on it.
+**On a line** the oracle takes the least value of each raster. If several rasters have a line in common, or the line is
+a border of the map and a raster goes on beyond it, that sum may be less than the cost of the cells. Then ``W(v) -
+W(w)`` is at most that cost of the interval for neighbours on the line (`Points.lines`), so that pieces along lines add
+up as well. The last piece, along the line to the goal, does so too: where the goal is inside of an interval, `W` is at
+most 0 on it.
 
 **Rounding** (`Rounding`). Let ``d`` bound how far lines are from where the oracle has them. It counts places within
 some ulps of a line as on it; lines nearer than `SAME` are one. A map that draws strips of width ``d`` on both sides of

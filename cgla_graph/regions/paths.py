@@ -147,6 +147,9 @@ def near_path(problem: Problem, path: FloatArray, cells: Arrangement, points: in
     best, cost = path, judged.cost if judged.feasible else math.inf
     nodes, evaluations = 0, len(path) - 1
     for _ in range(AGAIN):
+        if (best == best[0]).all():
+            # (start and goal are one place)
+            break
         beside = met(cells, np.array([shapely.LineString(best)]), NEAR)
         fitting = (many for many in NEAR_POINTS if 2 * many * int(beside.sum()) <= NEAR_NODES)
         many = points or next(fitting, NEAR_POINTS[-1])

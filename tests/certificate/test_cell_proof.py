@@ -129,3 +129,12 @@ def test_it_is_drawn() -> None:
     axes = Figure().subplots(1, 2)
     cg.plot(proof, axes)
     assert axes[1].get_xlabel() == "distance of points, of the map's longer side"
+
+
+def test_start_and_goal_may_be_one_place() -> None:
+    raster = cg.RasterRisk([[1.0, 5.0]], (0, 0, 2, 1), interpolation="nearest")
+    problem = cg.Problem((0.5, 1.0), (0.5, 1.0), cg.RiskField(rasters=[raster]), 1.0, (0, 0, 2, 1))
+    proof = prove(problem)
+
+    assert (proof.lower_bound, proof.upper_bound, proof.gap) == (0.0, 0.0, 0.0)
+    assert cg.solve(problem, "weighted-regions").cost == 0.0

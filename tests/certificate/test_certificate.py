@@ -908,3 +908,17 @@ def test_strong_and_weak_threats_under_a_great_weight_are_proven() -> None:
     field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, 1e-12), cg.Threat(0.5, 0.95, 0.03, 0.9)])
     found = cg.solve(cg.Problem((0.05, 0.5), (0.95, 0.5), field, k=1e12), tolerance=0.05)
     assert 1.0 < found.lower_bound <= found.cost
+
+
+def test_next_to_each_other_the_blocks_of_both_ends_keep_good_paths() -> None:
+    """In the block of the goal, the spline to the goal is no bound: cells that are in both blocks stay in the tube."""
+    threat = cg.Threat(0.4935, 0.4925, 0.012)
+    problem = cg.Problem((0.48, 0.5), (0.515, 0.5), cg.RiskField([threat]), 300.0)
+    level = Level.lay(problem, (128, 128), cell_runs.rectangle((128, 128)))
+    bounds = level.both(0.01)
+    assert bounds is not None
+    both = level.start_block.holds & level.goal_block.holds
+    kept = {(row, column) for row, first, end in level.kept(*bounds, 0.0).tolist() for column in range(first, end)}
+
+    assert both.any()
+    assert {*zip(level.mesh.rows[both].tolist(), level.mesh.columns[both].tolist(), strict=True)} <= kept
