@@ -1,5 +1,6 @@
 """Compiled kernels: the cache on disk is never stale."""
 
+import functools
 import gc
 import importlib
 import json
@@ -362,6 +363,12 @@ def test_kept_code_makes_arrays_and_raises_errors_without_numba(
 def twice_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Path]:
     """Return a kernel of an array that has run once, and the file with its code."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(folder))
+    # (a process in which several threads ran before numba was there keeps no code)
+    monkeypatch.setattr(_machine_code, "parts", functools.cache(_machine_code.parts.__wrapped__))
+    parts = _machine_code.parts()
+    assert parts
+    monkeypatch.setattr(_kernel, "_parts", parts)
+    monkeypatch.setattr(_kernel, "_fingerprint", parts.dispatcher.compute_fingerprint)
 
     @kernel
     def first_twice(values: Any) -> float:  # noqa: ANN401 - any array
