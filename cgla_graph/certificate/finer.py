@@ -106,7 +106,7 @@ class FineCornerBlock(CornerBlock):
             return None
         seen = owners >= 0
         seen[seen] = coarse.matters[owners[seen]]
-        nodes, seed_pieces, weights = _seeds(coarse, mesh, away > border)
+        nodes, seed_pieces, weights = seeds_beyond(coarse, mesh, away > border)
         if not seen.any() or not len(nodes):
             return None
         laid, _ = corners_of(problem, mesh, FINER_REACH, [])
@@ -255,8 +255,18 @@ def _cells(mesh: SplineMesh, points: FloatArray) -> FloatArray:
     return np.asarray((points - np.array(mesh.origin)) / np.array(mesh.spacing))
 
 
-def _seeds(coarse: SplineMesh, mesh: SplineMesh, is_beyond: BoolArray) -> tuple[WholeArray, WholeArray, FloatArray]:
-    """Find the nodes in the middle of finer pieces beyond the box, the coarser pieces there, and the weights."""
+def seeds_beyond(
+    coarse: SplineMesh, mesh: SplineMesh, is_beyond: BoolArray
+) -> tuple[WholeArray, WholeArray, FloatArray]:
+    """
+    Find where a front on a finer mesh starts beyond a box.
+
+    Returns
+    -------
+    nodes, pieces, weights
+        The nodes in the middle of finer pieces beyond it, shape ``(q,)``; the coarser pieces there, shape ``(q,)``, and
+        the weights of their control values, shape ``(q, 9)``.
+    """
     beyond = np.flatnonzero(is_beyond)
     cells = np.column_stack([mesh.columns[beyond], mesh.rows[beyond]]).astype(np.float64)
     free = np.zeros((len(beyond), 2))

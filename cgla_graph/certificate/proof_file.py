@@ -29,7 +29,8 @@ from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate import check_proof as checker
 from cgla_graph.certificate.corners import CornerBlock, corners_of, links_of
 from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
-from cgla_graph.certificate.subsolution import Level, first_grid, next_grid
+from cgla_graph.certificate.finer import seeds_beyond
+from cgla_graph.certificate.subsolution import Level, first_grid, least_loss, next_grid
 from cgla_graph.eikonal import cell_runs, marching_kernels
 from cgla_graph.eikonal.marching import march
 from cgla_graph.eikonal.mesh import SplineMesh
@@ -448,7 +449,8 @@ class _Writer:
         self, outer: _Sheet, mesh: SplineMesh, keep: BoolArray, values: FloatArray, corners: Sequence[CornerBlock]
     ) -> FloatArray:
         """Solve the equation from values of an outer surface beyond a box, with lower costs where it gets too steep."""
-        nodes, begin = _beyond(outer, mesh, np.flatnonzero(~keep), values)
+        nodes, pieces, weights = seeds_beyond(outer.mesh, mesh, ~keep)
+        begin = (values[outer.mesh.controls[pieces]] * weights).sum(axis=1)
         bounds = cost_bounds(self.problem, mesh)
         costs = costs_to_solve_for(self.problem, mesh, bounds)
         checked = keep.copy()
@@ -507,29 +509,10 @@ def _box(outer: _Sheet, cells: Rectangle, margin: int) -> tuple[tuple[int, int],
     return last, (low[0], low[1]), (high[0], high[1])
 
 
-def _beyond(outer: _Sheet, mesh: SplineMesh, beyond: WholeArray, values: FloatArray) -> tuple[WholeArray, FloatArray]:
-    """Return the nodes in the middle of pieces beyond a box, and the values of the outer surface there."""
-    cells = np.column_stack([mesh.columns[beyond], mesh.rows[beyond]]).astype(np.float64)
-    free = np.zeros((len(beyond), 2))
-    for n in np.flatnonzero(mesh.is_cut[beyond]):
-        rows, columns = np.nonzero(mesh.free_parts(int(beyond[n])))
-        free[n] = (columns[0] + 0.5) / mesh.parts - 0.5, (rows[0] + 0.5) / mesh.parts - 0.5
-    pieces = outer.mesh.pieces_at(np.array(mesh.origin) + (cells + free) * np.array(mesh.spacing))
-    known = pieces >= 0
-    pieces, points = pieces[known], np.array(mesh.origin) + cells[known] * np.array(mesh.spacing)
-    middles = np.column_stack([outer.mesh.columns[pieces], outer.mesh.rows[pieces]])
-    places = ((points - np.array(outer.mesh.origin)) / np.array(outer.mesh.spacing) - middles).T
-    x, y = (np.stack([0.5 * (0.5 - w) ** 2, 0.75 - w**2, 0.5 * (0.5 + w) ** 2], axis=1) for w in places)
-    weights = (y[:, :, None] * x[:, None, :]).reshape(-1, 9)
-    return mesh.controls[beyond[known], 4], (values[outer.mesh.controls[pieces]] * weights).sum(axis=1)
-
-
 def _least_loss(steepness: FloatArray, spans: FloatArray, height: float) -> float:
     """Choose what a surface is divided by: pieces that stay too steep are charged for, by the change on each."""
     above = np.flatnonzero(steepness > NEARLY_STEEP)
     if not len(above):
         return 1.0
     order = above[np.argsort(steepness[above])[::-1]]
-    scales = steepness[order]
-    charges = (1.0 - scales / scales[0]) * np.concatenate([[0.0], np.cumsum(spans[order])])[: len(scales)]
-    return float(scales[np.argmax((height - charges) / scales)]) * MORE
+    return least_loss(steepness[order], spans[order], height)[0] * MORE

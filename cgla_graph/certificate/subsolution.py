@@ -365,9 +365,7 @@ class Level:
         spans = (values.max(axis=(1, 2)) - values.min(axis=(1, 2))) * (1.0 + ROUNDING)
         # with each scale, the cells before it stay too steep; with 1, all of them
         scales = steep[worst] if len(above) > MOST_CHARGED else np.append(steep[worst], 1.0)
-        charges = (1.0 - scales / steepest) * np.concatenate([[0.0], np.cumsum(spans)])[: len(scales)]
-        chosen = int(np.argmax((bound * steepest - charges) / scales))
-        return float(scales[chosen]), float(charges[chosen] / scales[chosen])
+        return least_loss(scales, spans, bound * steepest)
 
     def _shifted(self, values: FloatArray, other: Point, piece: int, block: "Block") -> Subsolution:
         """Shift a spline that is nowhere too steep so that it bounds the cost to the source itself."""
@@ -421,6 +419,34 @@ class Level:
         # (in the other block, that bound is none)
         keep |= mesh.matters & self.start_block.holds & self.goal_block.holds
         return cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
+
+
+def least_loss(scales: FloatArray, spans: FloatArray, height: float) -> tuple[float, float]:
+    """
+    Choose what a spline is divided by so that its bound is greatest: the cells before that one are charged for.
+
+    Parameters
+    ----------
+    scales
+        Slopes over costs, from the steepest cell on, shape ``(n,)``.
+    spans
+        By how much the spline changes on these cells, shape ``(n,)``, or all but the last.
+    height
+        The bound of the spline as it is.
+
+    Returns
+    -------
+    scale, charge
+        The divisor, and by how much the divided spline has to be lowered.
+
+    Examples
+    --------
+    >>> least_loss(np.array([2.0, 1.0]), np.array([0.5]), height=10.0)
+    (1.0, 0.25)
+    """
+    charges = (1.0 - scales / scales[0]) * np.concatenate([[0.0], np.cumsum(spans)])[: len(scales)]
+    chosen = int(np.argmax((height - charges) / scales))
+    return float(scales[chosen]), float(charges[chosen] / scales[chosen])
 
 
 @dataclass
