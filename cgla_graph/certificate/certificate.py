@@ -36,8 +36,17 @@ from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
 from cgla_graph.certificate import cell_proof, corners
 from cgla_graph.certificate.cell_proof import CellProof
-from cgla_graph.certificate.costs import least_scale, scale_at
-from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, halo, next_grid
+from cgla_graph.certificate.costs import LEAST_SCALE, LEAST_SHRINK, least_scale, rounding, scale_at
+from cgla_graph.certificate.subsolution import (
+    FIRST_CELLS,
+    LEAST_TIMES,
+    MOST_ALONG,
+    Level,
+    Subsolution,
+    finer_grid,
+    first_grid,
+    with_halo,
+)
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
 from cgla_graph.errors import ProblemError
@@ -59,24 +68,18 @@ Proof: TypeAlias = Literal["", "line", "grid", "cells"]
 MAX_CELLS = 2_500_000
 #: Cells of rasters beside which the default is as above; of that many more, each takes the place of so many of a grid.
 HELD, AS_MANY = 20_000_000, 1.0 / 60.0
-#: Cells along the longer side of the finest grid: on finer ones, differences of stored numbers have few digits left.
-MOST_ALONG = 2**17
 #: A bound is good enough for its grid when at most this part of the tolerance is left to gain.
 FRACTION = 0.05
 #: A finer grid is laid around an end or a corner where more than this part of the bound's deficit is lost.
 WORTH = 0.05
-#: How many times as fine as the last grid the next one is, at most and at least; if it has to be more than `WORTH_LESS`
-#: times as fine, it is made `MOST_TIMES` as fine.
-MOST_TIMES, LEAST_TIMES, WORTH_LESS = 2.0, 1.25, 1.75
+#: How many times as fine as the last grid the next one is, at most; if it has to be more than `WORTH_LESS` times as
+#: fine, it is made `MOST_TIMES` as fine.
+MOST_TIMES, WORTH_LESS = 2.0, 1.75
 #: The next grid aims at this part of the deficit that the tolerance allows. The deficit is expected to fall by at most
-#: this power of the spacing. A grid that has to fit into `max_cells` is made coarser by this factor.
-AIMED_AT, MOST_ORDER, ROOM = 0.85, 1.5, 0.99
-#: On a map so large that its least scale is below this, only the geodesic is a bound.
-LEAST_SCALE = 0.05
+#: this power of the spacing.
+AIMED_AT, MOST_ORDER = 0.85, 1.5
 #: Parts of a path on each of which the scale in the middle is used.
 PARTS = 1024
-#: There is no bound where rounding would lower it by more than this factor.
-LEAST_SHRINK = 0.99
 #: Times that a proof begins again with a better path that it has found.
 MOST_BETTER = 3
 #: Cells along the longer side of the grid from which another path is sought, and the factor to the next such grid.
@@ -446,22 +449,6 @@ def _refined(problem: Problem, path: FloatArray, tolerance: float) -> _KnownPath
     return _KnownPath.of(problem, found.cost, refined) if found.feasible else _KnownPath()
 
 
-def rounding(problem: Problem) -> float:
-    """
-    Bound the relative rounding errors of a bound.
-
-    Each inequality is checked with some ten operations, and ``k F`` is off by a few ulps of ``k`` times the greatest
-    ``F`` for each threat, while ``c >= 1``. The risk of rasters is off by a few ulps of itself, and so of the cost. A
-    scale is off by a few ulps of 1, where ``c`` is at least the scale.
-    """
-    of_rasters = 16.0 * len(problem.field.rasters)
-    peaks = [threat.peak for threat in problem.field.threats]
-    # (weak threats add up to no more than their peaks, and an exponential is off by as many ulps as its exponent)
-    of_threats = min(sum(peaks), 1.0) * (len(peaks) + 4.0) - sum(peak * math.log(peak) for peak in peaks)
-    in_plane = float(2.0**-50 * (16.0 + of_rasters + problem.k * of_threats))
-    return in_plane if problem.projection is None else (in_plane + 2.0**-46) / max(least_scale(problem), LEAST_SCALE)
-
-
 def is_separated(problem: Problem) -> bool:
     """
     Return whether no path joins start and goal: they are in different parts of the map outside the areas.
@@ -562,7 +549,8 @@ class _Search:
                 look *= LOOKS_APART
             self.grids[-1] = replace(self.grids[-1], upper_bound=self.held.cost)
             kept = level.kept(bounds[0], bounds[1], self.known.least / shrink)
-            last, runs, needed = self._finer(last, kept, self._times(before, here))
+            last, runs = finer_grid(problem, last, kept, self._times(before, here), self.max_cells)
+            needed = with_halo(problem, runs, last)
             before = here
             if outcome := self._outcome() or self._limit(last, needed):
                 return self._end(outcome)
@@ -670,19 +658,6 @@ class _Search:
         if needed > self.max_cells:
             return f"the next grid would need {needed} cells, of {self.max_cells} allowed"
         return "a finer grid is too fine for the arithmetic" if max(last) > MOST_ALONG else ""
-
-    def _finer(self, last: tuple[int, int], kept: WholeArray, times: float) -> tuple[tuple[int, int], WholeArray, int]:
-        """
-        Lay a grid `times` as fine over the kept cells; a coarser one if it would have too many cells.
-
-        Returns its last node, its runs, and the number of its cells, those of its rim included.
-        """
-        finer = next_grid(self.problem, last, times)
-        runs = cell_runs.refined(kept, last, finer)
-        widened = cell_runs.clipped(cell_runs.dilated(runs, halo(self.problem, finer)), finer)
-        needed = int((widened[:, 2] - widened[:, 1]).sum())
-        fits = ROOM * times * math.sqrt(self.max_cells / max(needed, 1))
-        return self._finer(last, kept, fits) if LEAST_TIMES <= fits < ROOM * times else (finer, runs, needed)
 
     def _times(self, before: float, here: float) -> float:
         """

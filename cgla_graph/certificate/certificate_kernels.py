@@ -540,3 +540,23 @@ def within(
                 # (a sum that is undefined is no reason to leave a piece out)
                 if not 0.25 * (u[1, 1] + u[1, a] + u[b, 1] + u[b, a]) >= limit:
                     out[p] = True
+
+
+@kernel
+def least_sums(first: FloatArray, second: FloatArray, controls: WholeArray, out: FloatArray) -> None:
+    """Bound the sum of two splines on pieces from below, by its least control value: -infinity if it is undefined."""
+    u = np.empty((3, 3))
+    for p in range(controls.shape[0]):
+        for o in range(9):
+            q = controls[p, o]
+            u[o // 3, o % 3] = first[q] + second[q]
+        least = math.inf
+        for b in range(3):
+            for a in range(3):
+                value = 0.25 * (u[1, 1] + u[1, a] + u[b, 1] + u[b, a])
+                least = min(least, value) if value == value else -math.inf  # noqa: PLR0124 - not a number
+                if least == -math.inf:
+                    break
+            if least == -math.inf:
+                break
+        out[p] = least

@@ -21,6 +21,10 @@ from cgla_graph.model.risk_raster import raster_array
 
 #: Least scale that the equation is solved with; only places beyond the map, where nothing is proven, are below it.
 LEAST_TO_SOLVE_FOR = 1e-3
+#: On a map so large that its least scale is below this, only the geodesic is a bound.
+LEAST_SCALE = 0.05
+#: There is no bound where rounding would lower it by more than this factor.
+LEAST_SHRINK = 0.99
 
 
 def cost_bounds(problem: Problem, mesh: SplineMesh) -> FloatArray:
@@ -110,6 +114,22 @@ def least_scale(problem: Problem, reach: float | None = None) -> float:
         x_min, y_min, x_max, y_max = problem.bounds
         reach = math.hypot(max(-x_min, x_max), max(-y_min, y_max))
     return float(problem.projection.scale(np.array(reach)))
+
+
+def rounding(problem: Problem) -> float:
+    """
+    Bound the relative rounding errors of a bound.
+
+    Each inequality is checked with some ten operations, and ``k F`` is off by a few ulps of ``k`` times the greatest
+    ``F`` for each threat, while ``c >= 1``. The risk of rasters is off by a few ulps of itself, and so of the cost. A
+    scale is off by a few ulps of 1, where ``c`` is at least the scale.
+    """
+    of_rasters = 16.0 * len(problem.field.rasters)
+    peaks = [threat.peak for threat in problem.field.threats]
+    # (weak threats add up to no more than their peaks, and an exponential is off by as many ulps as its exponent)
+    of_threats = min(sum(peaks), 1.0) * (len(peaks) + 4.0) - sum(peak * math.log(peak) for peak in peaks)
+    in_plane = float(2.0**-50 * (16.0 + of_rasters + problem.k * of_threats))
+    return in_plane if problem.projection is None else (in_plane + 2.0**-46) / max(least_scale(problem), LEAST_SCALE)
 
 
 def lower_by_scale(projection: LocalProjection, middles: FloatArray, reach: float, bounds: FloatArray) -> None:

@@ -83,6 +83,11 @@ MOST_WIDER, WIDER, AWAY, LOST_AT_END = 8.0, 1.4, 8, 0.6
 BOX, BOX_CELLS, BOX_AIM, LEAST_BOX = 2.5, 64, 1e-3, 2.0**-30
 #: On a grid of more cells than this, both bounds end as soon as one is good enough; on smaller ones, going on is cheap.
 LARGE = 250_000
+#: Cells along the longer side of the finest grid: on finer ones, differences of stored numbers have few digits left.
+MOST_ALONG = 2**17
+#: A grid that has to fit into the cells allowed is made coarser by this factor; it is at least so many times as fine as
+#: the one before.
+ROOM, LEAST_TIMES = 0.99, 1.25
 #: A raster is in line with the bounds of a problem within this part of a cell.
 IN_LINE = 1e-6
 
@@ -114,6 +119,42 @@ def next_grid(problem: Problem, last: tuple[int, int], times: float = 2.0) -> tu
     finer = in_line(problem, (round(times * last[0]), round(times * last[1])))
     # (the lines of a raster may leave no grid in between)
     return finer if finer[0] > last[0] and finer[1] > last[1] else in_line(problem, (2 * last[0], 2 * last[1]))
+
+
+def finer_grid(
+    problem: Problem, last: tuple[int, int], kept: WholeArray, times: float, max_cells: int
+) -> tuple[tuple[int, int], WholeArray]:
+    """
+    Lay a grid `times` as fine over the kept cells; a coarser one if it would have too many cells.
+
+    Returns
+    -------
+    last, runs
+        Its last node, and its cells (`cell_runs`); they may still be too many.
+
+    Examples
+    --------
+    >>> problem = Problem((0, 0), (1, 1))
+    >>> finer_grid(problem, (128, 128), cell_runs.rectangle((128, 128)), 2.0, 40_000)[0]
+    (197, 197)
+    """
+    finer = next_grid(problem, last, times)
+    runs = cell_runs.refined(kept, last, finer)
+    fits = ROOM * times * math.sqrt(max_cells / max(with_halo(problem, runs, finer), 1))
+    return finer_grid(problem, last, kept, fits, max_cells) if LEAST_TIMES <= fits < ROOM * times else (finer, runs)
+
+
+def with_halo(problem: Problem, runs: WholeArray, last: tuple[int, int]) -> int:
+    """
+    Count some cells and those around them that a mesh has as well.
+
+    Examples
+    --------
+    >>> with_halo(Problem((0, 0), (1, 1)), np.array([[64, 64, 65]]), (128, 128))
+    289
+    """
+    widened = cell_runs.clipped(cell_runs.dilated(runs, halo(problem, last)), last)
+    return int((widened[:, 2] - widened[:, 1]).sum())
 
 
 def in_line(problem: Problem, last: tuple[int, int]) -> tuple[int, int]:

@@ -56,7 +56,7 @@ import numpy as np
 from scipy.sparse import csgraph
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point, WholeArray
-from cgla_graph.certificate.certificate import LEAST_SHRINK
+from cgla_graph.certificate.costs import LEAST_SHRINK
 from cgla_graph.cost_to_go.cost_matrix import RESTRICTED, CostMatrix
 from cgla_graph.errors import GraphError
 from cgla_graph.model.clearance import closed_area

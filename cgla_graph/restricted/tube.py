@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray, WholeArray
-from cgla_graph.certificate.certificate import rounding
+from cgla_graph.certificate.costs import rounding
 from cgla_graph.certificate.subsolution import Level, Subsolution, first_grid, next_grid
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent

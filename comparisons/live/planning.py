@@ -8,7 +8,8 @@ import numpy as np
 
 from cgla_graph._text import json_number
 from cgla_graph._types import FloatArray, WholeArray
-from cgla_graph.certificate.certificate import LEAST_SHRINK, Grid, load_kernels, prove, rounding
+from cgla_graph.certificate.certificate import Grid, load_kernels, prove
+from cgla_graph.certificate.costs import LEAST_SHRINK, rounding
 from cgla_graph.certificate.subsolution import Level, first_grid
 from cgla_graph.comparisons.live.areas import as_flat
 from cgla_graph.comparisons.live.draft import Draft, LiveMap, unwarned

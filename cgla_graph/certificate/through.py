@@ -1,0 +1,452 @@
+"""
+Lower bounds of all paths through each place: what no path costs less than if it passes there.
+
+**Statement.** Let ``T`` and ``S`` be the bounds of the cost to the goal and to the start, on one grid (`subsolution`).
+A path through ``x`` is a path from the start to ``x``, and one from ``x`` to the goal. It costs at least ``S(x) +
+T(x)``, if ``T(x)`` bounds **all** of its second part, and ``S(x)`` all of its first part.
+
+**Charges.** They do, with all charges taken off. Follow a path from ``x`` to the goal. Let it meet the blocks and steep
+cells ``B_1, B_2, ...`` in the order of its first entries, each after its last exit from the one before. Between them
+phi falls by no more than the path costs; in ``B_i``, from the first entry to the last exit, by no more than that and
+the charge of ``B_i``. So the path costs at least ``phi(x) - phi(y)`` up to the rim of the goal's block, less at most
+**one** charge for each block, wherever ``x`` is. `Subsolution.values` are lower by the sum of all charges. That is why
+a sum of two values bounds a whole path, while the *difference* of two values bounds nothing: of ``phi(a) - phi(b)``
+along a segment the charges cancel out, although the segment may owe some. The sum owes the charges of both surfaces: a
+block that a path meets before ``x`` and after ``x`` counts twice.
+
+**Inside of blocks** a spline is no bound.
+
+- *In a block around a corner*, a path from ``x`` to the goal leaves the block for the first time at a point ``b`` of
+  its rim. Up to there it costs at least ``m |x - b|``, where ``m`` is the least cost in the block; and from there at
+  least ``T(b)``, also if it comes back. So the least ``m |x - b| + T(b)`` over the rim is a bound.
+- *In the block of an end*, the formula of `tips` bounds the cost to this end, and the other spline the rest. Where both
+  ends have the cell in their blocks, both formulas do.
+- Everywhere, no path is shorter than the two straight lines from ``x`` to the ends.
+
+**The tube.** On a grid that covers a part of the map, the sum bounds the paths inside that part. If each path that
+leaves it costs at least a limit, the lesser of sum and limit is a bound for all paths.
+
+On a map of the Earth the bounds count on the Earth, as that of `certificate` does.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import ndimage
+
+from cgla_graph._types import Bounds, FloatArray, Point, WholeArray
+from cgla_graph._validate import point_array, positive_number
+from cgla_graph.certificate import certificate_kernels, corner_kernels
+from cgla_graph.certificate.corners import CornerBlock
+from cgla_graph.certificate.costs import LEAST_SCALE, LEAST_SHRINK, least_scale, rounding
+from cgla_graph.certificate.subsolution import (
+    MOST_ALONG,
+    Block,
+    Level,
+    Subsolution,
+    finer_grid,
+    first_grid,
+    with_halo,
+)
+from cgla_graph.eikonal import cell_runs
+from cgla_graph.eikonal.marching import descent
+from cgla_graph.eikonal.mesh import bezier_values
+from cgla_graph.errors import ProblemError
+from cgla_graph.model.earth import GEODESIC_ERROR
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, TOLERANCE
+from cgla_graph.refine.refine import refine_path
+
+#: Cells of a grid, at most, by default.
+MOST_CELLS = 500_000
+#: As in a proof: gains that do not pay for another round; and what is lost at an end or a corner before a finer grid is
+#: laid there, as a part of the gap.
+FRACTION, WORTH = 0.05, 0.05
+#: Rounding of straight lines, relative to their length, and of places, relative to the greatest coordinate.
+ROUNDED, PLACED = 2.0**-46, 2.0**-48
+
+
+@dataclass(frozen=True, eq=False)
+class Through:
+    """
+    Proven lower bounds of all paths through each place, on the cells of one grid.
+
+    Attributes
+    ----------
+    problem
+        The problem.
+    last
+        Column and row of the last node of the grid, the upper right corner of the bounds. The cell of a node is the
+        rectangle of one step around it, as far as it is inside the bounds.
+    columns, rows
+        The cell of each piece that is listed, shapes ``(m,)``. Where areas cut a cell, it may have several pieces.
+    least
+        No path through a point of the piece costs less, shape ``(m,)``, map units; on a map in degrees, on the Earth.
+    limit
+        No path through a cell that is not listed costs less; infinite if the whole map is listed.
+    lower_bound
+        No path costs less; infinite if there is no path.
+    path
+        The best path known, shape ``(n, 2)``; None if none is known.
+    upper_bound
+        Its cost; infinite if none is known.
+    cells
+        Cells of the grid, those of its rim included.
+    """
+
+    problem: Problem
+    last: tuple[int, int]
+    columns: WholeArray
+    rows: WholeArray
+    least: FloatArray
+    limit: float
+    lower_bound: float
+    path: FloatArray | None
+    upper_bound: float
+    cells: int
+
+    def on_cells(self) -> FloatArray:
+        """
+        Lay the bounds out over the map, the least of the pieces of each cell.
+
+        Returns
+        -------
+        least
+            Shape ``(last[1] + 1, last[0] + 1)``: `limit` where no piece is listed, at most.
+        """
+        found = np.full((self.last[1] + 1, self.last[0] + 1), self.limit)
+        np.minimum.at(found, (self.rows, self.columns), self.least)
+        return found
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Distances of neighbouring nodes along x and y, map units."""
+        x_min, y_min, x_max, y_max = self.problem.bounds
+        return (x_max - x_min) / self.last[0], (y_max - y_min) / self.last[1]
+
+
+def bounds_through(
+    problem: Problem,
+    *,
+    limit: float = math.inf,
+    last: tuple[int, int] | None = None,
+    path: ArrayLike | None = None,
+    tolerance: float = TOLERANCE,
+    max_cells: int = MOST_CELLS,
+) -> Through:
+    """
+    Bound the cost of all paths through each place of a map.
+
+    Parameters
+    ----------
+    problem
+        The problem; its no-fly area counts, and its clearance.
+    limit
+        Only places through which a path may cost less are of interest: grids are refined there. Infinite: everywhere.
+    last
+        Column and row of the last node of the grid, the last one that is laid. With an infinite limit, it is the only
+        one. None: grids are refined until the gap is within the tolerance, or the next one would have too many cells.
+    path
+        A feasible path from start to goal, shape ``(n, 2)``. None: a refined descent of the first grid.
+    tolerance
+        Of the gap, ``upper_bound / lower_bound - 1``.
+    max_cells
+        Cells of a grid, at most, those of its rim included.
+
+    Returns
+    -------
+    bounds
+        On the last grid.
+
+    Raises
+    ------
+    ProblemError
+        If a setting is out of range, the path is not feasible, there is no bound (peaks above 1), or the grid `last`
+        has too many cells.
+
+    Examples
+    --------
+    >>> around = bounds_through(Problem((0.1, 0.5), (0.9, 0.5)), last=(100, 100))
+    >>> around.least[(around.rows == 80) & (around.columns == 50)].round(2).tolist()
+    [0.99]
+    >>> round(2 * math.hypot(0.4, 0.3), 2), bool(around.on_cells().min() <= 0.8)
+    (1.0, True)
+    """
+    positive_number("tolerance", tolerance)
+    found: Through | None = None
+    for found in refined_bounds(problem, limit=limit, last=last, path=path, tolerance=tolerance, max_cells=max_cells):
+        if last is None and found.upper_bound <= found.lower_bound * (1.0 + tolerance):
+            break
+    if found is None:
+        msg = f"max_cells is {max_cells}, which the first grid exceeds; allow more cells, or give a coarser `last`"
+        raise ProblemError(msg)
+    return found
+
+
+def refined_bounds(
+    problem: Problem,
+    *,
+    limit: float = math.inf,
+    last: tuple[int, int] | None = None,
+    path: ArrayLike | None = None,
+    tolerance: float = TOLERANCE,
+    max_cells: int = MOST_CELLS,
+) -> Iterator[Through]:
+    """
+    Bound the cost of all paths through each place, on finer and finer grids; see `bounds_through`.
+
+    Each grid covers what the one before lists. Its limit and path are the same.
+
+    Yields
+    ------
+    bounds
+        On each grid, as long as it has at most `max_cells` cells.
+
+    Raises
+    ------
+    ProblemError
+        As `bounds_through`.
+
+    Examples
+    --------
+    >>> grids = refined_bounds(Problem((0.1, 0.5), (0.9, 0.5)), limit=0.81, max_cells=20_000)
+    >>> [(one.last[0], len(one.least) < one.cells) for one in grids][:2]
+    [(128, True), (256, True)]
+    """
+    if not problem.field.is_proper:
+        msg = f"no bound: {NEGATIVE_WEIGHTS}"
+        raise ProblemError(msg)
+    waypoints, cost = _given(problem, path)
+    closed = problem.relaxed()
+    grid = last if last is not None and math.isinf(limit) else first_grid(problem)
+    grid = grid if last is None else (min(grid[0], last[0]), min(grid[1], last[1]))
+    runs, best = cell_runs.rectangle(grid), problem.least_length * (1.0 - 2.0**-50)
+    shrink, less = 1.0 - rounding(problem), _off_on_earth(problem)
+    while with_halo(problem, runs, grid) <= max_cells and max(grid) <= MOST_ALONG:
+        missing = min(cost - best, best)
+        level = Level.lay(closed, grid, runs, max(FRACTION * tolerance * best, WORTH * missing), waypoints)
+        pair = level.both(FRACTION * tolerance, charge=True, known=cost)
+        if pair is None:
+            # no path stays inside the cells of this grid
+            none, no_cells = np.empty(0), np.empty(0, dtype=np.int32)
+            bound = min(limit, cost)
+            yield Through(problem, grid, no_cells, no_cells, none, limit, bound, waypoints, cost, len(level.bounds))
+            return
+        if waypoints is None:
+            waypoints, cost = _descended(problem, level, pair[0])
+        mesh = level.mesh
+        least = _straight(problem, np.column_stack([mesh.columns, mesh.rows]), mesh.origin, mesh.spacing)
+        if shrink >= LEAST_SHRINK and least_scale(problem) >= LEAST_SCALE:
+            best = max(best, min(max(one.bound for one in pair) * shrink - less, limit, cost))
+            least = np.maximum(least, least_through(level, *pair) * shrink - 2.0 * less)
+        least = np.minimum(np.maximum(least, best), limit)
+        keep = mesh.matters & ~(least >= limit)
+        columns, rows = mesh.columns[keep], mesh.rows[keep]
+        yield Through(problem, grid, columns, rows, least[keep], limit, best, waypoints, cost, len(mesh.columns))
+        if grid == last or not keep.any():
+            return
+        grid, runs = finer_grid(problem, grid, cell_runs.runs_of(columns, rows), 2.0, max_cells)
+        if last is not None and (grid[0] > last[0] or grid[1] > last[1]):
+            runs = cell_runs.refined(cell_runs.runs_of(columns, rows), mesh.last, last)
+            grid = last
+
+
+def _off_on_earth(problem: Problem) -> float:
+    """Return what a length on the Earth may be off by, map units."""
+    return 0.0 if problem.projection is None else GEODESIC_ERROR
+
+
+def _given(problem: Problem, path: ArrayLike | None) -> tuple[FloatArray | None, float]:
+    """Check a path; return it, read-only, and its cost."""
+    if path is None:
+        return None, math.inf
+    waypoints = np.array(point_array("path", path))
+    judged = problem.evaluate(waypoints)
+    if judged.violations or tuple(waypoints[0]) != problem.start or tuple(waypoints[-1]) != problem.goal:
+        why = judged.violations[0] if judged.violations else "it does not join start and goal"
+        msg = f"the path that bounds are compared with is not feasible: {why}; give a feasible one, or none"
+        raise ProblemError(msg)
+    waypoints.flags.writeable = False
+    return waypoints, judged.cost
+
+
+def _descended(problem: Problem, level: Level, to_goal: Subsolution) -> tuple[FloatArray | None, float]:
+    """Find a path by descending the costs-to-go, and its cost; None and infinity if that leads nowhere."""
+    path = descent(problem, level.mesh, to_goal.values, radius=level.reach + 1.0)
+    if not len(path):
+        return None, math.inf
+    found = np.array(refine_path(problem, path).path)
+    judged = problem.evaluate(found)
+    if not judged.feasible:
+        return None, math.inf
+    found.flags.writeable = False
+    return found, judged.cost
+
+
+def _straight(problem: Problem, cells: WholeArray, origin: Point, spacing: tuple[float, float]) -> FloatArray:
+    """
+    Bound the length of all paths through cells by straight lines from the ends.
+
+    The sum of the two distances is convex: it is nowhere below its tangent in the middle of a cell.
+    """
+    middles = cells * np.array(spacing) + origin
+    length, slopes = np.zeros(len(cells)), np.zeros((len(cells), 2))
+    for end in (problem.start, problem.goal):
+        away = middles - end
+        far = np.hypot(*away.T)
+        length += far
+        slopes += away / np.maximum(far, 1e-300)[:, None]
+    least = length - 0.5 * np.abs(slopes) @ spacing
+    off = PLACED * float(np.abs(problem.bounds).max()) * 4.0
+    return np.asarray(least_scale(problem) * (least * (1.0 - ROUNDED) - off)) - 2.0 * _off_on_earth(problem)
+
+
+def least_through(level: Level, to_goal: Subsolution, to_start: Subsolution) -> FloatArray:
+    """
+    Bound the cost of all paths through each piece of a grid, that stay on its cells, without rounding.
+
+    Parameters
+    ----------
+    level
+        The grid.
+    to_goal, to_start
+        Its bounds.
+
+    Returns
+    -------
+    least
+        Shape ``(m,)``, map units; minus infinity where nothing is known. Pieces that do not matter have no bound.
+
+    Examples
+    --------
+    >>> level = Level.lay(Problem((0.1, 0.5), (0.9, 0.5)), (64, 64), cell_runs.rectangle((64, 64)))
+    >>> least = least_through(level, *level.both(0.01))
+    >>> bool(0.79 < least[level.mesh.matters].min() <= 0.8 * (1.0 + 1e-9))
+    True
+    """
+    mesh = level.mesh
+    least = np.empty(len(mesh.columns))
+    certificate_kernels.least_sums(to_goal.values, to_start.values, mesh.controls, least)
+    blocks = {id(one): one for one in (*to_goal.corners, *to_start.corners)}.values()
+    for corner in blocks:
+        least[corner.pieces] = sum(
+            _in_corner(level, corner, one) if corner in one.corners else _lowest(level, one, corner.pieces)
+            for one in (to_goal, to_start)
+        )
+    for block, other in ((level.start_block, to_goal), (level.goal_block, to_start)):
+        pieces = np.flatnonzero(mesh.matters & block.holds)
+        least[pieces] = _in_block(level, block, other, pieces)
+    both = np.flatnonzero(mesh.matters & level.start_block.holds & level.goal_block.holds)
+    least[both] = sum(_to_end(level, block, both) for block in (level.start_block, level.goal_block))
+    return np.where(np.isnan(least), -math.inf, least)
+
+
+def _lowest(level: Level, one: Subsolution, pieces: WholeArray) -> FloatArray:
+    """Bound a spline from below on pieces."""
+    least = np.empty(len(pieces))
+    certificate_kernels.least_sums(one.values, np.zeros_like(one.values), level.mesh.controls[pieces], least)
+    return least
+
+
+def _in_corner(level: Level, corner: CornerBlock, one: Subsolution) -> FloatArray:
+    """Bound the cost to an end from the pieces of a block around a corner: across its rim."""
+    mesh = level.mesh
+    curves = np.empty((len(corner.rim), 3))
+    corner_kernels.curves(corner.places, corner.rim, mesh.controls, one.values, curves)
+    at_rim = np.where(np.isnan(curves), -math.inf, curves).min(axis=1, initial=math.inf)
+    middles = np.column_stack([mesh.columns[corner.rim], mesh.rows[corner.rim]])
+    ends = np.tile(middles, 2) + corner.places
+    low, high = np.minimum(ends[:, :2], ends[:, 2:]), np.maximum(ends[:, :2], ends[:, 2:])
+    cells = np.column_stack([mesh.columns[corner.pieces], mesh.rows[corner.pieces]])[:, None, :]
+    apart = np.maximum(np.maximum(low - (cells + 0.5), (cells - 0.5) - high), 0.0)
+    away = np.hypot(apart[..., 0] * mesh.spacing[0], apart[..., 1] * mesh.spacing[1])
+    cost = float(level.bounds[corner.pieces][:, :, certificate_kernels.LEAST].min())
+    return np.asarray((at_rim + max(cost, 0.0) * away).min(axis=1, initial=math.inf))
+
+
+def _to_end(level: Level, block: Block, pieces: WholeArray) -> FloatArray:
+    """Bound the cost to an end from pieces of its block, by its distance."""
+    mesh = level.mesh
+    away = np.hypot(*(mesh.node_points[mesh.controls[pieces, 4]] - block.end).T) - 0.5 * math.hypot(*mesh.spacing)
+    return np.asarray(block.formula.least_cost * np.maximum(away, 0.0))
+
+
+def _in_block(level: Level, block: Block, other: Subsolution, pieces: WholeArray) -> FloatArray:
+    """
+    Bound the cost of all paths through pieces of the block of an end: by its formula, and the spline to the other end.
+
+    The formula is above its tangent in the middle of a cell, less what its second derivatives can take away
+    (`certificate_kernels.rim_excess`), so that the sum of tangent and spline is bounded by its control values.
+    """
+    mesh, (cost, gx, gy, beta) = level.mesh, block.formula.numbers.tolist()
+    spline = bezier_values(other.values, mesh.controls[pieces])
+    least = spline.min(axis=(1, 2)) + _to_end(level, block, pieces)
+    dx, dy = (mesh.node_points[mesh.controls[pieces, 4]] - block.end).T
+    r, half = np.hypot(dx, dy), 0.5 * math.hypot(*mesh.spacing)
+    far = r > ROUNDED * half
+    safe, along = np.where(far, r, 1.0), gx * dx + gy * dy
+    radial = (cost + 0.5 * along) / safe - beta * safe
+    slope_x, slope_y = (radial * d + 0.5 * safe * g for d, g in ((dx, gx), (dy, gy)))
+    step = np.array([-0.5, 0.0, 0.5])
+    rises = slope_x * mesh.spacing[0], slope_y * mesh.spacing[1]
+    plane = rises[1][:, None, None] * step[:, None] + rises[0][:, None, None] * step
+    height = cost * r + 0.5 * r * along - beta * r**3 / 3.0
+    bend = 1.5 * math.hypot(gx, gy) + 3.0 * beta * (r + half)
+    by_tangent = (spline + plane).min(axis=(1, 2)) + height - 0.5 * bend * half**2
+    return np.asarray(np.where(far, np.fmax(least, by_tangent), least))
+
+
+def bottleneck(least: FloatArray, bounds: Bounds, start: Point, goal: Point) -> float:
+    """
+    Turn bounds of all paths through each cell into one of all paths: each has to pass somewhere.
+
+    A path leads over cells each of which touches the next, perhaps in a corner. If every path through a cell costs at
+    least its number, then the path costs at least the greatest number among these.
+
+    Parameters
+    ----------
+    least
+        Bound of every path through each cell of a grid, as `Through.on_cells` gives it, shape ``(rows, columns)``.
+    bounds
+        Of the map: the middles of the first and the last cell are its corners.
+    start, goal
+        The ends.
+
+    Returns
+    -------
+    bound
+        The least, over all chains of touching cells from start to goal, of the greatest number on the chain.
+
+    Raises
+    ------
+    ProblemError
+        If an end is outside the bounds.
+
+    Examples
+    --------
+    >>> wall = np.array([[0.0, 5.0, 0.0], [0.0, 3.0, 0.0], [0.0, 4.0, 0.0]])
+    >>> bottleneck(wall, (0, 0, 2, 2), (0, 0), (2, 0))
+    3.0
+    """
+    rows, columns = least.shape
+    low, size = np.array(bounds[:2]), np.subtract(bounds[2:], bounds[:2])
+    ends = []
+    for end in (start, goal):
+        column, row = np.rint((np.array(end) - low) / size * (columns - 1, rows - 1)).astype(int).tolist()
+        if not (0 <= column < columns and 0 <= row < rows):
+            msg = f"{end} is outside the bounds {bounds}; give an end inside"
+            raise ProblemError(msg)
+        ends.append((row, column))
+    values = np.unique(least)
+    around = np.ones((3, 3))
+    # (with the greatest number, all cells are in one piece)
+    few, enough = 0, len(values) - 1
+    while few < enough:
+        middle = (few + enough) // 2
+        pieces, _ = ndimage.label(least <= values[middle], around)
+        one, other = (int(pieces[end]) for end in ends)
+        few, enough = (few, middle) if one == other != 0 else (middle + 1, enough)
+    return float(values[enough])
