@@ -120,7 +120,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "lower_bound": (cg.lower_bound, {"problem": None, "tolerance": 0.5, "path": STRAIGHT.path, "max_cells": 20_000}),
     "save_proof": (cg.save_proof, {"problem": PROBLEM, "file": "one.proof", "path": STRAIGHT.path, "tolerance": 0.9}),
     "verify_proof": (cg.verify_proof, {"file": "one.proof", "problem": PROBLEM}),
-    "pareto": (cg.pareto, {"problem": None, "solver": "cgla", "resolution": 3, "max_points": 3, "k_max": None}),
+    "pareto": (
+        cg.pareto,
+        {"problem": None, "solver": "cgla", "resolution": 3, "max_points": 3, "k_max": None, "proven": False},
+    ),
     "plan_within_risk": (cg.plan_within_risk, {"problem": None, "max_risk": 1.0, "solver": "cgla", "resolution": 3}),
     "plan_within_length": (cg.plan_within_length, {"problem": None, "max_length": 3.0, "solver": "cgla"}),
     "plan_within_energy": (

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -11,13 +11,16 @@ from cgla_graph.comparisons.cli.options import (
     AircraftOptions,
     CorridorOption,
     MapOptions,
+    Number,
     OutputOptions,
     RasterOptions,
     ScenarioArg,
     SolverOption,
     ZoneOptions,
     open_map,
+    option,
 )
+from cgla_graph.errors import ProblemError
 
 if TYPE_CHECKING:
     from cgla_graph.comparisons.study.entrant import Entrant
@@ -42,16 +45,22 @@ def pareto(
     aircraft: AircraftOptions,
     solver: SolverOption = "hybrid",
     corridor: CorridorOption = None,
+    proven: Annotated[bool, option("--proven", "prove for every k how much better any path may be")] = False,
+    k_max: Annotated[Number, option("--k-max K", "greatest k (default: 1000 with --proven, else chosen)")] = None,
 ) -> None:
     """
     Show how length grows as risk falls, and the k of each trade-off.
 
     Prints the paths that are cheapest for some k, with the range of k of each; with --out, writes a table of them,
     their waypoints and a picture (NAME-SOLVER-pareto….*). With --solver cgla these are all such paths of the lattice.
+    With --proven, says how much cheaper any path inside the bounds of the map may be, for every k from 0 to --k-max.
     With --corridor W, shows the cost of each limit of the density under a corridor instead (NAME-SOLVER-density.csv).
     """
     from cgla_graph.comparisons.study.options import is_raster, read_entrant
 
+    if corridor is not None and (proven or k_max is not None):
+        msg = "--corridor has a front over limits of the density; leave out --proven and --k-max"
+        raise ProblemError(msg)
     entrant = read_entrant(solver)
     # a raster has no weight, and the front is over all weights
     k = 1.0 if maps.k is None and corridor is None and all(map(is_raster, scenario)) else None
@@ -59,7 +68,9 @@ def pareto(
     kinds, folder = output.pictures("png"), output.folder()
     zoned = zones.report([opened], as_json=output.as_json)
     with console.running_solvers():
-        answer = _of_weights(opened, entrant) if corridor is None else _of_limits(opened, entrant, corridor)
+        answer = (
+            _of_weights(opened, entrant, proven, k_max) if corridor is None else _of_limits(opened, entrant, corridor)
+        )
     written = answer.write(folder, kinds) if folder else []
     if output.as_json:
         names = {"scenario": opened.name, "solver": entrant.label}
@@ -71,7 +82,7 @@ def pareto(
         raise typer.Exit(console.MISSING)
 
 
-def _of_weights(scenario: "Scenario", entrant: "Entrant") -> _Answer:
+def _of_weights(scenario: "Scenario", entrant: "Entrant", proven: bool, k_max: float | None) -> _Answer:
     """Find the front of length against risk, by `cgla_graph.pareto`."""
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.tables import fronts
@@ -80,7 +91,7 @@ def _of_weights(scenario: "Scenario", entrant: "Entrant") -> _Answer:
     from cgla_graph.solvers.trade_off.pareto import pareto as front_of
 
     chosen = registry.get(entrant.name, **entrant.settings_on(scenario))
-    front = front_of(scenario.problem, solver=chosen, resolution=scenario.lattice)
+    front = front_of(scenario.problem, solver=chosen, resolution=scenario.lattice, proven=proven, k_max=k_max)
     document = {**front.document(), "unit_of_risk": risk_unit(scenario.problem.field)}
 
     def show() -> None:
@@ -98,7 +109,8 @@ def _of_weights(scenario: "Scenario", entrant: "Entrant") -> _Answer:
         if not front.points:
             return []
         stem = files.stem_of(folder, scenario, entrant.label, "pareto")
-        table = fronts.csv_of_documents(document["points"], fronts.COLUMNS)
+        columns = (*fronts.COLUMNS, *(fronts.PROVEN_COLUMNS if proven else ()))
+        table = fronts.csv_of_documents(document["points"], columns)
         return [
             files.write_text(stem.with_name(f"{stem.name}.csv"), table),
             files.write_text(stem.with_name(f"{stem.name}-paths.csv"), fronts.waypoints_csv(scenario, front)),

@@ -17,7 +17,7 @@ from cgla_graph.plots.map import BaseMap, map_figure
 from cgla_graph.plots.page import Part, arrange, plain, style
 from cgla_graph.plots.scene import TitledProblem, cost_unit, draw_mark, unit_scale
 from cgla_graph.scenarios.scenario import Scenario
-from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
+from cgla_graph.solvers.trade_off.front import Front, FrontPoint
 
 _SIZE = (3.6, 3.2)  # inches: the plot of risk against length
 _BAR = 0.13  # inches: thickness of the colour bar

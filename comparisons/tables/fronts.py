@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph._text import figure, percent
+from cgla_graph._text import at_most, counted, figure, percent
 from cgla_graph.comparisons import files
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
@@ -15,12 +15,14 @@ from cgla_graph.people.below import held_against
 from cgla_graph.people.units import risk_unit
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.trade_off.density import DensityPoint
-from cgla_graph.solvers.trade_off.pareto import Front
+from cgla_graph.solvers.trade_off.front import Front
 
 #: The columns of the waypoints of a front.
 PATH_COLUMNS = ("path", "x", "y", "longitude", "latitude")
 #: The columns of `pareto.csv`: a point's range of weights (empty: without end), and the path's numbers.
 COLUMNS = ("k_low", "k_high", "k", "length", "risk", "cost", "waypoints")
+#: Further columns of a front with a proof: the bound under `k`, and the greatest gap from `k_low` to `k_high`.
+PROVEN_COLUMNS = ("lower_bound", "gap")
 #: The columns of `density.csv`: the limit, whether a path was found or there is proven to be none, and its numbers.
 DENSITY_COLUMNS = ("max_density", "status", "no_path", "cost", "length", "risk", "gap")
 
@@ -29,7 +31,8 @@ def front_table(scenario: Scenario, entrant: Entrant, front: Front) -> FittedTab
     """Show a front: a line a path, the shortest first; the knee has a star."""
     unit = "m" if scenario.projection else "map units"
     title = f"{scenario.full_title} ({entrant.label}, lengths in {unit})"
-    heads = ("k from", "to", "length", "longer", "risk", "less risk", "knee")
+    proven = front.bounds is not None
+    heads = ("k from", "to", "length", "longer", "risk", "less risk", *(["gap"] if proven else []), "knee")
     first = front.points[0]
     rows: list[Sequence[str]] = [
         [
@@ -39,19 +42,40 @@ def front_table(scenario: Scenario, entrant: Entrant, front: Front) -> FittedTab
             percent(point.length / first.length - 1.0) if first.length else "-",
             figure(point.risk, 4),
             percent(point.risk / first.risk - 1.0) if first.risk else "-",
+            *([at_most(front.gap_of(point))] if proven else []),
             "*" if point is front.knee else "",
         ]
         for point in front
     ]
     what = "proven on the lattice" if front.status.label == "optimal" else "if the solver's paths are the best"
-    note = (
-        f"{len(front)} paths by {front.n_solves} solves, k up to {figure(front.k_max, 4)}; between them, no path is "
-        f"cheaper by more than {100.0 * front.error:.2g} %: {what}"
-    )
+    solves = f"{len(front)} paths by {front.n_solves} solves, k up to {figure(front.k_max, 4)}"
+    note = f"{solves}; between them, no path is cheaper by more than {100.0 * front.error:.2g} %: {what}"
+    if proven:
+        note = proven_note(front)
     flat = distortion_note(scenario.projection, [point.path for point in front])
     unit_of_risk = risk_unit(scenario.problem.field)
-    notes = [note, *([f"risk in {unit_of_risk}"] if unit_of_risk else []), *([flat] if flat else [])]
-    return FittedTable(title, (), heads, ("less risk", "longer", "knee"), notes, rows)
+    notes = [
+        proven_note(front) if proven else note,
+        *([f"risk in {unit_of_risk}"] if unit_of_risk else []),
+        *([flat] if flat else []),
+    ]
+    return FittedTable(title, (), heads, ("less risk", "longer", "knee", "gap"), notes, rows)
+
+
+def proven_note(front: Front) -> str:
+    """
+    State in one sentence what is proven of a front.
+
+    Examples
+    --------
+    >>> import cgla_graph as cg
+    >>> proven_note(cg.pareto(cg.Problem((0, 0), (1, 0)), proven=True))
+    '1 path; for every k from 0 to 1000, the cheapest one costs at most 0.00 % more than the best possible: 1 proof'
+    """
+    proofs = counted(0 if front.bounds is None else len(front.bounds.weights), "proof")
+    what = f"for every k from 0 to {figure(front.k_max, 4)}, the cheapest one costs at most {at_most(front.gap)} more"
+    said = f"{counted(len(front), 'path')}; {what} than the best possible: {proofs}"
+    return "; ".join(filter(None, [said, front.message]))
 
 
 def density_table(scenario: Scenario, entrant: Entrant, corridor: float, front: Sequence[DensityPoint]) -> FittedTable:

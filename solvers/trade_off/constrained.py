@@ -17,8 +17,9 @@ from cgla_graph.model.problem import Evaluation, Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.model.solver import Solver
 from cgla_graph.refine.refine import refine_path
+from cgla_graph.solvers.trade_off.front import ROUNDING, chord_weight, is_risk_free
 from cgla_graph.solvers.trade_off.label_search import constrained_path
-from cgla_graph.solvers.trade_off.pareto import ROUNDING, chord_weight, growing_weights, is_risk_free
+from cgla_graph.solvers.trade_off.pareto import growing_weights
 from cgla_graph.solvers.trade_off.plan_within import PlanWithin, Scope
 from cgla_graph.solvers.trade_off.reweighing import Reweighed
 

@@ -16,7 +16,7 @@ from cgla_graph.model.problem import Problem, problem_wanted
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Solver
 from cgla_graph.solvers.trade_off.constrained import plan_within_length
-from cgla_graph.solvers.trade_off.pareto import ROUNDING
+from cgla_graph.solvers.trade_off.front import ROUNDING
 from cgla_graph.solvers.trade_off.plan_within import PlanWithin
 from cgla_graph.solvers.trade_off.reweighing import Reweighed
 

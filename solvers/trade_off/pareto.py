@@ -8,168 +8,32 @@ each path bounds it from above by a line, and each exact solve gives one of its 
 
 import dataclasses
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from cgla_graph._progress import Tell, showing
-from cgla_graph._text import ShortRepr, json_number
-from cgla_graph._types import FloatArray
-from cgla_graph._validate import non_negative_number, positive_number
-from cgla_graph.errors import ProblemError
+from cgla_graph._validate import non_negative_number, positive_number, truth_value
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Evaluation, Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.model.solver import Solver
 from cgla_graph.solvers.base import Whole
+from cgla_graph.solvers.continuous.hybrid import Hybrid
+from cgla_graph.solvers.trade_off.front import ROUNDING, Front, is_risk_free, lower_hull, points_of
+from cgla_graph.solvers.trade_off.proven_front import ProvenSearch
 from cgla_graph.solvers.trade_off.reweighing import Reweighed
+from cgla_graph.solvers.trade_off.weight_bounds import WeightBounds
 
-#: Relative differences of length and risk below this are rounding.
-ROUNDING = 1e-12
-#: Risk per unit length below this is none: line integrals are not more exact.
-NO_RISK = 1e-10
 #: How much a front may cost above the best by default, relative to the cost, where no lattice is exact.
 TOLERANCE = 1e-3
+#: The same where it is proven, and the greatest weight then.
+TOLERANCE_OF_PROOF, MOST_WEIGHT = 0.005, 1000.0
 #: Factor of the risk weight on the way to the end of least risk, and the most steps.
 GROWTH, MOST_GROWTHS = 10.0, 6
 #: The front ends where a step lowers the risk by no more than this, relative to the shortest path's.
 LEAST_RISK = 1e-3
-
-
-@dataclass(frozen=True, eq=False)
-class FrontPoint(ShortRepr):
-    """
-    A path of the front, and the risk weights for which no other found path is cheaper.
-
-    Attributes
-    ----------
-    k_low, k_high
-        The range of weights; the last path's `k_high` is infinite if it has no risk, else the greatest weight tried.
-    k
-        A weight in that range: the one that the path was found with, if it is in the range.
-    solution
-        The path, judged under that weight.
-    """
-
-    k_low: float
-    k_high: float
-    k: float
-    solution: Solution
-
-    @property
-    def length(self) -> float:
-        """Its length, map units."""
-        return self.solution.length
-
-    @property
-    def risk(self) -> float:
-        """The line integral of the risk field along it."""
-        return self.solution.risk
-
-    @property
-    def cost(self) -> float:
-        """``length + k * risk``, map units."""
-        return self.solution.cost
-
-    @property
-    def path(self) -> FloatArray:
-        """Its waypoints, shape ``(m, 2)``, map units."""
-        return self.solution.path
-
-    def document(self) -> dict[str, Any]:
-        """Return it as JSON; a range of weights without end has no `k_high`."""
-        return {
-            "k_low": self.k_low,
-            "k_high": json_number(self.k_high),
-            "k": self.k,
-            "length": self.length,
-            "risk": self.risk,
-            "cost": self.cost,
-            "waypoints": len(self.path),
-            "path": self.path.tolist(),
-        }
-
-
-@dataclass(frozen=True, eq=False)
-class Front(ShortRepr):
-    """
-    The front: along `points`, risk falls, and length and risk weight rise.
-
-    Attributes
-    ----------
-    points
-        From the shortest path on; empty if none was found.
-    status
-        ``OPTIMAL``: no path on the shared lattice is cheaper under any weight from 0 to `k_max`, but for `error`;
-        ``FOUND``: a solver without such a promise found these; else the reason why there is none.
-    error
-        The most that a path not among `points` may be cheaper, relative to the cost, under any weight from 0 to
-        `k_max`. Proven for ``OPTIMAL``; for ``FOUND`` it takes the solver's paths for optimal.
-    k_max
-        The greatest weight tried.
-    n_solves
-        Solver runs it took.
-    message
-        The reason if there is no path.
-    """
-
-    points: tuple[FrontPoint, ...]
-    status: Status
-    error: float = math.inf
-    k_max: float = 0.0
-    n_solves: int = 0
-    message: str = ""
-
-    def __len__(self) -> int:
-        """Count the points."""
-        return len(self.points)
-
-    def __iter__(self) -> Iterator[FrontPoint]:
-        """Go from the shortest path to the one of least risk."""
-        return iter(self.points)
-
-    def at(self, k: float) -> FrontPoint:
-        """
-        Return the cheapest path under a weight; beyond `k_max`, the one of least risk.
-
-        Raises
-        ------
-        ProblemError
-            If the front is empty, or `k` is no number of at least 0.
-        """
-        weight = non_negative_number("k", k)
-        if not self.points:
-            msg = f"the front is empty ({self.status.value}); there is no path to choose"
-            raise ProblemError(msg)
-        return next((point for point in self.points if weight <= point.k_high), self.points[-1])
-
-    def document(self) -> dict[str, Any]:
-        """Return all of it as JSON: the knee as the number of its point; numbers that are not finite are None."""
-        return {
-            "status": self.status.label,
-            "message": self.message,
-            "error": json_number(self.error),
-            "k_max": json_number(self.k_max),
-            "solves": self.n_solves,
-            "knee": None if self.knee is None else self.points.index(self.knee),
-            "points": [point.document() for point in self],
-        }
-
-    @property
-    def knee(self) -> FrontPoint | None:
-        """
-        The point farthest below the straight line between the two ends, both axes scaled to 1 (Das, 1999).
-
-        From there on, less risk costs more than its share of length. None for less than three points.
-        """
-        if len(self.points) < 3:  # noqa: PLR2004 - two ends and one between
-            return None
-        risk, length = np.array([(point.risk, point.length) for point in self.points]).T
-        depth = 1.0 - (risk - risk[-1]) / (risk[0] - risk[-1]) - (length - length[0]) / (length[-1] - length[0])
-        return self.points[int(np.argmax(depth))]
 
 
 def pareto(
@@ -180,6 +44,7 @@ def pareto(
     tolerance: float | None = None,
     max_points: int = 100,
     k_max: float | None = None,
+    proven: bool = False,
     **settings: Any,  # noqa: ANN401 - each solver has settings of its own
 ) -> Front:
     """
@@ -201,12 +66,16 @@ def pareto(
         For solvers that need a lattice, as in `solve`; graph solvers share it.
     tolerance
         End when no path can be cheaper than the front by more than this, relative to its cost. None: 0 with an
-        exact graph solver, so that the front is complete; 0.001 with others.
+        exact graph solver, so that the front is complete; 0.001 with others; 0.005 with `proven`.
     max_points
         End the search between the points once there are this many, at least 2; `Front.error` then bounds the loss.
     k_max
-        The greatest weight; None: grow it tenfold until that lowers the risk by no more than a thousandth of the
-        shortest path's.
+        The greatest weight; None: 1000 with `proven`; else grow it tenfold until that lowers the risk by no more than
+        a thousandth of the shortest path's.
+    proven
+        Whether to prove for every weight from 0 to `k_max` how much cheaper any path inside the bounds of the map may
+        be (`Front.bounds`, `Front.gap`). With `hybrid`, the front holds the paths that the proofs find as well; with
+        another solver only its own, and `tolerance` is that of the proofs.
     **settings
         Settings of a solver given by name.
 
@@ -230,6 +99,9 @@ def pareto(
     >>> [(round(point.k_low, 2), round(point.length, 3), round(point.risk, 3)) for point in front][:3]
     [(0.0, 1.0, 0.251), (0.55, 1.118, 0.036), (3.66, 1.207, 0.011)]
     """
+    truth_value("proven", proven)
+    if proven:
+        return _proven(problem, solver, resolution, tolerance, max_points, k_max, settings)
     reweighed = Reweighed(problem, solver, resolution=resolution, **settings)
     if tolerance is None:
         tolerance = 0.0 if reweighed.exact else TOLERANCE
@@ -252,12 +124,51 @@ def pareto(
                     break
         error = _refine(reweighed, tolerance, max_points, tell)
     status = Status.OPTIMAL if reweighed.exact else Status.FOUND
-    return Front(_points(reweighed), status, error, max(reweighed.solved), len(reweighed.solved))
+    k_max = max(reweighed.solved)
+    points = points_of(problem, reweighed.solved.items(), k_max)
+    return Front(points, status, error, k_max, len(reweighed.solved))
 
 
-def is_risk_free(solution: Solution | Evaluation) -> bool:
-    """Whether there is no more risk along a path than line integrals may be wrong by."""
-    return solution.risk <= NO_RISK * solution.length
+def _proven(
+    problem: Problem,
+    solver: str | Solver | None,
+    resolution: int | tuple[int, int] | Lattice,
+    tolerance: float | None,
+    max_points: int,
+    k_max: float | None,
+    settings: dict[str, Any],
+) -> Front:
+    """Find a front, and prove it for all weights up to `k_max`."""
+    wanted = positive_number("tolerance", TOLERANCE_OF_PROOF if tolerance is None else tolerance)
+    k_max = positive_number("k_max", MOST_WEIGHT if k_max is None else k_max)
+    reweighed = Reweighed(problem, solver, resolution=resolution, **settings)
+    own = isinstance(reweighed.solver, Hybrid)
+    if isinstance(reweighed.solver, Hybrid):
+        # its paths are proven here
+        reweighed.solver = dataclasses.replace(reweighed.solver, tolerance=None)
+    front = Front((), Status.NOT_FOUND)
+    if not own or not problem.field.is_proper:
+        # (with peaks above 1, it says so)
+        front = pareto(problem, solver=reweighed.solver, resolution=resolution, max_points=max_points, k_max=k_max)
+        reweighed = Reweighed(problem)
+    if not problem.field.is_proper:
+        return dataclasses.replace(front, k_max=k_max, bounds=WeightBounds(np.array([0.0]), np.array([math.nan])))
+    search = ProvenSearch(reweighed, k_max, wanted, max_points, [(point.k, point.solution) for point in front])
+    with showing("proof of a front") as tell:
+        search.run(tell)
+    bounds = search.bounds
+    if own:
+        points, shortest = points_of(problem, search.known, k_max), reweighed.at(0.0)
+        status, message = (Status.FOUND, "") if points else (shortest.status, shortest.message)
+        front = Front(points, status, n_solves=len(reweighed.solved), message=message)
+    front = dataclasses.replace(front, k_max=k_max, bounds=bounds)
+    if front.points:
+        error = front.error if front.status is Status.OPTIMAL else 1.0 - 1.0 / (1.0 + front.gap)
+        return dataclasses.replace(front, error=error, message=search.remark(front.gap))
+    if math.isinf(bounds.at(0.0)):
+        closed = "it is proven that no path joins start and goal inside the bounds"
+        return dataclasses.replace(front, status=Status.NO_PATH, message=closed)
+    return front
 
 
 def growing_weights(shortest: Solution | Evaluation) -> Iterator[float]:
@@ -284,54 +195,3 @@ def _refine(reweighed: Reweighed, tolerance: float, max_points: int, tell: Tell)
             return max(0.0, float(errors[worst]))
         tell(f"{len(hull)} paths, others at most {errors[worst]:.2%} cheaper")
         reweighed.at(float(between[worst]))
-
-
-def lower_hull(solved: Iterable[tuple[float, Solution]]) -> list[tuple[float, Solution]]:
-    """
-    Return the paths that are cheapest under some weight, each with the least weight it was found with.
-
-    Length rises along them and risk falls, both by more than rounding; a path on the line between two others is left
-    out.
-    """
-    hull: list[tuple[float, Solution]] = []
-    for k, now in sorted(
-        ((k, found) for k, found in solved if found.status.has_path),
-        key=lambda pair: (pair[1].length, pair[1].risk, pair[0]),
-    ):
-        if hull and now.risk >= hull[-1][1].risk - ROUNDING * hull[0][1].risk:
-            continue
-        if hull and now.length <= hull[-1][1].length * (1.0 + ROUNDING):
-            hull.pop()
-        while len(hull) > 1 and not _is_corner(hull[-2][1], hull[-1][1], now):
-            hull.pop()
-        hull.append((k, now))
-    return hull
-
-
-def _is_corner(short: Solution, between: Solution, safe: Solution) -> bool:
-    """Whether a path is cheaper than two others where these cost the same, by more than rounding."""
-    k = chord_weight(short, safe)
-    return between.length + k * between.risk < (short.length + k * short.risk) * (1.0 - ROUNDING)
-
-
-def chord_weight(short: Solution, safe: Solution) -> float:
-    """Return the weight under which two paths cost the same; the first is shorter and has more risk."""
-    return (safe.length - short.length) / (short.risk - safe.risk)
-
-
-def _points(reweighed: Reweighed) -> tuple[FrontPoint, ...]:
-    """Give every path of the hull its range of weights, and its cost under one of them."""
-    hull = lower_hull(reweighed.solved.items())
-    k_max = max(reweighed.solved)
-    # a solver that is not exact may have found a path that only pays beyond
-    breaks = [0.0, *(k for k in (chord_weight(a, b) for (_, a), (_, b) in pairwise(hull)) if k < k_max)]
-    hull = hull[: len(breaks)]
-    breaks.append(math.inf if is_risk_free(hull[-1][1]) else k_max)
-    found = []
-    for (k, solution), low, high in zip(hull, breaks[:-1], breaks[1:], strict=True):
-        weight = min(max(k, low), high)
-        judged = dataclasses.replace(reweighed.problem, k=weight).judge(
-            dataclasses.replace(solution, cost=solution.length + weight * solution.risk)
-        )
-        found.append(FrontPoint(low, high, weight, judged))
-    return tuple(found)

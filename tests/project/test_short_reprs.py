@@ -18,7 +18,7 @@ from PIL import Image
 
 import cgla_graph as cg
 from cgla_graph.model.solution import TracePoint
-from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
+from cgla_graph.solvers.trade_off.front import Front, FrontPoint
 
 RNG = np.random.default_rng(3)
 SHOWN = (

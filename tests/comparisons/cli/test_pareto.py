@@ -9,6 +9,7 @@ import pytest
 from command_line import Call
 
 import cgla_graph as cg
+from cgla_graph._text import at_most
 from cgla_graph.comparisons.plots.pareto import pareto_figure
 from cgla_graph.comparisons.tables import fronts
 from cgla_graph.plots.pictures import save
@@ -255,3 +256,18 @@ def test_pictures_of_few_paths(n_points: int, tmp_path: Path) -> None:
     assert len(figure.axes) == (2 if n_points == 0 else 3)
     save(figure, tmp_path / "few.png")
     assert math.isfinite(figure.get_size_inches()[0])
+
+
+def test_pareto_with_a_proof(cgla: Call, tmp_path: Path) -> None:
+    words = ("pareto", "small.toml", "--proven", "--k-max", "5")
+    front = cg.pareto(load_scenario("small.toml").problem, solver="hybrid", proven=True, k_max=5.0)
+    shown = " ".join(cgla(*words).out.split())
+    assert f"for every k from 0 to 5.000, the cheapest one costs at most {at_most(front.gap)} more than" in shown
+    found = cgla(*words, "--json", "--out", "out").document()
+    assert found["proven"] == front.document()["proven"]
+    with (tmp_path / "out" / "small-hybrid-pareto.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["lower_bound"]) for row in rows] == [front.lower_bound(point.k) for point in front]
+    assert max(float(row["gap"]) for row in rows) == pytest.approx(front.gap)
+    cgla("pareto", "small.toml", "--proven", "--k-max", "0").refused("k_max is 0")
+    cgla("pareto", "small.toml", "--proven", "--corridor", "1").refused("leave out --proven")

@@ -30,7 +30,7 @@ from cgla_graph.comparisons.tables.fronts import front_table
 from cgla_graph.comparisons.tables.tables import comparison_table
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario
-from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
+from cgla_graph.solvers.trade_off.front import Front, FrontPoint
 
 WIDTHS = [80, 100, 120, 160]
 SCENARIO = load_scenario("finland")

@@ -20,8 +20,8 @@ from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS
 from cgla_graph.model.solver import Solver, Traits
 from cgla_graph.scenarios.scenario import load_scenario
+from cgla_graph.solvers.trade_off.front import Front, lower_hull
 from cgla_graph.solvers.trade_off.label_search import constrained_path
-from cgla_graph.solvers.trade_off.pareto import Front, lower_hull
 from cgla_graph.solvers.trade_off.plan_within import PlanWithin
 from cgla_graph.solvers.trade_off.reweighing import Reweighed
 from cgla_graph.testing import strategies as drawn

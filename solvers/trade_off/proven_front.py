@@ -1,0 +1,200 @@
+"""
+The front of length against risk with a proof: under every risk weight, no path is much cheaper than the front.
+
+The cost of the known paths, as a function of the weight, is the least of straight lines; the proven bound is a chord
+(`weight_bounds`). Paths come first: a neighbour on the front is refined under the weight where the two cost the same.
+Then the weights of the proofs are chosen from the left on, each as far from the last as the chord allows.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from cgla_graph._progress import Tell
+from cgla_graph._types import FloatArray
+from cgla_graph.certificate.certificate import Certificate, prove, usual_cells
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.refine.refine import refine_path
+from cgla_graph.solvers.trade_off.front import chord_weight, gaps, lower_hull, worst_weight
+from cgla_graph.solvers.trade_off.reweighing import Reweighed
+from cgla_graph.solvers.trade_off.weight_bounds import WeightBounds
+
+#: Parts of the tolerance: for each proof, and for the paths between those that are known.
+OF_PROOF, OF_PATHS = 0.4, 0.2
+#: Weights at which a solver searches for paths of any class; the other paths are refined neighbours.
+SEARCHED = 6
+#: Proofs, at most, and weights among which the next one is chosen.
+MOST_PROOFS, CHOICES = 60, 400
+#: Loss that a refined path may have, relative to its cost: on the way, and before a proof.
+ROUGH, FINE = 1e-4, 1e-5
+#: Another proof has to gain this part of the tolerance.
+WORTH = 0.1
+
+
+@dataclass
+class ProvenSearch:
+    """
+    The search for paths and proofs under all weights from 0 to `k_max`.
+
+    Attributes
+    ----------
+    reweighed
+        The solver that searches for paths.
+    k_max
+        The greatest weight.
+    tolerance
+        Wanted gap between paths and bound, as a ratio.
+    most
+        Paths on the hull, at most.
+    known
+        The paths, each with the weight it was found under.
+    proofs
+        Certificates by weight.
+    """
+
+    reweighed: Reweighed
+    k_max: float
+    tolerance: float
+    most: int
+    known: list[tuple[float, Solution]] = field(default_factory=list)
+    proofs: dict[float, Certificate] = field(default_factory=dict)
+    bent: set[float] = field(default_factory=set)
+
+    def run(self, tell: Tell) -> None:
+        """Search until the gap is within the tolerance, or further proofs gain too little."""
+        self.search(0.0)
+        self.prove(0.0)
+        if not self.known:
+            return
+        self.search(self.k_max)
+        self._find_paths(tell)
+        while len(self.proofs) < MOST_PROOFS:
+            gap = worst_weight(self.hull, self.bounds, self.k_max)[1]
+            tell(f"gap {gap:.2%} after {len(self.proofs)} proofs, {self.tolerance:.2%} asked")
+            chosen = self._next()
+            if math.isnan(chosen):
+                return
+            self.bend(chosen, FINE)
+            self.prove(chosen)
+
+    def remark(self, gap: float) -> str:
+        """Return why the gap of a front is above the tolerance; empty if it is not."""
+        if not gap > self.tolerance:
+            return ""
+        k, known = worst_weight(self.hull, self.bounds, self.k_max)
+        if known <= self.tolerance:
+            return f"the paths of this solver cost more than others that are known, up to {gap:.2g} of the bound"
+        nearest = min(self.proofs, key=lambda weight: abs(weight - k))
+        return f"not proven as closely as asked for: at k = {nearest:g}, {self.proofs[nearest].message}"
+
+    @property
+    def hull(self) -> list[Solution]:
+        """The paths that are cheapest under some weight, from the shortest on."""
+        return [path for _, path in lower_hull(self.known)]
+
+    @property
+    def bounds(self) -> WeightBounds:
+        """The bounds proven so far."""
+        weights = sorted(self.proofs)
+        return WeightBounds(np.array(weights), np.array([self.proofs[k].lower_bound for k in weights]))
+
+    def costs(self, weights: FloatArray) -> FloatArray:
+        """Return the cost of the cheapest known path under each weight, shape ``(n,)``."""
+        lines = np.array([(path.length, path.risk) for _, path in self.known])
+        return np.asarray((lines[:, 0] + np.outer(weights, lines[:, 1])).min(axis=1))
+
+    def search(self, k: float) -> None:
+        """Have the solver search under a weight."""
+        found = self.reweighed.at(k)
+        if found.status.has_path:
+            self.known.append((k, found))
+
+    def bend(self, k: float, tolerance: float) -> None:
+        """Refine the paths that are cheapest under a weight: the second one too if the first one gains nothing."""
+        problem = dataclasses.replace(self.reweighed.problem, k=k)
+        before = self.costs(np.array([k]))[0]
+        order = sorted(self.known, key=lambda pair: (pair[1].length + k * pair[1].risk, abs(pair[0] - k)))
+        for _, path in order[:2]:
+            self.offer(k, refine_path(problem, path.path, tolerance=tolerance).path)
+            if self.costs(np.array([k]))[0] < before * (1.0 - tolerance):
+                return
+
+    def offer(self, k: float, path: FloatArray) -> None:
+        """Take a path if it is cheaper under a weight than the known ones."""
+        problem = dataclasses.replace(self.reweighed.problem, k=k)
+        judged = problem.evaluate(path)
+        if judged.feasible and (not self.known or judged.cost < self.costs(np.array([k]))[0]):
+            answer = Solution(Status.FOUND, path=path, cost=judged.cost, solver=self.reweighed.solver.traits.name)
+            self.known.append((k, problem.judge(answer)))
+
+    def prove(self, k: float) -> None:
+        """Prove a bound under a weight, and keep a better path that the proof finds."""
+        problem = dataclasses.replace(self.reweighed.problem, k=k)
+        best = min(self.known, key=lambda pair: pair[1].length + k * pair[1].risk, default=None)
+        path = None if best is None else best[1].path
+        proof = prove(
+            problem, path, tolerance=OF_PROOF * self.tolerance, max_cells=usual_cells(problem), keeps_path=False
+        )
+        self.proofs[k] = proof
+        if proof.path is not None and proof.path is not path:
+            self.offer(k, proof.path)
+
+    def _find_paths(self, tell: Tell) -> None:
+        """Find paths until others, if these are the best, are cheaper by no more than a part of the tolerance."""
+        weights = {0.0, self.k_max}
+        while len(hull := lower_hull(self.known)) < self.most:
+            between = np.array([chord_weight(a, b) for (_, a), (_, b) in pairwise(hull)])
+            between = between[between < self.k_max]
+            tried = np.array(sorted(weights))
+            # concave in k: above its chords between the weights tried, below the line of every path
+            errors = self.costs(between) / np.interp(between, tried, self.costs(tried)) - 1.0
+            errors[np.isin(between, tried)] = 0.0
+            if not len(errors) or errors.max() <= OF_PATHS * self.tolerance:
+                return
+            k = float(between[np.argmax(errors)])
+            tell(f"{len(hull)} paths, others at most {errors.max():.2%} cheaper")
+            weights.add(k)
+            if len(self.reweighed.solved) < SEARCHED:
+                self.search(k)
+            else:
+                self.bend(k, ROUGH)
+
+    def _next(self) -> float:
+        """
+        Choose the weight of the next proof; NaN if the gap is within the tolerance, or no proof gains enough.
+
+        It is the first gap from the left that is closed, by the longest chord that probably closes it.
+        """
+        bounds, hull = self.bounds, self.hull
+        turns = [chord_weight(short, safe) for short, safe in pairwise(hull)]
+        least = min([self.k_max, *(turn for turn in turns if turn > 0.0)]) / 4.0
+        ks = np.unique(np.concatenate([[0.0], np.geomspace(least, self.k_max, CHOICES), turns, bounds.weights]))
+        ks = ks[ks <= self.k_max]
+        costs, here = self.costs(ks), gaps(hull, bounds, ks)
+        ends = [*bounds.weights.tolist(), math.inf]
+        for left, right in pairwise(ends):
+            inside = (ks > left) & (ks < right)
+            if not inside.any():
+                continue
+            at = self._gap_of(left), self._gap_of(right) if right < math.inf else 0.0
+            # (where a proof did not come as close as asked for, the next one may not either)
+            expected = max(OF_PROOF * self.tolerance, *at)
+            allowed = max(self.tolerance, expected + WORTH * self.tolerance)
+            if here[inside].max() <= allowed:
+                continue
+            between, cost = ks[inside], costs[inside]
+            bound, known = float(bounds.at(left)), cost / (1.0 + expected)
+            fits = [
+                bool((cost[: i + 1] <= (1.0 + allowed) * np.interp(between[: i + 1], [left, k], [bound, low])).all())
+                for i, (k, low) in enumerate(zip(between.tolist(), known.tolist(), strict=True))
+            ]
+            last = len(fits) - 1 - int(np.argmax(fits[::-1])) if any(fits) else int(np.argmax(here[inside]))
+            return float(between[last])
+        return math.nan
+
+    def _gap_of(self, k: float) -> float:
+        """Return the gap of the proof under a weight against the cheapest known path."""
+        return float(gaps(self.hull, self.bounds, np.array([k]))[0])
