@@ -17,7 +17,7 @@ import zipfile
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, permutations
 from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
@@ -1071,6 +1071,358 @@ def rim(grid: Grid, sides: list[int], times: list[int]) -> tuple[Wholes, list[Wh
     return table[:, 0], [table[:, n] for n in range(1, 5)]
 
 
+# --- Cells of constant cost -------------------------------------------------------------------------------------------
+
+
+class Cells:
+    """
+    Rectangles between lines, the least cost of a unit of length in each, and the least one along each side.
+
+    A line is a strip ``[a, b]``, most often of no width. The map is drawn together across all strips; sizes of cells
+    are rounded down, so that no path gets longer by that. From here on, they are exact.
+    """
+
+    def __init__(self, described: dict[str, Any], array: Reader, problem: Problem) -> None:
+        demand(
+            not problem.threats and not problem.on_earth and not any(one.is_bilinear for one in problem.rasters),
+            "the cost is not constant on cells",
+        )
+        self.problem = problem
+        self.lines: list[Floats] = [array(described[name], "f", 2) for name in ("x", "y")]
+        for axis, line in enumerate(self.lines):
+            low, high = problem.bounds[axis], problem.bounds[axis + 2]
+            demand(line.shape[1] == 2 and len(line) > 1, "lines are not begin, end")
+            demand((line[:, 0] <= line[:, 1]).all() and (line[1:, 0] > line[:-1, 1]).all(), "lines are not in order")
+            demand(line[0, 0] <= low and line[-1, 1] >= high, "lines do not go around the map")
+        self.shape = len(self.lines[1]) - 1, len(self.lines[0]) - 1
+        demand(self.shape[0] * self.shape[1] < MOST_CELLS, "there are too many cells")
+        self.sizes = [down(line[1:, 0] - line[:-1, 1]) for line in self.lines]
+        demand(min(float(size.min()) for size in self.sizes) > 0.0, "a cell has no size")
+        self.costs = self._costs(0, 0)
+        #: Along horizontal lines, shape (rows + 1, columns), and vertical ones, shape (rows, columns + 1).
+        self.along = self._costs(0, 1), self._costs(1, 0)
+        self.closed = self._closed()
+        self.ends = [[self._place(axis, end[axis]) for axis in range(2)] for end in (problem.start, problem.goal)]
+
+    def _costs(self, *is_line: int) -> Floats:
+        """Bound the cost from below between lines along x and y, or on them."""
+        risk = Interval(np.zeros([self.shape[1 - axis] + is_line[axis] for axis in (1, 0)]))
+        for raster in self.problem.rasters:
+            columns, rows = (self._touched(raster, axis, is_line[axis]) for axis in range(2))
+            values = np.pad(raster.values, 1)
+            across = np.stack([values[:, some].min(axis=1) for some in columns], axis=1)
+            risk = risk + np.stack([across[some].min(axis=0) for some in rows])
+        return (risk * self.problem.k + 1.0).lo
+
+    def _touched(self, raster: "Raster", axis: int, is_line: int) -> list[slice]:
+        """List the columns or rows of a raster, counted from 1, that have a place between lines, or touch a line."""
+        places, line = raster.places[axis], self.lines[axis]
+        if not is_line:
+            return [
+                slice(bisect_right(places, low), bisect_left(places, high) + 1)
+                for low, high in zip(line[:-1, 1].tolist(), line[1:, 0].tolist(), strict=True)
+            ]
+        found = []
+        for low, high in np.clip(line, self.problem.bounds[axis], self.problem.bounds[axis + 2]).tolist():
+            # (the outer edges belong to the raster)
+            first, last = bisect_left(places, low), bisect_right(places, high)
+            found.append(slice(first + (low == places[0]), last + 1 - (high == places[-1])))
+        return found
+
+    def _closed(self) -> Truths:
+        """Tell which cells, with the lines around them, no edge of an area meets, and an odd number is before them."""
+        (west, east), (south, north) = ((line[:-1, 0], line[1:, 1]) for line in self.lines)
+        ax, ay, bx, by = self.problem.edges.T
+        edge, row = ranges(
+            np.searchsorted(north, np.minimum(ay, by)).astype(np.float64),
+            np.searchsorted(south, np.maximum(ay, by), side="right") - 1.0,
+        )
+        at = row.astype(np.int64)
+        ax, ay, bx, by = self.problem.edges[edge].T
+        rise, level = np.where(by == ay, 1.0, by - ay), by == ay
+        # (parts of an edge are off by less than 2^-50)
+        ends = [
+            ax + np.where(level, end, np.clip((y - ay) / rise, 0.0, 1.0)) * (bx - ax)
+            for y, end in ((south[at], 0.0), (north[at], 1.0))
+        ]
+        off = 2.0**-48 * (np.abs(ax) + np.abs(bx))
+        first = np.searchsorted(east, np.minimum(*ends) - off)
+        last = np.searchsorted(west, np.maximum(*ends) + off, side="right")
+        met, before = (np.zeros((self.shape[0], self.shape[1] + 1), dtype=np.int64) for _ in range(2))
+        np.add.at(met, (at, first), 1)
+        np.add.at(met, (at, last), -1)
+        middle = 0.5 * (south[at] + north[at])
+        np.add.at(before, (at, last), (ay > middle) != (by > middle))
+        found: Truths = (met.cumsum(axis=1)[:, :-1] == 0) & (before.cumsum(axis=1)[:, :-1] % 2 == 1)
+        return found
+
+    def _place(self, axis: int, at: float) -> tuple[int, float]:
+        """Return the cell of a coordinate and where in it, or the line, and -1."""
+        line = self.lines[axis]
+        n = int(np.searchsorted(line[:, 0], at, side="right")) - 1
+        return (n, -1.0) if at <= line[n, 1] else (n, min(at - float(line[n, 1]), float(self.sizes[axis][n])))
+
+
+class Net:
+    """
+    Points on the sides of cells that paths may enter, in order: start, goal, corners, horizontal and vertical sides.
+
+    Sides of a cell are the lower, upper, left and right one.
+    """
+
+    def __init__(self, described: dict[str, Any], array: Reader, cells: Cells, needed: Truths) -> None:
+        self.cells, parts = cells, array(described["parts"], "f", 1)
+        demand(len(parts) < 1 << 10 and (np.diff(parts, prepend=0.0, append=1.0) > 0.0).all(), "parts are not in order")
+        self.parts: Floats = np.concatenate([[0.0], parts, [1.0]])
+        self.is_open = np.zeros(cells.shape, dtype=np.bool_)
+        for row, first, end in array(described["runs"], "i", 2).tolist():
+            demand(0 <= row < cells.shape[0] and 0 <= first < end <= cells.shape[1], "a run leaves the map")
+            self.is_open[row, first:end] = True
+        lacking = np.argwhere(needed & ~self.is_open)
+        demand(not len(lacking), lambda: f"cell ({lacking[0][1]}, {lacking[0][0]}) is missing")
+        wide, m = np.pad(self.is_open, 1), len(parts)
+        has_side = wide[1:, 1:-1] | wide[:-1, 1:-1], wide[1:-1, 1:] | wide[1:-1, :-1]
+        is_corner = np.pad(has_side[0], ((0, 0), (1, 0))) | np.pad(has_side[0], ((0, 0), (0, 1)))
+        self.count, numbers = 2, []
+        for has, size in ((is_corner, 1), (has_side[0], m), (has_side[1], m)):
+            numbers.append(np.where(has, self.count + size * (np.cumsum(has).reshape(has.shape) - 1), -1))
+            self.count += size * int(has.sum())
+            demand(self.count < MOST_CELLS, "there are too many points")
+        self.corner, self.side = numbers[0], numbers[1:]
+        self.rows, self.columns = np.nonzero(self.is_open)
+        # (no path that costs less than what is claimed gets to the border of a cell that is not open)
+        inside = np.pad(self.is_open, 1, constant_values=True)
+        is_used = inside[1:, 1:-1] & inside[:-1, 1:-1], inside[1:-1, 1:] & inside[1:-1, :-1]
+        self.along = [np.where(used, cost, np.inf) for used, cost in zip(is_used, cells.along, strict=True)]
+
+    def points(self, part: slice) -> Wholes:
+        """Return the numbers of the points on the sides of some open cells, shape (n, 4, m + 2)."""
+        j, i, inner, found = self.rows[part], self.columns[part], np.arange(len(self.parts) - 2), []
+        for axis, up, right in ((0, 0, 0), (0, 1, 0), (1, 0, 0), (1, 0, 1)):
+            first = self.corner[j + up, i + right][:, None]
+            last = self.corner[j + up + axis, i + right + 1 - axis][:, None]
+            found.append(np.hstack([first, self.side[axis][j + up, i + right][:, None] + inner, last]))
+        return np.stack(found, axis=1)
+
+    def least(self, values: Floats) -> Floats:
+        """Return the least of the values on the border of each cell, shape (rows, columns)."""
+        found = np.full(self.cells.shape, np.inf)
+        for part in batches(len(self.rows), len(self.parts) // 4 + 1):
+            found[self.rows[part], self.columns[part]] = values[self.points(part)].min(axis=(1, 2))
+        return found
+
+
+class Heights:
+    """
+    Values ``W`` at the points of a net, linear in between, which no path falls along faster than it costs.
+
+    Paths begin at one end, 0 for the start or 1 for the goal, and lead to the other one.
+    """
+
+    def __init__(self, described: dict[str, Any], array: Reader, net: Net, begin: int) -> None:
+        self.begin = begin
+        self.net, exponent = net, whole_of(described["exponent"])
+        demand(-200 <= exponent <= 200, "an exponent is too great")
+        self.whole: Wholes = np.cumsum(array(described["values"], "i", 1))
+        demand(len(self.whole) == net.count, "values do not fit the points")
+        demand((np.abs(self.whole) < 1 << 50).all(), "a value is too great")
+        self.unit = 2.0**-exponent
+        #: Whether the values are the same on the whole border of each cell.
+        self.is_flat = True
+        for part in batches(len(net.rows), len(net.parts)):
+            self._check(part)
+
+    def at(self, end: int) -> Interval:
+        """Enclose the value at the start, 0, or the goal, 1."""
+        (i, x), (j, y) = self.net.cells.ends[end]
+        if x >= 0.0 and y >= 0.0:
+            demand(self.net.is_open[j, i], "an end is in a cell that is missing")
+            return Interval(self.whole[end] * self.unit)
+        if x < 0.0 and y < 0.0:
+            first = last = self.net.corner[j, i]
+            number, axis, inner = -1, 0, 0
+        else:
+            axis = 0 if x >= 0.0 else 1
+            number, inner = int(self.net.side[axis][j, i]), len(self.net.parts) - 2
+            first, last = self.net.corner[j, i], self.net.corner[j + axis, i + 1 - axis]
+        demand(first >= 0 and last >= 0 and (number >= 0 or x == y), "an end is on a line that is missing")
+        if first == last:
+            return Interval(self.whole[first] * self.unit)
+        values = self.whole[[first, *range(number, number + inner), last]] * self.unit
+        places = self.net.parts * self.net.cells.sizes[axis][(i, j)[axis]]
+        offset, steps, rises = max(x, y), np.diff(places), np.diff(values)
+        n = min(int(np.searchsorted(places, offset, side="right")) - 1, len(steps) - 1)
+        # (the place is off by less than 2^-50 of the side)
+        off = 2.0**-46 * (float(np.abs(values).max()) + float(np.abs(rises / steps).max()) * float(places[-1]))
+        value = float(values[n] + rises[n] * ((offset - places[n]) / steps[n]))
+        return Interval(value - off, value + off)
+
+    def _check(self, part: slice) -> None:
+        """
+        Check that ``W(p) - W(q) <= c |p - q|`` for all p and q on the border of some cells.
+
+        Values and places are relative to the lower left corner; all of them are exact but for those of ends.
+        """
+        net, cells = self.net, self.net.cells
+        j, i, numbers = net.rows[part], net.columns[part], net.points(part)
+        width, height, zero = cells.sizes[0][i], cells.sizes[1][j], np.zeros(len(i))
+        costs = cells.costs[j, i]
+        up, right = net.along
+        along = np.stack([up[j, i], up[j + 1, i], right[j, i], right[j, i + 1]])
+        values: Floats = (self.whole[numbers] - self.whole[numbers[:, :1, :1]]).astype(np.float64) * self.unit
+        self.is_flat &= not values.any()
+        places = np.stack([net.parts * size[:, None] for size in (width, width, height, height)], axis=1)
+        steps, rises = down(np.diff(places)), np.diff(values)
+        steep = ~(np.abs(rises) <= down(np.minimum(costs[:, None], along.T)[..., None] * steps)).all(axis=(1, 2))
+        # at a corner: p at s on one side and q at t on the other, s and t from there
+        for one, other, a, b in ((0, 2, 0, 0), (0, 3, -1, 0), (1, 2, 0, -1), (1, 3, -1, -1)):
+            rise = rises[:, one, a] * (1.0 + 2.0 * a), rises[:, other, b] * (1.0 + 2.0 * b)
+            slope = [
+                Interval(n) / Interval(steps[:, side, end])
+                for n, side, end in zip(rise, (one, other), (a, b), strict=True)
+            ]
+            for p, q in ((slope[0], -slope[1]), (-slope[0], slope[1])):
+                total = p.within(0.0, np.inf).square() + q.within(0.0, np.inf).square()
+                steep |= ~(total.hi <= down(costs * costs))
+        far = np.stack([zero, height, zero, width], axis=1)
+        border = _Border(values, places, far, costs, width + height)
+        n = np.arange(len(i))
+        sides = [(side, n, len(net.parts) - 1) for side in range(4)]
+        for end, ((column, x), (row, y)) in enumerate(cells.ends):
+            (inside,) = np.nonzero((i == column) & (j == row) & (x >= 0.0) & (y >= 0.0))
+            value = (self.whole[end] - self.whole[numbers[inside, 0, 0]]) * self.unit
+            self.is_flat &= not value.any()
+            border.put(4 + end, inside, x, y, value)
+            sides.append((4 + end, inside, 0))
+        pairs = []
+        for (one, held, last), (other, also, other_last) in permutations(sides, 2):
+            if other == 4 + self.begin or one == 5 - self.begin:
+                continue
+            both = held if len(held) < len(also) else also
+            pairs.append(
+                np.column_stack(np.broadcast_arrays(both, one, 0, last, other, 0, other_last))
+                if np.isin(both, held).all() and np.isin(both, also).all()
+                else np.empty((0, 7), dtype=np.int64)
+            )
+        steep[border.steep(np.concatenate(pairs))] = True
+        demand(
+            not steep.any(),
+            lambda: f"cell ({i[steep.argmax()]}, {j[steep.argmax()]}): values fall faster than the cost",
+        )
+
+
+class _Border:
+    """Values and places on the sides of cells, and at the start and the goal inside of one, as sides 4 and 5."""
+
+    def __init__(self, values: Floats, places: Floats, far: Floats, costs: Floats, reach: Any) -> None:
+        n, _, self.size = values.shape
+        self.values, self.places, self.far = (np.zeros((n, 6, *shape)) for shape in ([self.size], [self.size], []))
+        self.values[:, :4], self.places[:, :4], self.far[:, :4] = values, places, far
+        self.costs, self.reach = costs, reach
+
+    def put(self, side: int, cells: Wholes, along: float, far: float, values: Floats) -> None:
+        """Put an end into cells."""
+        self.values[cells, side, 0], self.places[cells, side, 0], self.far[cells, side] = values, along, far
+
+    def steep(self, pairs: Wholes) -> Wholes:
+        """
+        Return the cells in which values may fall faster than the cost from one run of points to another one.
+
+        Pairs are rows: cell, side, first and last point, and the same for the other run. Pairs of which that is not
+        clear are halved, down to intervals, of which those that meet in a corner have been looked at.
+        """
+        found = [np.empty(0, dtype=np.int64)]
+        while len(pairs):
+            longest = int((pairs[:, [3, 6]] - pairs[:, [2, 5]]).max()) + 1
+            pairs = np.concatenate([pairs[part][self._unclear(pairs[part])] for part in batches(len(pairs), longest)])
+            last = (pairs[:, [3, 6]] - pairs[:, [2, 5]] <= 1).all(axis=1)
+            found.append(pairs[last, 0])
+            pairs = pairs[~last]
+            for first in (2, 5):
+                long = pairs[:, first + 1] - pairs[:, first] > 1
+                upper, middle = pairs[long], (pairs[long, first] + pairs[long, first + 1]) // 2
+                pairs[long, first + 1] = upper[:, first] = middle
+                pairs = np.concatenate([pairs, upper])
+        return np.concatenate(found)
+
+    def _unclear(self, pairs: Wholes) -> Truths:
+        """
+        Tell of which pairs of runs it is not clear that ``W(p) - W(q) <= c |p - q|`` for all p in one, q in the other.
+
+        It is if some vector g of length c has ``W(p) - g . p <= W(q) - g . q`` for all points p and q of them.
+        """
+        cell, costs = pairs[:, 0], self.costs[pairs[:, 0]]
+        runs = [_Run(self, cell, *pairs[:, first : first + 3].T) for first in (1, 4)]
+        (x, y, value), (to_x, to_y, other) = (run.ends() for run in runs)
+        dx, dy = x[:, None] - to_x, y[:, None] - to_y
+        far, mean_x, mean_y = np.hypot(dx, dy), dx.mean(axis=(0, 1)), dy.mean(axis=(0, 1))
+        # (any direction would do: this one is in the middle of those that serve the ends)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.where(far > 0.0, np.clip((value[:, None] - other) / (costs * far), -1.0, 1.0), -1.0)
+        turn, reach = np.arctan2(mean_x * dy - mean_y * dx, mean_x * dx + mean_y * dy), np.arccos(ratio)
+        turn = np.arctan2(mean_y, mean_x) + 0.5 * ((turn - reach).max(axis=(0, 1)) + (turn + reach).min(axis=(0, 1)))
+        length = costs * (1.0 - 2.0**-45)
+        g = length * np.cos(turn), length * np.sin(turn)
+        is_short = up(up(g[0] * g[0]) + up(g[1] * g[1])) <= down(costs * costs)
+        one, off = runs[0].beyond(g)
+        two, also_off = runs[1].beyond(g)
+        # (sums are off by less than 2^-49 of their parts, and places of ends by less than 2^-50 of a side)
+        margin = 2.0**-46 * (off + also_off + costs * self.reach[cell])
+        clear = is_short & (one.max(axis=1) + margin <= two.min(axis=1))
+        meet = (far == 0.0).any(axis=(0, 1)) & (pairs[:, [1, 4]] < 4).all(axis=1)
+        meet &= (pairs[:, [3, 6]] - pairs[:, [2, 5]] == 1).all(axis=1)
+        found: Truths = ~(clear | meet)
+        return found
+
+
+class _Run:
+    """Points on sides of cells, from first to last ones."""
+
+    def __init__(self, border: _Border, cells: Wholes, sides: Wholes, first: Wholes, last: Wholes) -> None:
+        self.is_upright, self.far = (sides >= 2) & (sides < 4), border.far[cells, sides]
+        inner = np.minimum(first[:, None] + np.arange(int((last - first).max(initial=0)) + 1), last[:, None])
+        at = (cells * 6 + sides)[:, None] * border.size + inner
+        self.values, self.places = border.values.ravel()[at], border.places.ravel()[at]
+
+    def ends(self) -> tuple[Floats, Floats, Floats]:
+        """Return coordinates and values of the first and last points, shape (2, n) each."""
+        along, far = self.places[:, [0, -1]].T, self.far
+        return np.where(self.is_upright, far, along), np.where(self.is_upright, along, far), self.values[:, [0, -1]].T
+
+    def beyond(self, g: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+        """Return values less their product with a vector, and the greatest of the values without sign."""
+        along, across = np.where(self.is_upright, g[1], g[0]), np.where(self.is_upright, g[0], g[1])
+        found = self.values - (along[:, None] * self.places + (across * self.far)[:, None])
+        return found, np.abs(self.values).max(axis=1)
+
+
+def bound_over_cells(described: dict[str, Any], array: Reader, problem: Problem, claimed: float) -> float:
+    """Return the bound of the cost of all paths that cost less than what is claimed; infinite if there are none."""
+    cells, bound = Cells(described, array, problem), 0.0
+    needed = ~cells.closed
+    demand(described["levels"], "there are no points on cells")
+    for one in described["levels"]:
+        net = Net(one["points"], array, cells, needed)
+        ends = {"to_goal": (0, 1), "to_start": (1, 0)}
+        found = [
+            (Heights(one[name], array, net, begin), begin, end) for name, (begin, end) in ends.items() if name in one
+        ]
+        demand(found, "points on cells have no values")
+        total = Interval(np.zeros(net.count))
+        for heights, begin, end in found:
+            height = float((heights.at(begin) - heights.at(end)).lo)
+            if heights.is_flat and height > 0.0:
+                return math.inf
+            bound = max(bound, height)
+            total = total + heights.whole * heights.unit - heights.at(end)
+        is_left_out = net.least(total.lo) >= claimed if len(found) == len(ends) else ~net.is_open
+        for (i, x), (j, y) in cells.ends:
+            if x >= 0.0 and y >= 0.0:
+                is_left_out[j, i] = False
+        needed = net.is_open & ~is_left_out
+    return bound
+
+
 # --- The bounds -------------------------------------------------------------------------------------------------------
 
 
@@ -1366,7 +1718,10 @@ def proven(described: dict[str, Any], array: Reader) -> Result:
     problem = Problem(described["problem"], array)
     lower = math.inf if described["lower"] is None else number_of(described["lower"])
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        bound = lower_bound(described["grids"], array, problem, lower)
+        if "cells" in described:
+            bound = bound_over_cells(described["cells"], array, problem, lower)
+        else:
+            bound = lower_bound(described["grids"], array, problem, lower)
         demand(bound >= lower, f"the surfaces prove {bound!r}, which is less than {lower!r}")
         upper = upper_bound(problem, array(described["path"], "f", 2)) if "path" in described else math.inf
     return {"lower": lower, "upper": upper, "problem": digest(described["problem"], array)}

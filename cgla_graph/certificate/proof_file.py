@@ -30,6 +30,7 @@ from cgla_graph.certificate import check_proof as checker
 from cgla_graph.certificate.corners import CornerBlock, corners_of, links_of
 from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
 from cgla_graph.certificate.finer import seeds_beyond
+from cgla_graph.certificate.proof_of_cells import describe_cells
 from cgla_graph.certificate.subsolution import Level, first_grid, least_loss, next_grid
 from cgla_graph.eikonal import cell_runs, marching_kernels
 from cgla_graph.eikonal.marching import march
@@ -107,9 +108,9 @@ def save_proof(
             msg = f"the path is not feasible: {found.violations[0]}; give a feasible one, or none"
             raise ProblemError(msg)
         cost = found.cost
-    grids, lower = writer.grids(cost, waypoints)
+    argument, lower = writer.argument(cost, waypoints)
     whole: dict[str, Any] = {
-        "format": checker.FORMAT, "version": checker.VERSION, "problem": described, "grids": grids,
+        "format": checker.FORMAT, "version": checker.VERSION, "problem": described, **argument,
         "lower": lower if math.isfinite(lower) else None,
     }  # fmt: skip
     if waypoints is not None:
@@ -265,6 +266,20 @@ class _Writer:
     archive: Archive
     checked: checker.Problem
     tolerance: float
+
+    def argument(self, cost: float, path: FloatArray | None) -> tuple[dict[str, Any], float]:
+        """Describe points on cells where the cost is constant on them, or grids; return the bound as well."""
+        found = describe_cells(self.problem, self.checked, self.archive, self.tolerance, cost)
+        if found is None:
+            grids, best = self.grids(cost, path)
+            return {"grids": grids}, best
+        cells, bound, is_loose = found
+        # (an area cuts cells, which the values on their borders do not see)
+        if is_loose and not cost <= bound * (1.0 + self.tolerance):
+            grids, best = self.grids(cost, path)
+            if best > bound:
+                return {"grids": grids}, best
+        return {"cells": cells}, bound
 
     def grids(self, cost: float, path: FloatArray | None) -> tuple[list[dict[str, Any]], float]:
         """Describe grids until the bound is within the tolerance of a cost; return the bound as well."""

@@ -1,0 +1,220 @@
+"""
+Files of proofs over cells of constant cost: values at points on borders, for the part of `check_proof` on cells.
+
+The values are those of `regions.bound`, on the cells of `cell_proof`, in whole numbers. Lines between cells become
+strips that hold the lines of all rasters that are as near as rounding.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any, Protocol
+
+import numpy as np
+from scipy import ndimage
+
+from cgla_graph._types import BoolArray, FloatArray, WholeArray
+from cgla_graph.certificate import check_proof as checker
+from cgla_graph.certificate.cell_proof import CellProof
+from cgla_graph.eikonal import cell_runs
+from cgla_graph.errors import ProblemError
+from cgla_graph.model.problem import Problem
+from cgla_graph.regions import bound
+from cgla_graph.regions.arrangement import SAME
+
+#: Whole numbers are steps of so many tolerances times the least interval. Values are lowered by so many tolerances, so
+#: that these steps, and sizes of cells of one shape that differ, make none too steep; by more if the checker refuses.
+STEP, LESS = 1.0 / 128.0, (1.0 / 40.0, 1.0 / 8.0, 1.0)
+#: Cells inside of areas, and their neighbours, corners included.
+AROUND = np.ones((3, 3), dtype=np.bool_)
+#: Lines as near as this part of the least cell belong to one strip.
+NEAR = 4.0 * SAME
+#: Cells and points of the largest grid of a spline that this may take the place of.
+MAX_CELLS = 1_000_000
+#: A level has to close so much of the gap, or no further one is made.
+LEAST_GAIN = 0.1
+
+
+class Store(Protocol):
+    """The arrays of a proof file."""
+
+    def add(self, array: Any, name: str) -> str:  # noqa: ANN401 - arrays of any numbers
+        """Keep an array; return its name in the file."""
+
+    def array(self, name: str, kind: str, axes: int) -> Any:  # noqa: ANN401 - as the checker's reader
+        """Return an array as the checker reads it."""
+
+
+def describe_cells(
+    problem: Problem, checked: checker.Problem, archive: Store, tolerance: float, cost: float
+) -> tuple[dict[str, Any], float, bool] | None:
+    """
+    Describe points on cells until the bound is within a tolerance of a cost.
+
+    Parameters
+    ----------
+    problem, checked
+        The problem without clearance, and as the checker takes it.
+    archive
+        What takes the arrays.
+    tolerance
+        Part of the bound.
+    cost
+        Cost of a known path, map units; infinite without one.
+
+    Returns
+    -------
+    described, bound, is_loose
+        For the file; the bound, map units; and whether an area cuts cells, so that a spline may prove more. None where
+        the cost is not constant on cells.
+    """
+    proof = CellProof.begin(problem, MAX_CELLS)
+    if proof is None:
+        return None
+    writer = _CellWriter.begin(problem, checked, archive, proof, tolerance)
+    if apart := writer.apart():
+        return {**writer.lines, "levels": [apart]}, math.inf, False
+    best, levels = 0.0, []
+    while (level := writer.level(cost)) is not None:
+        described, found, needed = level
+        levels.append(described)
+        before, best = best, max(best, found)
+        if not best * (1.0 + tolerance) < cost < math.inf or cost - best > (1.0 - LEAST_GAIN) * (cost - before):
+            break
+        proof.cells = proof.cells.without(~needed)
+        if proof.finer((cost / best - 1.0) / tolerance):
+            break
+    return ({**writer.lines, "levels": levels}, best, proof.loose) if levels else None
+
+
+@dataclass(frozen=True, eq=False)
+class _CellWriter:
+    """What describes levels of points on cells."""
+
+    problem: Problem
+    archive: Store
+    proof: CellProof
+    lines: dict[str, Any]
+    cells: checker.Cells
+    tolerance: float
+
+    @classmethod
+    def begin(
+        cls, problem: Problem, checked: checker.Problem, archive: Store, proof: CellProof, tolerance: float
+    ) -> "_CellWriter":
+        """Describe the lines, and take the costs and the closed cells that the checker finds."""
+        strips = [_strips(checked, axis, lines) for axis, lines in enumerate((proof.cells.x, proof.cells.y))]
+        described = {name: archive.add(lines, name) for name, lines in zip("xy", strips, strict=True)}
+        cells = checker.Cells(described, archive.array, checked)
+        costs = np.where(cells.closed, math.inf, cells.costs)
+        above, right = (
+            np.pad(cells.costs, ((1, 1), (0, 0)), mode="edge"),
+            np.pad(cells.costs, ((0, 0), (1, 1)), mode="edge"),
+        )
+        beside = np.minimum(above[1:], above[:-1]), np.minimum(right[:, 1:], right[:, :-1])
+        along = tuple(np.minimum(*pair) for pair in zip(cells.along, beside, strict=True))
+        is_lesser = any((one < other).any() for one, other in zip(along, beside, strict=True))
+        proof.cells = replace(proof.cells, costs=costs, along=(along[0], along[1]) if is_lesser else None)
+        return cls(problem, archive, proof, described, cells, tolerance)
+
+    def net(self, parts: FloatArray) -> tuple[dict[str, Any], checker.Net]:
+        """Describe points on the sides of the open cells."""
+        is_open = self.proof.is_open
+        rows, columns = np.nonzero(is_open)
+        described = {
+            "parts": self.archive.add(parts, "parts"),
+            "runs": self.archive.add(cell_runs.runs_of(columns.astype(np.int32), rows.astype(np.int32)), "runs"),
+        }
+        return described, checker.Net(described, self.archive.array, self.cells, is_open)
+
+    def apart(self) -> dict[str, Any]:
+        """Describe values that tell the start from the goal if no cells that touch lead from one to the other."""
+        part, _ = ndimage.label(self.proof.is_open, AROUND)
+        start, goal = (
+            {int(part[cell]) for cell in self.proof.cells.cells_of(end)}
+            for end in (self.problem.start, self.problem.goal)
+        )
+        if start & goal:
+            return {}
+        described, net = self.net(np.empty(0))
+        values = np.zeros(net.count, dtype=np.int64)
+        values[0] = 1
+        values[net.points(slice(None))[~np.isin(part[net.rows, net.columns], list(goal))]] = 1
+        return {"points": described, "to_goal": self.values(values, 0)}
+
+    def level(self, cost: float) -> tuple[dict[str, Any], float, BoolArray] | None:
+        """Describe values at points; return also the bound, and the cells that a path of less than a cost may enter."""
+        points = bound.lay(self.proof.cells, self.proof.m)
+        if points is None:
+            return None
+        held, net = self.net(points.parts)
+        described: dict[str, Any] = {"points": held}
+        reach = 1.01 * cost if math.isfinite(cost) else math.inf
+        best, total = 0.0, np.zeros(net.count)
+        ends = self.problem.goal, self.problem.start
+        for name, end, other, number in (("to_goal", *ends, 1), ("to_start", *ends[::-1], 0)):
+            values = bound.values_to(points, end, reach)
+            height = bound.bound_at(points, values, other, end)
+            of_ends = (height, 0.0) if number else (0.0, height)
+            corners = values[: points.n_corners][net.corner.ravel() >= 0]
+            whole = np.concatenate([of_ends, corners, values[points.n_corners :]])
+            described[name], heights = self.heights(whole, net, number)
+            best = max(best, float((heights.at(1 - number) - heights.at(number)).lo))
+            total += heights.whole * heights.unit - heights.at(number).hi
+        return described, best, (net.least(total) < cost) | self.around_ends()
+
+    def heights(self, values: FloatArray, net: checker.Net, end: int) -> tuple[dict[str, Any], checker.Heights]:
+        """Describe values at points and at both ends, as high as the checker takes them."""
+        least = float(np.diff(net.parts).min()) * min(float(size.min()) for size in self.cells.sizes)
+        exponent = -math.floor(math.log2(least * self.tolerance * STEP))
+        for n, less in enumerate(LESS):
+            numbers = np.rint(np.ldexp(values / (1.0 + less * self.tolerance), exponent)).astype(np.int64)
+            # (an end is not rounded the wrong way)
+            numbers[end] += 1
+            numbers[1 - end] -= 1
+            described = self.values(numbers, exponent)
+            try:
+                return described, checker.Heights(described, self.archive.array, net, 1 - end)
+            except checker.Refused as error:
+                if n + 1 == len(LESS):
+                    msg = (
+                        f"no proof of this problem fits into a file: {error}; `certify` without a file may know a bound"
+                    )
+                    raise ProblemError(msg) from error
+        raise AssertionError
+
+    def values(self, numbers: WholeArray, exponent: int) -> dict[str, Any]:
+        """Describe whole numbers as values."""
+        return {"exponent": exponent, "values": self.archive.add(np.diff(numbers, prepend=0), "values")}
+
+    def around_ends(self) -> BoolArray:
+        """Return the cells that the start or the goal is in, or on the border of."""
+        found = np.zeros(self.cells.shape, dtype=np.bool_)
+        for end in (self.problem.start, self.problem.goal):
+            for cell in self.proof.cells.cells_of(end):
+                found[cell] = True
+        return found
+
+
+def _strips(checked: checker.Problem, axis: int, lines: FloatArray) -> FloatArray:
+    """Return strips around lines, shape ``(n, 2)``, that hold the lines of rasters nearby, exactly."""
+    every = sorted({place for raster in checked.rasters for place in raster.places[axis]})
+    low = np.array([_beside(place, -math.inf) for place in every])
+    high = np.array([_beside(place, math.inf) for place in every])
+    near = NEAR * float(np.diff(lines).min())
+    first, last = np.searchsorted(high, lines - near), np.searchsorted(low, lines + near, side="right") - 1
+    held = first <= last
+    first, last = np.minimum(first, len(low) - 1), np.maximum(last, 0)
+    begin, end = np.where(held, low[first], lines), np.where(held, high[last], lines)
+    # (the bounds are lines as well, and nothing is beyond them)
+    begin[0], end[-1] = lines[0], lines[-1]
+    end[0], begin[-1] = max(end[0], lines[0]), min(begin[-1], lines[-1])
+    return np.column_stack([begin, end])
+
+
+def _beside(place: Fraction, way: float) -> float:
+    """Return the next float of a number in one direction; itself, if it is one."""
+    near = float(place)
+    if (near > place) == (way < 0.0) and near != place:
+        return math.nextafter(near, way)
+    return near
