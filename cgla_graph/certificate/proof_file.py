@@ -30,7 +30,7 @@ from cgla_graph.certificate import check_proof as checker
 from cgla_graph.certificate.corners import CornerBlock, corners_of, links_of
 from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
 from cgla_graph.certificate.finer import seeds_beyond
-from cgla_graph.certificate.proof_of_cells import describe_cells
+from cgla_graph.certificate.proof_of_cells import beside_lines, describe_cells
 from cgla_graph.certificate.subsolution import Level, first_grid, least_loss, next_grid
 from cgla_graph.eikonal import cell_runs, marching_kernels
 from cgla_graph.eikonal.marching import march
@@ -114,7 +114,9 @@ def save_proof(
         "lower": lower if math.isfinite(lower) else None,
     }  # fmt: skip
     if waypoints is not None:
-        whole["path"] = archive.add(waypoints, "path")
+        is_on_cells = any(one.interpolation == "nearest" for one in problem.field.rasters)
+        held = beside_lines(waypoints, writer.checked) if is_on_cells else waypoints
+        whole["path"] = archive.add(held, "path")
     data = archive.packed(whole)
     try:
         result = checker.check(io.BytesIO(data))

@@ -6,8 +6,10 @@ strips that hold the lines of all rasters that are as near as rounding.
 """
 
 import math
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -31,6 +33,8 @@ AROUND = np.ones((3, 3), dtype=np.bool_)
 NEAR = 4.0 * SAME
 #: Cells and points of the largest grid of a spline that this may take the place of.
 MAX_CELLS = 1_000_000
+#: Paths along lines are moved by up to so many ulps.
+BESIDE = 2
 #: A level has to close so much of the gap, or no further one is made.
 LEAST_GAIN = 0.1
 
@@ -194,6 +198,73 @@ class _CellWriter:
             for cell in self.proof.cells.cells_of(end):
                 found[cell] = True
         return found
+
+
+def beside_lines(path: FloatArray, checked: checker.Problem) -> FloatArray:
+    """
+    Move parts of a path along lines of `nearest` rasters to the side on which they cost least.
+
+    Such a line is mostly no float: a path along it is beside it by rounding, and the checker takes that exactly.
+
+    Parameters
+    ----------
+    path
+        Waypoints, shape ``(n, 2)``, map units.
+    checked
+        The problem as the checker takes it.
+
+    Returns
+    -------
+    path
+        Waypoints, of which some are moved by up to `BESIDE` ulps, shape ``(m, 2)``, map units; the path as it is if a
+        moved one would cross an area.
+    """
+    moved = [path[:1]]
+    for begin, end in pairwise(path):
+        level = [axis for axis in range(2) if begin[axis] == end[axis] and _is_near_line(checked, axis, begin[axis])]
+        # (a waypoint alone is on no line)
+        moved += [_cheapest(checked, level[0], begin, end)] if len(level) == 1 else []
+        moved.append(end[None])
+    every = np.concatenate(moved)
+    found: FloatArray = every[np.append(True, (np.diff(every, axis=0) != 0.0).any(axis=1))]
+    try:
+        checker.check_free(checked, found)
+    except checker.Refused:
+        return path
+    return found
+
+
+def _is_near_line(checked: checker.Problem, axis: int, at: float) -> bool:
+    """Return whether a line of a raster is next to a coordinate, and not on it."""
+    low, high = at - BESIDE * math.ulp(at), at + BESIDE * math.ulp(at)
+    near = [raster.places[axis][bisect_left(raster.places[axis], low) :][:1] for raster in checked.rasters]
+    return any(place[0] <= high and place[0] != at for place in near if place)
+
+
+def _cheapest(checked: checker.Problem, axis: int, begin: FloatArray, end: FloatArray) -> FloatArray:
+    """Return a way from begin to end beside a line: on each part between lines, on the cheapest side of it."""
+    low, high = sorted((float(begin[1 - axis]), float(end[1 - axis])))
+    cuts = {low, high}
+    for raster in checked.rasters:
+        places = raster.places[1 - axis]
+        cuts |= {float(one) for one in places[bisect_right(places, low) : bisect_left(places, high)]}
+    order = sorted(cuts, reverse=bool(begin[1 - axis] > end[1 - axis]))
+    at, found = float(begin[axis]), []
+    sides = [at, *(at + n * math.ulp(at) for n in range(-BESIDE, BESIDE + 1) if n)]
+    sides = [one for one in sides if checked.bounds[axis] <= one <= checked.bounds[axis + 2]]
+    for one, other in pairwise(order):
+        middle = (Fraction(one) + Fraction(other)) / 2
+        points = [[Fraction(side), middle] if axis == 0 else [middle, Fraction(side)] for side in sides]
+        risks = [_risk(checked, point) for point in points]
+        best = sides[risks.index(min(risks))]
+        found += [(best, one), (best, other)]
+    return np.asarray(np.array(found)[:, [axis, 1 - axis]])
+
+
+def _risk(checked: checker.Problem, point: list[Fraction]) -> Fraction:
+    """Return the risk of rasters at a point, as the checker takes it."""
+    risks = [raster.exact(point, checker._patch_at(raster, point)) for raster in checked.rasters]  # noqa: SLF001
+    return sum(risks, Fraction(0))
 
 
 def _strips(checked: checker.Problem, axis: int, lines: FloatArray) -> FloatArray:

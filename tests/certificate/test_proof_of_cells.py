@@ -19,7 +19,8 @@ from strategies import examples
 import cgla_graph as cg
 from cgla_graph.certificate import check_proof as checker
 from cgla_graph.certificate.certificate import prove
-from cgla_graph.certificate.proof_file import Archive
+from cgla_graph.certificate.proof_file import Archive, describe_problem
+from cgla_graph.certificate.proof_of_cells import beside_lines
 
 RNG = np.random.default_rng(1)
 VALUES = np.exp(4.0 * (RNG.random((12, 12)) - 0.5))
@@ -79,6 +80,23 @@ def test_a_file_is_as_close_as_the_proof(problem: cg.Problem) -> None:
     assert (found["lower"], solver.proof) == (lower, "cells")
     assert 0.0 < best.cost / lower - 1.0 <= max(1.3 * solver.gap, 0.01)
     assert best.cost * (1.0 - 1e-12) <= found["upper"] <= best.cost * (1.0 + 1e-9)
+
+
+def test_paths_along_lines_that_are_no_floats_are_on_their_cheaper_side() -> None:
+    """The line is at 0.3 but for rounding, and the float beside it may be in the dear cell."""
+    values = np.full((10, 10), 9.0)
+    values[:, [3, 6]] = 0.0
+    before = []
+    for column, line in ((3, 0.3), (3, 0.4), (6, 0.6), (6, 0.7)):
+        problem = cg.Problem((line, 0.05), (line, 0.95), cg.RiskField(rasters=[raster(values, (0, 0, 1, 1))]), 10.0)
+        archive = Archive()
+        checked_problem = checker.Problem(describe_problem(problem, archive), archive.array)
+        for path in ([(line, 0.05), (line, 0.95)], [(line, 0.05), (line, 0.4), (line, 0.95)]):
+            moved = beside_lines(np.array(path), checked_problem)
+            before.append(checker.upper_bound(checked_problem, np.array(path)))
+            assert checker.upper_bound(checked_problem, moved) == pytest.approx(0.9, rel=1e-12), column
+            assert np.abs(moved[:, 0] - line).max() < 1e-15
+    assert max(before) > 80.0
 
 
 def test_areas_close_cells() -> None:
