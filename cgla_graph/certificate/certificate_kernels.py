@@ -22,7 +22,19 @@ from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, IntArray, WholeArray
 from cgla_graph.eikonal.marching_kernels import Mesh, spline_value
 from cgla_graph.eikonal.mesh_kernels import STRIPS, Outlines
-from cgla_graph.model.risk_kernels import BLOCK, LOG_CUTOFF, LOG_PEAK, PRECISION, X, Y, deeper_of, threats_near
+from cgla_graph.model.risk_kernels import (
+    BLOCK,
+    END,
+    LOG_CUTOFF,
+    LOG_PEAK,
+    OF_ONE,
+    PRECISION,
+    WEIGHT,
+    X,
+    Y,
+    deeper_of,
+    threats_near,
+)
 from cgla_graph.model.risk_raster_kernels import Rasters, raster_floor, raster_range
 
 #: A spline over all cells of a box, row by row: controls of its pieces, last node, origin, spacing, control values; and
@@ -74,7 +86,10 @@ def cost_bounds(
             count = threats_near((left, bottom), (right, top), table, near)
         x = origin[0] + hx * columns[p]
         y = origin[1] + hy * rows[p]
-        risk, gx, gy, bend, least = _risk_on_cell(x, y, delta, table, near[:count])
+        if table.shape[1] == OF_ONE:
+            risk, gx, gy, bend, least = _risk_on_cell(x, y, delta, table, near[:count])
+        else:
+            risk, gx, gy, bend, least = _mixed_on_cell(x, y, delta, table, near[:count])
         # the stored place of the node is off by some ulps of its coordinates
         drop = k * (0.5 * delta * delta * bend + 2.0**-50 * (abs(x * gx) + abs(y * gy)))
         for part in range(out.shape[1]):
@@ -155,6 +170,29 @@ def _risk_on_cell(
     bend = rest * ((second if second < math.inf else 1.0) * shares + slopes * slopes - squares)
     # (where squares are beyond the greatest number there is, nothing is known)
     return risk, gx, gy, math.inf if math.isnan(bend) else bend, least
+
+
+@kernel
+def _mixed_on_cell(
+    x: float, y: float, delta: float, table: FloatArray, near: IntArray
+) -> tuple[float, float, float, float, float]:
+    """Describe the risk of a mixture on a cell: the weighted sum of what `_risk_on_cell` says of each group."""
+    risk, gx, gy, bend, least = 0.0, 0.0, 0.0, 0.0, 0.0
+    first = 0
+    while first < near.shape[0]:
+        weight, end = table[near[first], WEIGHT], table[near[first], END]
+        last = first + 1
+        # (rows near are in the table's order)
+        while last < near.shape[0] and near[last] < end:
+            last += 1
+        value, slope_x, slope_y, bends, floor = _risk_on_cell(x, y, delta, table, near[first:last])
+        risk += weight * value
+        gx += weight * slope_x
+        gy += weight * slope_y
+        bend += weight * bends
+        least += weight * floor
+        first = last
+    return risk, gx, gy, bend, least
 
 
 @kernel

@@ -16,7 +16,6 @@ from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.model.cost_model import in_parts
 from cgla_graph.model.earth import POLAR_RADIUS, LocalProjection
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import raster_array
 
 #: Least scale that the equation is solved with; only places beyond the map, where nothing is proven, are below it.
@@ -35,7 +34,7 @@ def cost_bounds(problem: Problem, mesh: SplineMesh) -> FloatArray:
 
     def fill(part: slice) -> None:
         cells = mesh.columns[part], mesh.rows[part], mesh.origin, mesh.spacing
-        certificate_kernels.cost_bounds(*cells, problem.k, problem.field.table, bounds[part])
+        certificate_kernels.cost_bounds(*cells, problem.k, problem.field.mixed_table, bounds[part])
         if rasters is not None:
             certificate_kernels.add_rasters(*cells, problem.bounds, problem.k, rasters, bounds[part])
         if problem.projection is not None:
@@ -75,9 +74,8 @@ def costs_to_solve_for(problem: Problem, mesh: SplineMesh, bounds: FloatArray) -
         nearest = shapely.shortest_line(outline, shapely.points(points[within]))
         points[within] = np.clip(shapely.get_coordinates(nearest)[::2], *np.reshape(problem.bounds, (2, 2)))
     jumping = [raster for raster in field.rasters if raster.interpolation == "nearest"]
-    smooth = RiskField(
-        field.threats, rasters=[raster for raster in field.rasters if raster.interpolation == "bilinear"]
-    ).for_weight(problem.k)
+    bilinear = [raster for raster in field.rasters if raster.interpolation == "bilinear"]
+    smooth = field.with_rasters(bilinear).for_weight(problem.k)
     least = np.zeros(len(nodes))
     if jumping:
         reach = 1.5 * mesh.spacing[0], 1.5 * mesh.spacing[1]
@@ -125,10 +123,7 @@ def rounding(problem: Problem) -> float:
     scale is off by a few ulps of 1, where ``c`` is at least the scale.
     """
     of_rasters = 16.0 * len(problem.field.rasters)
-    peaks = [threat.peak for threat in problem.field.threats]
-    # (weak threats add up to no more than their peaks, and an exponential is off by as many ulps as its exponent)
-    of_threats = min(sum(peaks), 1.0) * (len(peaks) + 4.0) - sum(peak * math.log(peak) for peak in peaks)
-    in_plane = float(2.0**-50 * (16.0 + of_rasters + problem.k * of_threats))
+    in_plane = float(2.0**-50 * (16.0 + of_rasters + problem.k * problem.field.rounding))
     return in_plane if problem.projection is None else (in_plane + 2.0**-46) / max(least_scale(problem), LEAST_SCALE)
 
 

@@ -132,7 +132,7 @@ def bounds_on_disc(problem: Problem, end: Point, radius: float) -> tuple[float, 
     bounds, middle = np.empty((1, 1, 5)), np.zeros(1, dtype=np.int32)
     # half the diagonal of this cell is the radius
     cell = (math.sqrt(2.0) * radius, math.sqrt(2.0) * radius)
-    certificate_kernels.cost_bounds(middle, middle, end, cell, problem.k, problem.field.table, bounds)
+    certificate_kernels.cost_bounds(middle, middle, end, cell, problem.k, problem.field.mixed_table, bounds)
     cost, gx, gy, drop, least = bounds[0, 0].tolist()
     least = max(cost - math.hypot(gx, gy) * radius - drop, least)
     if problem.field.raster_array is not None:

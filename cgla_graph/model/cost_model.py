@@ -97,9 +97,9 @@ class CostModel(ShortRepr):
         """The no-fly polygons, indexed for exact crossing tests."""
         return indexed_area(self.no_fly)
 
-    def kernel_model(self) -> graph_kernels.Model:
-        """Return the model as kernels take it, with scratch memory of its own (one call for each thread)."""
-        return self.k, self.field.kernel_field(), self.area.kernel_arrays
+    def kernel_model(self, *, mixed: bool = False) -> graph_kernels.Model:
+        """Return the model as kernels take it (`RiskField.kernel_field`), with scratch memory of its own."""
+        return self.k, self.field.kernel_field(mixed=mixed), self.area.kernel_arrays
 
     def weights(self, starts: ArrayLike, ends: ArrayLike) -> FloatArray:
         """
@@ -141,12 +141,12 @@ class CostModel(ShortRepr):
     def pair(self, positions: FloatArray, tail: int, head: int, lattice_shape: tuple[int, int] = (0, 0)) -> float:
         """Weigh the segment between two nodes: an entry of `matrix`, to the last bit."""
         places = fixed(unmasked("positions", positions))
-        return graph_kernels.pair_weight(places, *lattice_shape, tail, head, self.kernel_model())
+        return graph_kernels.pair_weight(places, *lattice_shape, tail, head, self.kernel_model(mixed=True))
 
     def row(self, positions: FloatArray, node: int, lattice_shape: tuple[int, int] = (0, 0)) -> FloatArray:
         """Weigh the segments between one node and all, shape ``(n,)``: a row of `matrix`, to the last bit."""
         out, places = np.empty(len(positions)), fixed(unmasked("positions", positions))
-        graph_kernels.complete_row(places, *lattice_shape, node, self.kernel_model(), out)
+        graph_kernels.complete_row(places, *lattice_shape, node, self.kernel_model(mixed=True), out)
         return out
 
     def matrix(self, positions: FloatArray, lattice_shape: tuple[int, int] = (0, 0)) -> FloatArray:
@@ -169,7 +169,7 @@ class CostModel(ShortRepr):
         out = np.empty((n_nodes, n_nodes))
         share_out(
             lambda first, step: graph_kernels.complete_share(
-                positions, *lattice_shape, self.kernel_model(), first, step, out
+                positions, *lattice_shape, self.kernel_model(mixed=True), first, step, out
             ),
             n_nodes,
         )

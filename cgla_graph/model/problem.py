@@ -208,7 +208,7 @@ class Problem(Plottable):
         x_min, y_min, x_max, y_max = self.bounds
         side = max(x_max - x_min, y_max - y_min)
         number, spread = min(
-            enumerate(threat.spread for threat in self.field.threats), key=lambda pair: pair[1], default=(0, side)
+            enumerate(threat.spread for threat in self.field.every_threat), key=lambda pair: pair[1], default=(0, side)
         )
         if spread < SMALLEST_SPREAD * side:
             msg = (

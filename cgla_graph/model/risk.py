@@ -252,17 +252,27 @@ class RiskField(ShortRepr):
     @property
     def is_proper(self) -> bool:
         """Whether no peak exceeds 1, so that ``F`` is nowhere below 0 and no weight below the length."""
-        return all(threat.peak <= 1.0 for threat in self.threats)
+        return all(threat.peak <= 1.0 for threat in self.every_threat)
+
+    @property
+    def is_mixture(self) -> bool:
+        """Whether it is a weighted sum of fields (`UncertainField`), which has no single table of threats."""
+        return False
+
+    @property
+    def every_threat(self) -> tuple[Threat, ...]:
+        """The threats; of an `UncertainField`, those of all scenarios, whose product is no field."""
+        return self.threats
 
     @property
     def is_empty(self) -> bool:
         """Whether there are neither threats nor rasters, so that there is no risk anywhere."""
-        return not self.threats and not self.rasters
+        return not self.every_threat and not self.rasters
 
     @property
     def finest(self) -> float:
         """The least spread of a threat or half cell of a raster, map units; infinite in an empty field."""
-        sizes = [threat.spread for threat in self.threats]
+        sizes = [threat.spread for threat in self.every_threat]
         return min([*sizes, *(0.5 * min(raster.cell_size) for raster in self.rasters)], default=math.inf)
 
     @cached_property
@@ -276,7 +286,26 @@ class RiskField(ShortRepr):
     @cached_property
     def unit(self) -> float:
         """The risk per unit length that is the measure of all cut-offs (see `risk_kernels.unit_of`)."""
-        return risk_kernels.unit_of(max((t.peak for t in self.threats), default=1.0), getattr(self, "_weight", 0.0))
+        return risk_kernels.unit_of(self._greatest_peak, getattr(self, "_weight", 0.0))
+
+    @property
+    def _greatest_peak(self) -> float:
+        return max((threat.peak for threat in self.every_threat), default=1.0)
+
+    @property
+    def mixed_table(self) -> FloatArray:
+        """The table for kernels that take mixtures too (`risk_kernels.mixture_table`); `table` is for the others."""
+        return self.table
+
+    @property
+    def rounding(self) -> float:
+        """
+        By how many halves of 2^-50 rounding may change ``F``, at most.
+
+        Weak threats add up to no more than their peaks, and an exponential is off by as many ulps as its exponent.
+        """
+        peaks = [threat.peak for threat in self.threats]
+        return min(sum(peaks), 1.0) * (len(peaks) + 4.0) - sum(peak * math.log(peak) for peak in peaks)
 
     def for_weight(self, k: float) -> "RiskField":
         """
@@ -288,10 +317,10 @@ class RiskField(ShortRepr):
         >>> field.for_weight(10.0) is field, field.for_weight(1e12).unit
         (True, 1e-09)
         """
-        if risk_kernels.unit_of(max((t.peak for t in self.threats), default=1.0), k) == self.unit:
+        if risk_kernels.unit_of(self._greatest_peak, k) == self.unit:
             return self
         other = object.__new__(type(self))
-        kept = {name: value for name, value in self.__dict__.items() if name not in {"unit", "table"}}
+        kept = {name: value for name, value in self.__dict__.items() if name not in {"unit", "table", "mixed_table"}}
         other.__dict__.update(kept, _weight=k)
         return other
 
@@ -305,9 +334,17 @@ class RiskField(ShortRepr):
         """The kernels' view of the rasters, read-only; None if there are none."""
         return raster_array(self.rasters) if self.rasters else None
 
-    def kernel_field(self) -> risk_kernels.Field:
-        """Return the field as kernels take it, with scratch memory of its own (one call for each thread)."""
-        return self.table, risk_kernels.workspace(len(self)), not self.is_proper, self.raster_array
+    def kernel_field(self, *, mixed: bool = False) -> risk_kernels.Field:
+        """
+        Return the field as kernels take it, with scratch memory of its own (one call for each thread).
+
+        Parameters
+        ----------
+        mixed
+            Whether the kernel that asks takes the table of a mixture too; else a mixture is refused.
+        """
+        table = self.mixed_table if mixed else self.table
+        return table, risk_kernels.workspace(len(table)), not self.is_proper, self.raster_array
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle only threats and rasters: the arrays of kernels are made again, read-only."""
@@ -330,6 +367,19 @@ class RiskField(ShortRepr):
         return RiskField(
             (*self.threats, *_listed(threats, "threats", "Threat")), rasters=self.rasters, improper=self.improper
         )
+
+    def with_rasters(self, rasters: Iterable[RasterRisk]) -> "RiskField":
+        """
+        Return a new field of the same threats and other rasters; it is improper if this one is, with no second warning.
+
+        Examples
+        --------
+        >>> RiskField([Threat(0, 0, 1)], rasters=[RasterRisk([[1.0]], (0, 0, 1, 1))]).with_rasters([]).rasters
+        ()
+        """
+        field = object.__new__(RiskField)
+        field._take(self.threats, rasters, improper=self.improper, warned=True)
+        return field
 
     def with_only(self, threats: Iterable[Threat]) -> "RiskField":
         """
@@ -376,7 +426,7 @@ class RiskField(ShortRepr):
         """
         where = point_array("points", points)
         out = np.empty(where.shape[:-1])
-        risk_kernels.density(fixed(where.reshape(-1, 2)), self.table, out.reshape(-1))
+        risk_kernels.density(fixed(where.reshape(-1, 2)), self.mixed_table, out.reshape(-1))
         if self.raster_array is not None:
             add_densities(where.reshape(-1, 2), self.raster_array, out.reshape(-1))
         return out
@@ -413,7 +463,7 @@ class RiskField(ShortRepr):
         """
         where = point_array("points", points)
         out = np.empty(where.shape)
-        risk_kernels.gradient(where.reshape(-1, 2), self.table, out.reshape(-1, 2))
+        risk_kernels.gradient(where.reshape(-1, 2), self.mixed_table, out.reshape(-1, 2))
         if self.raster_array is not None:
             add_gradients(where.reshape(-1, 2), self.raster_array, out.reshape(-1, 2))
         return out + 0.0
@@ -480,7 +530,7 @@ class RiskField(ShortRepr):
         first, second = broadcast(point_array("starts", starts), point_array("ends", ends))
         out = np.empty(first.shape[:-1])
         ends_flat = first.reshape(-1, 2), second.reshape(-1, 2)
-        risk_kernels.segment_risks(*ends_flat, self.kernel_field(), out.reshape(-1))
+        risk_kernels.segment_risks(*ends_flat, self.kernel_field(mixed=True), out.reshape(-1))
         return out
 
 

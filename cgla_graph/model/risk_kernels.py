@@ -12,10 +12,13 @@ spread.
 That is for fields of which a risk of 1 per unit length is the measure. Under a great risk weight, or where all threats
 are weak, a fainter risk matters: then all cut-offs are lower by the factor `unit_of`, and sums of small risks are added
 up as such, without the difference from 1 that would round them away.
+
+The table of a mixture (`mixture_table`) has two columns more: its threats stand in groups, and its field is the
+weighted sum ``sum_g w_g (1 - prod(1 - f_i))`` over the groups.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias, cast
 
 import numpy as np
@@ -28,7 +31,9 @@ CUTOFF = 1e-12
 LOG_CUTOFF = math.log(CUTOFF)
 #: Up to this risk weight, and down to one over it for the greatest peak, a risk of 1 is the measure of cut-offs.
 ORDINARY = 1e3
-X, Y, REACH2, PRECISION, LOG_PEAK, ROOT, SPREAD, DEEPER = range(8)
+X, Y, REACH2, PRECISION, LOG_PEAK, ROOT, SPREAD, DEEPER, WEIGHT, END = range(10)
+#: Columns of the table of one field; that of a mixture also has the weight of the row's group, and the row after it.
+OF_ONE = 8
 #: What a threat is along one segment: a Gaussian at a distance from the start, felt between two others; its spread,
 #: then how wide a panel of the quadrature may be there; how far to the left of the segment its centre is; and its row
 #: in the table.
@@ -103,6 +108,37 @@ def threat_table(threats: FloatArray, *, improper: bool, unit: float = 1.0) -> F
     reach2 = 2.0 * spread**2 * np.maximum(np.log(peak) - log_cutoff + growth, 0.0)
     columns = [x, y, reach2, spread**-2.0, np.log(peak), math.sqrt(0.5) / spread, spread, np.full_like(x, deeper)]
     return np.ascontiguousarray(np.column_stack(columns))
+
+
+def mixture_table(groups: Sequence[FloatArray], weights: Sequence[float]) -> FloatArray:
+    """
+    Join the tables of several fields to that of their weighted sum.
+
+    Parameters
+    ----------
+    groups
+        Tables of `threat_table`, none of them empty, with one unit.
+    weights
+        The weight of each, above 0.
+
+    Returns
+    -------
+    table
+        All rows, each with the weight of its group and the number of the row after the group's last: ``(m, 10)``.
+
+    Examples
+    --------
+    >>> one, two = (threat_table(np.ones((m, 4)), improper=False) for m in (1, 2))
+    >>> mixture_table([one, two], [0.25, 0.75])[:, WEIGHT:].tolist()
+    [[0.25, 1.0], [0.75, 3.0], [0.75, 3.0]]
+    """
+    table = np.empty((sum(map(len, groups)), OF_ONE + 2))
+    start = 0
+    for group, weight in zip(groups, weights, strict=True):
+        end = start + len(group)
+        table[start:end, :OF_ONE], table[start:end, WEIGHT], table[start:end, END] = group, weight, end
+        start = end
+    return table
 
 
 def workspace(n_threats: int) -> FloatArray:
@@ -180,6 +216,23 @@ def threats_near(low: tuple[float, float], high: tuple[float, float], table: Flo
 @kernel
 def density(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
     """Write ``F = 1 - prod(1 - f_i)`` of threats (Eq. 2) at `points`, shape ``(n, 2)``, to `out`, shape ``(n,)``."""
+    if table.shape[1] == OF_ONE:
+        _density_of_one(points, table, out)
+        return
+    out[:] = 0.0
+    part = np.empty(out.shape[0])
+    start = 0
+    while start < table.shape[0]:
+        end = int(table[start, END])
+        _density_of_one(points, table[start:end], part)
+        for n in range(out.shape[0]):
+            out[n] += table[start, WEIGHT] * part[n]
+        start = end
+
+
+@kernel
+def _density_of_one(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
+    """Write the ``F`` of one group of threats: `density`."""
     near = np.empty(table.shape[0], dtype=np.int64)
     deeper = deeper_of(table)
     unfelt = LOG_UNFELT - deeper
@@ -209,6 +262,24 @@ def density(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
 @kernel
 def gradient(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
     """Write the gradient of the ``F`` of threats at `points`, shape ``(n, 2)``, to `out`, shape ``(n, 2)``."""
+    if table.shape[1] == OF_ONE:
+        _gradient_of_one(points, table, out)
+        return
+    out[:] = 0.0
+    part = np.empty(out.shape)
+    start = 0
+    while start < table.shape[0]:
+        end = int(table[start, END])
+        _gradient_of_one(points, table[start:end], part)
+        for n in range(out.shape[0]):
+            out[n, 0] += table[start, WEIGHT] * part[n, 0]
+            out[n, 1] += table[start, WEIGHT] * part[n, 1]
+        start = end
+
+
+@kernel
+def _gradient_of_one(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
+    """Write the gradient of one group of threats: `gradient`."""
     for n in range(points.shape[0]):
         gx, gy, clear = 0.0, 0.0, 1.0
         for i in range(table.shape[0]):
@@ -532,10 +603,28 @@ def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field, most:
     of_rasters = raster_risk(x1, y1, x2, y2, rasters)
     ux = (x2 - x1) / length
     uy = (y2 - y1) / length
+    if table.shape[1] > OF_ONE:
+        return _mixed_risk(x1, y1, ux, uy, length, table, scratch) + of_rasters
+    return _risk_of_one(x1, y1, ux, uy, length, table, scratch, improper, most - of_rasters) + of_rasters
+
+
+@kernel
+def _risk_of_one(
+    x1: float,
+    y1: float,
+    ux: float,
+    uy: float,
+    length: float,
+    table: FloatArray,
+    scratch: FloatArray,
+    improper: bool,
+    most: float,
+) -> float:
+    """Integrate one group of threats along a segment from ``(x1, y1)`` in the direction ``(ux, uy)``."""
     active = scratch[1 : 1 + table.shape[0]]
     m = threats_in_reach(x1, y1, ux, uy, length, table, active)
     if m == 0:
-        return of_rasters
+        return 0.0
     deeper = deeper_of(table)
     if not improper:
         # A term of the closed form costs about as much as one threat in one panel of the quadrature.
@@ -554,11 +643,25 @@ def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field, most:
         if n_pairs <= most_pairs:
             value = _closed_form(length, m, active, scratch[1 + table.shape[0] :], log_cutoff, 4 * m, deeper)
             if value >= 0.0:
-                return value + of_rasters
+                return value
     panel_widths(m, length, 0.5 * LONG if improper else LONG, deeper, active)
     # (where peaks are above 1, there is negative risk to come)
-    most = math.inf if improper else most - of_rasters
-    return _quadrature(length, m, active, scratch, most, deeper > 0.0) + of_rasters
+    return _quadrature(length, m, active, scratch, math.inf if improper else most, deeper > 0.0)
+
+
+@kernel
+def _mixed_risk(
+    x1: float, y1: float, ux: float, uy: float, length: float, table: FloatArray, scratch: FloatArray
+) -> float:
+    """Integrate the threats of a mixture: `_risk_of_one`, summed over its groups."""
+    total, start = 0.0, 0
+    while start < table.shape[0]:
+        end = int(table[start, END])
+        work = scratch[: 2 * (end - start) + 2]
+        of_group = _risk_of_one(x1, y1, ux, uy, length, table[start:end], work, improper=False, most=math.inf)
+        total += table[start, WEIGHT] * of_group
+        start = end
+    return total
 
 
 @kernel

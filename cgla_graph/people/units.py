@@ -43,7 +43,7 @@ def fatality_factor(field: RiskField) -> float:
     (1.0, 2.0)
     """
     scales = {raster.scale if is_fatalities(raster) else math.nan for raster in field.rasters}
-    return scales.pop() if len(scales) == 1 and not field.threats else math.nan
+    return scales.pop() if len(scales) == 1 and not field.every_threat else math.nan
 
 
 def risk_unit(field: RiskField) -> str:
@@ -60,7 +60,7 @@ def risk_unit(field: RiskField) -> str:
     ''
     """
     units = list(dict.fromkeys(map(_unit_of, field.rasters)))
-    if units and field.threats:
+    if units and field.every_threat:
         units.append("risk of threats")
     return units[0] if len(units) == 1 else " + ".join(units)
 
@@ -156,7 +156,9 @@ def at_prices(problem: Problem, *, prevented_fatality: float, metre: float) -> P
     instance("problem", problem, Problem, problem_wanted)
     weight = risk_weight(prevented_fatality=prevented_fatality, metre=metre)
     if fatality_factor(problem.field) != 1.0:
-        unit = risk_unit(problem.field) or ("units of threats" if problem.field.threats else "no unit: there is none")
+        unit = risk_unit(problem.field) or (
+            "units of threats" if problem.field.every_threat else "no unit: there is none"
+        )
         what = f"the risk of this map is in {unit}, not in expected fatalities"
         msg = f"a price of a prevented fatality needs expected fatalities, and {what}; {REMEDY}"
         raise ProblemError(msg)

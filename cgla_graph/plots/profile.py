@@ -105,7 +105,7 @@ def _points(problem: Problem, waypoints: FloatArray) -> FloatArray:
         return waypoints
     field = problem.field
     cells = [min(raster.cell_size) / CELL_STEPS for raster in field.rasters]
-    step = min([length / LEAST_STEPS, *cells, *(threat.spread / SPREAD_STEPS for threat in field.threats)])
+    step = min([length / LEAST_STEPS, *cells, *(threat.spread / SPREAD_STEPS for threat in field.every_threat)])
     step = max(step, length / max(MOST_ROWS - len(waypoints), LEAST_STEPS))
     parts = [waypoints[:1]]
     for start, end, long in zip(waypoints[:-1], waypoints[1:], lengths.tolist(), strict=True):

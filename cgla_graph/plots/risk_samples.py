@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk
 
 #: If the greatest risk of a raster is so many times the median of its positive cells, equal steps of colour hide these.
@@ -73,13 +72,13 @@ def risk_samples(problem: Problem, most: int) -> RiskSamples:
     x, y = 0.5 * (xs[1:] + xs[:-1]), 0.5 * (ys[1:] + ys[:-1])
     places = np.stack(np.meshgrid(x, y), axis=-1)
     # (one field without rasters, and each raster alone: the greatest cell of one lies on the others' densities)
-    density = RiskField((), improper=True).with_only(field.threats).density(places) if field.threats else np.zeros(1)
+    density = field.with_rasters(()).density(places) if field.every_threat else np.zeros(1)
     density = np.broadcast_to(density, places.shape[:-1]).copy()
     on_rasters = np.zeros(density.shape)
     for raster in field.rasters:
         on_rasters += np.maximum(raster.density(places), greatest_cells(raster, raster.cells_at, xs, ys))
     density += on_rasters
-    centres = [(t.x, t.y) for t in field.threats if x_min <= t.x <= x_max and y_min <= t.y <= y_max]
+    centres = [(t.x, t.y) for t in field.every_threat if x_min <= t.x <= x_max and y_min <= t.y <= y_max]
     peaks = field.density(centres) if centres else np.zeros(1)
     low, top = min(0.0, float(density.min())), max(float(density.max()), float(peaks.max()))
     risky = on_rasters[on_rasters > 0.0]

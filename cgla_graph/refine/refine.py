@@ -129,7 +129,7 @@ class _Refiner:
         self.began = time.perf_counter()
         self.problem, self.max_points = problem, max_points
         self.area = problem.model.area
-        self.risk = problem.field.kernel_field()
+        self.risk = problem.field.kernel_field(mixed=True)
         self.best, self.cost, self.given_cost = path.copy(), cost, cost
         self.evaluations = 0
         self.trace = [TracePoint(0.0, 0, cost)]
@@ -190,14 +190,14 @@ class _Refiner:
         given = np.insert(np.ones(len(points), dtype=np.bool_), segment[order] + 1, values=False)
         every = np.insert(points, segment[order] + 1, corners[order], axis=0)
         stride = 1 + len(points) // min(SHORTCUT_POINTS, self.max_points)
-        self.evaluations += refine_kernels.shortcut(every, self.problem.model.kernel_model(), stride, given)
+        self.evaluations += refine_kernels.shortcut(every, self.problem.model.kernel_model(mixed=True), stride, given)
         return every[given]
 
     def _simplify(self) -> None:
         """Drop the waypoints that save nothing but rounding."""
         kept = np.ones(len(self.best), dtype=np.bool_)
         self.evaluations += refine_kernels.without_idle(
-            self.best, self.problem.model.kernel_model(), IDLE * self.cost, kept
+            self.best, self.problem.model.kernel_model(mixed=True), IDLE * self.cost, kept
         )
         found = self.problem.evaluate(self.best[kept])
         if found.feasible and found.cost <= min(self.given_cost, self.cost * (1.0 + len(kept) * IDLE)):

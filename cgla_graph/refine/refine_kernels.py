@@ -20,6 +20,7 @@ from cgla_graph.model.risk_kernels import (
     _NODES,
     _WEIGHTS,
     AT,
+    END,
     HIGH,
     LEFT,
     LOG2_E,
@@ -27,10 +28,12 @@ from cgla_graph.model.risk_kernels import (
     LOG_PEAK,
     LOW,
     N_NODES,
+    OF_ONE,
     PRECISION,
     PRECISION_AT,
     REACH2,
     SPREAD,
+    WEIGHT,
     Field,
     X,
     Y,
@@ -43,14 +46,14 @@ from cgla_graph.model.risk_kernels import (
     segment_risk,
     threats_in_reach,
 )
-from cgla_graph.model.risk_raster_kernels import Rasters, density_at, raster_moments
+from cgla_graph.model.risk_raster_kernels import density_at, raster_moments
 
 #: Threats from which on shortcuts are weighed by strong threats first, and what a strong threat is above.
 CROWD, STRONG = 12, 0.1
 
 
 @kernel
-def _density(x: float, y: float, table: FloatArray, rasters: Rasters) -> float:
+def _density(x: float, y: float, table: FloatArray) -> float:
     """Evaluate ``F`` at one point, without the threats that are out of reach."""
     risk = 0.0
     for i in range(table.shape[0]):
@@ -59,7 +62,7 @@ def _density(x: float, y: float, table: FloatArray, rasters: Rasters) -> float:
         squared = dx * dx + dy * dy
         if squared < table[i, REACH2]:
             risk += math.exp(table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * squared) * (1.0 - risk)
-    return risk + density_at(x, y, rasters)
+    return risk
 
 
 @kernel
@@ -111,6 +114,33 @@ def _moments(
 
 
 @kernel
+def _mixed_density(x: float, y: float, table: FloatArray) -> float:
+    """Evaluate a mixture at one point: `_density`, summed over its groups."""
+    risk, start = 0.0, 0
+    while start < table.shape[0]:
+        end = int(table[start, END])
+        risk += table[start, WEIGHT] * _density(x, y, table[start:end])
+        start = end
+    return risk
+
+
+@kernel
+def _mixed_moments(
+    x1: float, y1: float, ux: float, uy: float, length: float, table: FloatArray, scratch: FloatArray
+) -> tuple[float, float, float]:
+    """Integrate a mixture and its slopes over a segment: `_moments`, summed over its groups."""
+    risk, slope, lever, start = 0.0, 0.0, 0.0, 0
+    while start < table.shape[0]:
+        end, weight = int(table[start, END]), table[start, WEIGHT]
+        of_group = _moments(x1, y1, ux, uy, length, table[start:end], scratch)
+        risk += weight * of_group[0]
+        slope += weight * of_group[1]
+        lever += weight * of_group[2]
+        start = end
+    return risk, slope, lever
+
+
+@kernel
 def cost_and_gradient(points: FloatArray, k: float, field: Field, gradient: FloatArray) -> float:
     """
     Cost a polyline and write the derivative of its cost by every waypoint to `gradient`, both ``(m, 2)``.
@@ -122,7 +152,11 @@ def cost_and_gradient(points: FloatArray, k: float, field: Field, gradient: Floa
     scratch = np.empty((table.shape[0] + 2, N_NODES))
     cost = 0.0
     gradient[:] = 0.0
-    density = _density(points[0, 0], points[0, 1], table, rasters) if k > 0.0 else 0.0
+    mixed = table.shape[1] > OF_ONE
+    x, y = points[0, 0], points[0, 1]
+    density = 0.0
+    if k > 0.0:
+        density = (_mixed_density(x, y, table) if mixed else _density(x, y, table)) + density_at(x, y, rasters)
     for i in range(n - 1):
         dx = points[i + 1, 0] - points[i, 0]
         dy = points[i + 1, 1] - points[i, 1]
@@ -133,12 +167,17 @@ def cost_and_gradient(points: FloatArray, k: float, field: Field, gradient: Floa
         cost += length
         first_along, second_along, first_across, second_across = -1.0, 1.0, 0.0, 0.0
         if k > 0.0:
-            risk, slope, lever = _moments(points[i, 0], points[i, 1], ux, uy, length, table, scratch)
-            more, steeper, heavier = raster_moments(points[i, 0], points[i, 1], ux, uy, length, rasters)
+            x, y = points[i, 0], points[i, 1]
+            if mixed:
+                risk, slope, lever = _mixed_moments(x, y, ux, uy, length, table, scratch)
+            else:
+                risk, slope, lever = _moments(x, y, ux, uy, length, table, scratch)
+            more, steeper, heavier = raster_moments(x, y, ux, uy, length, rasters)
             risk, slope, lever = risk + more, slope + steeper, lever + heavier
             cost += k * risk
             first_along -= k * density
-            density = _density(points[i + 1, 0], points[i + 1, 1], table, rasters)
+            x, y = points[i + 1, 0], points[i + 1, 1]
+            density = (_mixed_density(x, y, table) if mixed else _density(x, y, table)) + density_at(x, y, rasters)
             second_along += k * density
             first_across, second_across = k * (slope - lever), k * lever
         gradient[i, 0] += first_along * ux - first_across * uy

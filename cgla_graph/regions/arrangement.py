@@ -8,7 +8,6 @@ import numpy as np
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.rasters.values import parts_of
-from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.risk_raster_kernels import NEAR_X
 
@@ -182,8 +181,8 @@ def refusal(problem: Problem) -> str:
     'it takes risk on rasters whose interpolation is nearest; there is no raster'
     """
     field, takes = problem.field, "it takes risk on rasters whose interpolation is nearest"
-    if field.threats:
-        return f"{takes}, and no threats; there are {len(field.threats)}"
+    if field.every_threat:
+        return f"{takes}, and no threats; there are {len(field.every_threat)}"
     if not field.rasters:
         return f"{takes}; there is no raster"
     other = next((raster for raster in field.rasters if raster.interpolation != "nearest"), None)
@@ -262,9 +261,9 @@ def _costs(problem: Problem, x: FloatArray, y: FloatArray) -> FloatArray:
     jumping = [raster for raster in problem.field.rasters if raster.interpolation == "nearest"]
     others = [raster for raster in problem.field.rasters if raster.interpolation != "nearest"]
     risk = np.zeros((len(y) - 1, len(x) - 1))
-    if others or problem.field.threats:
+    if others or problem.field.every_threat:
         grid = np.stack(np.meshgrid(*middles), axis=-1)
-        risk = RiskField(problem.field.threats, rasters=others).density(grid.reshape(-1, 2)).reshape(risk.shape)
+        risk = problem.field.with_rasters(others).density(grid.reshape(-1, 2)).reshape(risk.shape)
     for raster in jumping:
         risk += _risk_on(raster, *middles)
     risk *= problem.k

@@ -172,7 +172,8 @@ class Restricted:
 def can_restrict(graph: GeometricGraph) -> bool:
     """Return whether a graph is a complete lattice graph, implicit, under a cost that can be bounded."""
     model = graph.model
-    return bool(graph.is_implicit and graph.lattice and model is not None and model.field.is_proper)
+    bounded = model is not None and model.field.is_proper and not model.field.is_mixture
+    return bool(graph.is_implicit and graph.lattice and bounded)
 
 
 def restricted_optimum(on: GraphProblem, *, seconds: float | None = None) -> Restricted | None:

@@ -123,7 +123,7 @@ def least_change(problem: Problem) -> float:
     >>> round(least_change(Problem((0, 0), (1, 1), RiskField([Threat(0.5, 0.5, 0.1)]), k=1000.0)), 3)
     0.027
     """
-    threats = problem.field.threats
+    threats = problem.field.every_threat
     steepest = max((math.sqrt(2.0 * math.log1p(problem.k * one.peak)) / one.spread for one in threats), default=0.0)
     return 1.0 / steepest if steepest > 0.0 else math.inf
 

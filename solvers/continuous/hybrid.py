@@ -197,7 +197,7 @@ class _Search:
         if points < FEWEST_POINTS or corners > MOST_POLES:
             return [], False
         if corners == 0 and not self.problem.field.rasters:
-            dozens = min(max(len(self.problem.field.threats) / 12.0, 1.0), DOZENS)
+            dozens = min(max(len(self.problem.field.every_threat) / 12.0, 1.0), DOZENS)
             most, paths = round(64 * math.sqrt(dozens)), []
             # (a coarse grid takes a quarter of the time, and among many threats may be on the better side of one)
             for times in (1.0, dozens) if dozens > 1.0 else (1.0,):
@@ -326,7 +326,7 @@ def _open_grid(problem: Problem, cells: float) -> tuple[int, int]:
 def _poles(problem: Problem, cost: float) -> FloatArray:
     """Return a point in each threat that matters and in each polygon, the greatest first, shape ``(p, 2)``."""
     # through the middle of a threat, a path gathers at most about 2.5 peak * spread
-    rows = [(problem.k * t.peak * t.spread, t.x, t.y) for t in problem.field.threats]
+    rows = [(problem.k * t.peak * t.spread, t.x, t.y) for t in problem.field.every_threat]
     rows = [row for row in rows if row[0] > 1e-3 * cost]
     for polygon in getattr(problem.model.area.geometry, "geoms", [problem.model.area.geometry]):
         if not polygon.is_empty:

@@ -72,7 +72,7 @@ class LazyThetaStar(Settings):
         if self.corner_rule == "both-free":
             free = ~problem.model.area.contains(lattice.points)
         build_seconds = time.perf_counter() - began
-        ground = positions, *lattice.shape, free, problem.model.kernel_model()
+        ground = positions, *lattice.shape, free, problem.model.kernel_model(mixed=True)
         links = np.stack(cell_corners(lattice, positions), axis=1)
         ends = on.graph.index_of(on.source), on.graph.index_of(on.target)
         values, parents = np.full(len(positions), np.inf), np.full(len(positions), -1)

@@ -57,11 +57,11 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
         self.asked = 0
         self.most_asked, self.for_a_segment = MORE_BOUNDS, BOUNDS_A_SEGMENT
         self.k = problem.k
-        self.field = problem.field.kernel_field()
+        self.field = problem.field.kernel_field(mixed=True)
         self.meter = meter
         self.start, self.goal = problem.start, problem.goal
         # the product in Eq. 2 is between this and its negative
-        product = math.prod(max(1.0, threat.peak - 1.0) for threat in problem.field.threats)
+        product = math.prod(max(1.0, threat.peak - 1.0) for threat in problem.field.every_threat)
         # each unit of length costs from `least` to `greatest`
         self.least = max(0.0, 1.0 + problem.k * (1.0 - product))
         greatest = 1.0 + problem.k * (1.0 + product + sum(raster.greatest for raster in problem.field.rasters))
