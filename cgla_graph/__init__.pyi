@@ -47,8 +47,8 @@ from cgla_graph.model.risk import Threat as Threat
 from cgla_graph.model.risk_raster import RasterRisk as RasterRisk
 from cgla_graph.model.solution import Solution as Solution
 from cgla_graph.model.solution import Status as Status
-from cgla_graph.model.uncertain_field import UncertainField as UncertainField
-from cgla_graph.model.uncertain_field import sample_field as sample_field
+from cgla_graph.model.uncertain.field import UncertainField as UncertainField
+from cgla_graph.model.uncertain.field import sample_field as sample_field
 from cgla_graph.people.exposure import exposure as exposure
 from cgla_graph.people.units import at_prices as at_prices
 from cgla_graph.people.units import flown_over as flown_over

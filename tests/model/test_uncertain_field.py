@@ -13,8 +13,8 @@ from scipy.optimize import linprog
 
 import cgla_graph as cg
 from cgla_graph.errors import CglaError, ProblemError
-from cgla_graph.model.mixed_field import MixedField
-from cgla_graph.model.tail_mean import TailMean
+from cgla_graph.model.uncertain.mixed_field import MixedField
+from cgla_graph.model.uncertain.tail_mean import TailMean
 from cgla_graph.refine.refine import refine_path
 
 NEAR, FAR = (cg.RiskField([cg.Threat(0.5, y, 0.1, 0.9)]) for y in (0.45, 0.8))

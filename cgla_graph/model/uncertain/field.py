@@ -13,11 +13,11 @@ from cgla_graph._text import counted, shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import instance, items, number_array, point_array, whole_number
 from cgla_graph.errors import ProblemError
-from cgla_graph.model.mixed_field import MixedField, checked_fields, rounded_down
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
-from cgla_graph.model.tail_mean import TailMean, checked_probabilities
+from cgla_graph.model.uncertain.mixed_field import MixedField, checked_fields, rounded_down
+from cgla_graph.model.uncertain.tail_mean import TailMean, checked_probabilities
 
 #: Scenarios of a field, at most.
 MOST_SCENARIOS = 10_000

@@ -13,7 +13,7 @@ from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import items, number_array, real_number
 from cgla_graph.errors import ProblemError
-from cgla_graph.model.mixed_field import rounded_down
+from cgla_graph.model.uncertain.mixed_field import rounded_down
 
 #: Probabilities whose sum differs from 1 by more than this are refused.
 OFF = 1e-6
