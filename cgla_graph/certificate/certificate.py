@@ -20,10 +20,11 @@ evaluation of ``F`` (`rounding`).
 """
 
 import math
+import os
 import time
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import shapely
@@ -59,6 +60,9 @@ from cgla_graph.model.solution import NEGATIVE_WEIGHTS, TOLERANCE
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.regions.arrangement import refusal
 from cgla_graph.regions.paths import least_path
+
+if TYPE_CHECKING:
+    from cgla_graph.certificate.proof_file import Proven
 
 #: How a bound was proven: by the straight line between start and goal, a spline on a grid, or points on the borders of
 #: cells of constant cost; empty if it was otherwise, or nothing was.
@@ -167,7 +171,10 @@ class Certificate(Plottable):
         ``cells``, points on the borders of cells of constant cost (rasters read as `nearest`). Empty for other proofs,
         and where nothing is proven.
     problem
-        The problem, for pictures; None in a copy from another process or a file.
+        The problem; None in a copy from another process or a file.
+    known
+        Cost of the cheapest path that the proof met, map units; infinite where it met none. The given path may cost
+        more.
     """
 
     lower_bound: float
@@ -181,6 +188,7 @@ class Certificate(Plottable):
     grids: tuple[Grid, ...] = ()
     proof: Proof = field(default="", kw_only=True)
     problem: Problem | None = field(default=None, repr=False, kw_only=True)
+    known: float = field(default=math.inf, repr=False, kw_only=True)
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave the problem out of copies for other processes, which have it; its maps may be large."""
@@ -203,6 +211,48 @@ class Certificate(Plottable):
     def reached(self) -> bool:
         """Whether the gap is within the tolerance."""
         return self.gap <= self.tolerance
+
+    def save(self, file: str | os.PathLike[str]) -> "Proven":
+        """
+        Prove the bound of its path again, and write the proof to a file (`cgla_graph.save_proof`).
+
+        The bound of the file is its own: it may be a little lower or higher.
+
+        Parameters
+        ----------
+        file
+            Its name; a proof that is there is replaced.
+
+        Returns
+        -------
+        result
+            As that of `cgla_graph.save_proof`.
+
+        Raises
+        ------
+        ProblemError
+            If it does not know its problem, there is no bound, or no proof was found that fits such a file.
+        OutputError
+            If the file cannot be written, or another file than a proof has that name.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> certificate = prove(Problem((0.1, 0.5), (0.9, 0.5)), tolerance=0.02)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     found = certificate.save(f"{folder}/one.proof")
+        >>> 0.78 < found["lower"] < 0.8 <= found["upper"]
+        True
+        """
+        from cgla_graph.certificate.proof_file import save_proof  # noqa: PLC0415 - few certificates are saved
+
+        if self.problem is None:
+            msg = (
+                "this certificate does not know its problem, as copies from another process or a study, and those of "
+                "graphs; prove it again: cgla_graph.save_proof(problem, file, path)"
+            )
+            raise ProblemError(msg)
+        return save_proof(self.problem, file, self.path, tolerance=self.tolerance, known=self.known)
 
     def document(self) -> dict[str, Any]:
         """Return the proof as JSON, without path and grids; numbers that are not finite are None."""
@@ -706,5 +756,6 @@ class _Search:
             message += "; proven over cells of constant cost" if proof == "cells" else ""
         spacing = grids[-1].spacing if grids else 0.0
         bracket = self.best, self.held.cost, self.tolerance
-        shown = proof if self.best > 0.0 else ""
-        return Certificate(*bracket, spacing, cells, message, 0.0, tuple(grids), path=self.held.path, proof=shown)
+        shown, path = proof if self.best > 0.0 else "", self.held.path
+        found = Certificate(*bracket, spacing, cells, message, 0.0, tuple(grids), path=path, proof=shown)
+        return replace(found, known=self.known.cost)

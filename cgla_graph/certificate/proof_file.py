@@ -14,7 +14,6 @@ import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -31,6 +30,7 @@ from cgla_graph.certificate.corners import CornerBlock, corners_of, links_of
 from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
 from cgla_graph.certificate.finer import seeds_beyond
 from cgla_graph.certificate.proof_of_cells import beside_lines, describe_cells
+from cgla_graph.certificate.proof_target import ON_EARTH, is_on_earth, proof_target, require_provable
 from cgla_graph.certificate.subsolution import Level, first_grid, least_loss, next_grid
 from cgla_graph.eikonal import cell_runs, marching_kernels
 from cgla_graph.eikonal.marching import march
@@ -53,9 +53,20 @@ NEARLY_STEEP, MORE = 0.9, 1.0 + 1e-7
 UNREACHED = 4.0
 
 
+class Proven(checker.Result):
+    """What a proof file proves, as the checker finds it, and in `note` what of it is not checked; empty: nothing."""
+
+    note: str
+
+
 def save_proof(
-    problem: Problem, file: str | os.PathLike[str], path: ArrayLike | None = None, *, tolerance: float = 1e-3
-) -> checker.Result:
+    problem: Problem,
+    file: str | os.PathLike[str],
+    path: ArrayLike | None = None,
+    *,
+    tolerance: float = 1e-3,
+    known: float = math.inf,
+) -> Proven:
     """
     Prove a lower bound of the cost of all paths, and write the proof to a file.
 
@@ -64,23 +75,27 @@ def save_proof(
     problem
         The problem; a clearance counts as areas that are wider by that much.
     file
-        Its name. ``check_proof.py``, a program that needs NumPy alone, checks it.
+        Its name. ``check_proof.py``, a program that needs NumPy alone, checks it. A proof that is there is replaced.
     path
         A feasible path from start to goal to go into the file, shape ``(n, 2)``, map units. None: no path.
     tolerance
         Refine the grid until the cost of the path is at most so much above the bound, as a part of it.
+    known
+        Cost of a better path, if one is known, map units: no bound comes closer to `path` than that.
 
     Returns
     -------
     result
-        The bounds that the file proves, as the checker finds them: of all paths, and of this one.
+        What the file proves, as the checker finds it. ``lower``: no path costs less; infinite if there is none.
+        ``upper``: `path` costs at most this; infinite without one. ``problem``: a digest of the problem. ``note``: on a
+        map in degrees, what is not checked.
 
     Raises
     ------
     ProblemError
         If the problem has no bound, the path is not feasible, or no proof was found that fits such a file.
     OutputError
-        If the file cannot be written.
+        If the file cannot be written, or another file than a proof has that name.
 
     Examples
     --------
@@ -93,13 +108,12 @@ def save_proof(
     True
     """
     instance("problem", problem, Problem, problem_wanted)
-    name, target = Path(file_path("file", file)), positive_number("tolerance", tolerance)
-    if not problem.field.is_proper:
-        msg = "there is no proof for a field with peaks above 1; lower them to 1"
-        raise ProblemError(msg)
+    name, wanted = proof_target(file), positive_number("tolerance", tolerance)
+    best = positive_number("known", known) if known != math.inf else known
+    require_provable(problem.field, problem.start, problem.goal)
     archive = Archive()
     described = describe_problem(problem.relaxed(), archive)
-    writer = _Writer(problem.relaxed(), archive, checker.Problem(described, archive.array), target)
+    writer = _Writer(problem.relaxed(), archive, checker.Problem(described, archive.array), wanted)
     waypoints, cost = None, math.inf
     if path is not None:
         waypoints = point_array("path", path)
@@ -108,26 +122,26 @@ def save_proof(
             msg = f"the path is not feasible: {found.violations[0]}; give a feasible one, or none"
             raise ProblemError(msg)
         cost = found.cost
-    argument, lower = writer.argument(cost, waypoints)
-    whole: dict[str, Any] = {
-        "format": checker.FORMAT, "version": checker.VERSION, "problem": described, **argument,
-        "lower": lower if math.isfinite(lower) else None,
-    }  # fmt: skip
-    if waypoints is not None:
-        is_on_cells = any(one.interpolation == "nearest" for one in problem.field.rasters)
-        held = beside_lines(waypoints, writer.checked) if is_on_cells else waypoints
-        whole["path"] = archive.add(held, "path")
-    data = archive.packed(whole)
     try:
+        argument, lower = writer.argument(min(cost, best), waypoints)
+        whole: dict[str, Any] = {
+            "format": checker.FORMAT, "version": checker.VERSION, "problem": described, **argument,
+            "lower": lower if math.isfinite(lower) else None,
+        }  # fmt: skip
+        if waypoints is not None:
+            is_on_cells = any(one.interpolation == "nearest" for one in problem.field.rasters)
+            held = beside_lines(waypoints, writer.checked) if is_on_cells else waypoints
+            whole["path"] = archive.add(held, "path")
+        data = archive.packed(whole)
         result = checker.check(io.BytesIO(data))
     except checker.Refused as error:
         msg = f"no proof of this problem fits into a file: {error}; `certify` without a file may know a bound"
         raise ProblemError(msg) from error
     write_files({name: data})
-    return result
+    return {**result, "note": ON_EARTH if problem.projection is not None else ""}
 
 
-def verify_proof(file: str | os.PathLike[str], problem: Problem | None = None) -> checker.Result:
+def verify_proof(file: str | os.PathLike[str], problem: Problem | None = None) -> Proven:
     """
     Check a proof file, by the program that needs nothing of this library.
 
@@ -142,7 +156,8 @@ def verify_proof(file: str | os.PathLike[str], problem: Problem | None = None) -
     -------
     result
         ``lower``: no path costs less; infinite if there is none. ``upper``: the path of the file costs at most this;
-        infinite without a path. ``problem``: a digest of the problem.
+        infinite without a path. ``problem``: a digest of the problem. ``note``: on a map in degrees, what is not
+        checked.
 
     Raises
     ------
@@ -168,7 +183,7 @@ def verify_proof(file: str | os.PathLike[str], problem: Problem | None = None) -
         if checker.digest(describe_problem(problem.relaxed(), archive), archive.array) != result["problem"]:
             msg = f"{place(name)}: the proof is true, but about another problem; give the map that it was made for"
             raise ProblemError(msg)
-    return result
+    return {**result, "note": ON_EARTH if is_on_earth(name) else ""}
 
 
 class Archive:

@@ -4,7 +4,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -20,7 +20,6 @@ from cgla_graph.comparisons.cli.options import (
     open_map,
     option,
 )
-from cgla_graph.comparisons.cli.verify import proof_document, verified_text
 
 if TYPE_CHECKING:
     from cgla_graph.comparisons.study.runner import Run
@@ -40,7 +39,9 @@ def certify(
     ] = None,
     tolerance: Annotated[float, option("--tolerance R", "wanted gap")] = 0.001,
     max_cells: Annotated[int, option("--max-cells N", "cells of a grid, at most; about 300 bytes each")] = 2_500_000,
-    write: Annotated[Path | None, option("--write FILE", "a proof that cgla verify checks, and others can")] = None,
+    write: Annotated[
+        Path | None, option("--write FILE", "write the proof, for cgla verify and other checkers", "--proof")
+    ] = None,
 ) -> None:
     """
     Prove how far a path is from the best possible.
@@ -49,11 +50,14 @@ def certify(
     picture (NAME-SOLVER-certificate.*). With --path, the path may be that of any planner.
     """
     from cgla_graph.comparisons.cli import ground as on_ground
+    from cgla_graph.comparisons.study.proofs import check_provable, proof_of_run, read_proof
     from cgla_graph.comparisons.study.rows import plan_document
     from cgla_graph.comparisons.tables.certificate import grid_rows, proof_of
 
+    write = read_proof("--write", write, {})
     k = on_ground.price_of_risk(maps.k, ground)
     _, opened = on_ground.asked_of(open_map("certify", scenario, maps, zones, raster, aircraft, k=k), ground)
+    check_provable("--write", write, opened.problem.field, opened.problem.start, opened.problem.goal)
     kinds, folder = output.pictures("png", "svg"), output.folder()
     zoned = zones.report([opened], as_json=output.as_json)
     with console.running_solvers([opened.problem.model]):
@@ -61,27 +65,19 @@ def certify(
     proof = proof_of(run)
     people = on_ground.exposed(run, ground)
     written = _written(folder, run, kinds) if folder else []
-    in_file = _proof_file(write, run, tolerance) if write else {}
+    in_file = None if write is None else proof_of_run(write, run, tolerance)
     if output.as_json:
         below = {} if people is None else {"ground": people.document()}
-        files = [str(file) for file in written]
-        console.out_json({**plan_document(run), "grids": grid_rows(proof), "files": files, **below, **zoned, **in_file})
+        files = [str(file) for file in [*written, *(() if in_file is None else in_file.files)]]
+        below |= {} if in_file is None else {"proof_file": in_file.document()}
+        console.out_json({**plan_document(run), "grids": grid_rows(proof), "files": files, **below, **zoned})
     else:
         _print(run, {} if people is None else people.lines())
-        if write:
-            console.out_lines({"in file": verified_text(in_file["proof_file"])})
-        console.out_files([*written, *([write] if write else [])])
-    if not math.isfinite(proof.upper_bound) or math.isnan(proof.lower_bound):
+        console.out_lines({} if in_file is None else in_file.lines())
+        console.out_files([*written, *(() if in_file is None else in_file.files)])
+    is_missing = not math.isfinite(proof.upper_bound) or math.isnan(proof.lower_bound)
+    if is_missing or (in_file is not None and in_file.found is None):
         raise typer.Exit(console.MISSING)
-
-
-def _proof_file(file: Path, run: "Run", tolerance: float) -> dict[str, Any]:
-    """Write the proof of a run; return what the file proves, for JSON."""
-    from cgla_graph.certificate.proof_file import save_proof
-
-    path = run.solution.path if run.solution.status.has_path else None
-    found = save_proof(run.on_map.problem, file, path, tolerance=tolerance)
-    return {"proof_file": proof_document(file, found)}
 
 
 def certified(

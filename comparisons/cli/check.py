@@ -16,6 +16,7 @@ from cgla_graph.comparisons.cli.options import (
     KOption,
     OutputOptions,
     PlanOptions,
+    ProofFileOption,
     RasterOptions,
     VolumeOptions,
     ZoneOptions,
@@ -61,20 +62,22 @@ def check(
         int, option("--through N", "legs, at most, whose bounds are proven for plans through its waypoints")
     ] = 16,
     no_certificate: Annotated[bool, option("--no-certificate", "leave out the lower bound and the gaps")] = False,
+    proof: ProofFileOption = None,
 ) -> None:
     """
     Check any flight plan: which zones its legs cross, and how much better a plan could be.
 
     Prints length, risk, cost and clearance of each leg, its crossings with zones and their lengths, and a proven
-    bracket of the least cost of a clean plan between the same ends. With --speed, --power and --battery, says how long
-    the flight takes, and whether the battery lasts. On a raster of people, prints the expected fatalities; with
-    --max-density or --target, a plan above is not clean. With --volumes, flight geography, contingency volume and
-    ground risk buffer are built around the plan. With --out, draws it (NAME-check.*). Exits with 1 unless the plan is
-    clean, and its contingency volume too.
+    bracket of the least cost of a clean plan between the same ends; --proof writes its proof. With --speed, --power
+    and --battery, says how long the flight takes, and whether the battery lasts. On a raster of people, prints the
+    expected fatalities; with --max-density or --target, a plan above is not clean. With --volumes, flight geography,
+    contingency volume and ground risk buffer are built around the plan. With --out, draws it (NAME-check.*). Exits
+    with 1 unless the plan is clean, and its contingency volume too.
     """
     from cgla_graph.airspace.plan_check.check import check as check_plan
     from cgla_graph.comparisons.cli import check_report
     from cgla_graph.comparisons.cli import ground as on_ground
+    from cgla_graph.comparisons.study.proofs import proof_of_check, read_proof
 
     laying = None
     if volume.are_asked_for:
@@ -82,6 +85,8 @@ def check(
 
         laying = read_laying(volume, zone_options)
     asked = None if no_certificate or tolerance == 0.0 else tolerance
+    no_bound = {"--no-certificate (or --tolerance 0)": (asked is None, "without a bound, there is no proof to write")}
+    proof = read_proof("--proof", proof, no_bound)
     kinds = output.pictures("png")
     settings, given, aircraft = zone_options.settings(), plan_options.settings(), _aircraft(times)
     settings.pop("terrain_altitude")
@@ -92,6 +97,7 @@ def check(
     _require_meaning(spec, zone_files, bounds, of_map, {**settings, **alone})
     changes = {"bounds": bounds, "raster": vars(raster), "aircraft": failing.settings()}
     on = None if spec is None else on_ground.priced(_opened(plan_file, spec, changes, given), ground)
+    _check_proof(proof, plan_file, on, given)
     folder = output.folder()
     with console.running_solvers():
         checked = check_plan(
@@ -114,17 +120,34 @@ def check(
     written = check_report.write_checked(folder, checked, kinds) if folder else []
     laid = None if laying is None else laying.around_plan(checked, zone_files)
     groups = [] if laid is None else laid.write(folder, kinds)
-    files = [file for group in groups for file in group]
+    in_file = None if proof is None else proof_of_check(proof, checked)
+    files = [file for group in groups for file in group] + ([] if in_file is None else in_file.files)
     if output.as_json:
-        more = {} if laid is None else {"volumes": laid.document()}
+        more: dict[str, Any] = {} if laid is None else {"volumes": laid.document()}
+        more |= {} if in_file is None else {"proof_file": in_file.document()}
         console.out_json({**checked.document(), **more, "files": [*map(str, (*written, *files))]})
     else:
         check_report.print_checked(checked, around_is_clean=laid is None or laid.report.is_clean)
         console.out_lines({} if laid is None else laid.lines())
+        console.out_lines({} if in_file is None else in_file.lines())
         lists = [] if zone_options.zones_list is None else [zone_options.zones_list]
         console.out_files([*files, *written, *lists])
-    if not checked.is_clean or not (laid is None or laid.report.is_clean):
+    is_missing = in_file is not None and in_file.found is None
+    if is_missing or not checked.is_clean or not (laid is None or laid.report.is_clean):
         raise typer.Exit(console.MISSING)
+
+
+def _check_proof(file: Path | None, plan_file: Path, on: "Scenario | None", given: Mapping[str, Any]) -> None:
+    """Check that a proof file can hold the bracket of a plan, before it is proven."""
+    if file is None:
+        return
+    from cgla_graph.airspace.flight_plans.formats import read_plan
+    from cgla_graph.comparisons.study.proofs import check_provable
+    from cgla_graph.model.risk import RiskField
+
+    flown = read_plan(plan_file, **given).flown
+    field = RiskField() if on is None else on.problem.field
+    check_provable("--proof", file, field, flown[0].tolist(), flown[-1].tolist())
 
 
 def _aircraft(times: FlightTimeOptions) -> "Aircraft | None":

@@ -104,6 +104,9 @@ AcceptanceOption = Annotated[
 DimensionOption = Annotated[
     Number, option("--dimension D", "characteristic dimension: greatest distance of two ends with rotors, metres")
 ]
+ProofFileOption = Annotated[
+    Path | None, option("--proof FILE", "write the proof of the bound, for cgla verify and other checkers")
+]
 RefineOption = Annotated[bool, option("--refine", "refine every path in the plane before it counts")]
 ClearanceOption = Annotated[Number, option("--clearance C", "least distance from no-fly areas (map units, or metres)")]
 BoundsOption = Annotated[

@@ -20,6 +20,7 @@ from cgla_graph.comparisons.cli.options import (
     GroundRiskOptions,
     MapOptions,
     OutputOptions,
+    ProofFileOption,
     ProofOptions,
     RasterOptions,
     RefineOption,
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from cgla_graph.comparisons.cli.tour import Touring
     from cgla_graph.comparisons.cli.volumes import Laid, Laying
     from cgla_graph.comparisons.study.entrant import Entrant
+    from cgla_graph.comparisons.study.proofs import ProofLine
     from cgla_graph.comparisons.study.runner import Run
     from cgla_graph.scenarios.scenario import Scenario
     from cgla_graph.solvers.trade_off.plan_within import PlanWithin
@@ -62,6 +64,7 @@ def plan(
     output: OutputOptions,
     solver: SolverOption = "hybrid",
     refine: RefineOption = False,
+    proof_file: ProofFileOption = None,
     profile: Annotated[
         Path | None, option("--profile FILE", "write risk and cost along the path: .csv, or .png, .svg, .pdf")
     ] = None,
@@ -70,11 +73,11 @@ def plan(
     Plan one path.
 
     Prints its numbers, and how far it is from the best possible; with --out, writes its waypoints (CSV, and GeoJSON
-    on lon/lat maps) and a picture; with --export, a plan for ground stations and viewers. With --via, it visits places
-    on the way. With --max-risk, --max-length or --max-energy, a budget replaces the weight k; with --max-density, no
-    cell of a raster within half the --corridor is above it. With --turn-radius, the path consists of lines and arcs,
-    bent until it costs least. With --speed, it says how long the flight takes, with --power its energy, with --battery
-    whether the battery lasts.
+    on lon/lat maps) and a picture; with --export, a plan for ground stations and viewers; with --proof, a proof that
+    others can check. With --via, it visits places on the way. With --max-risk, --max-length or --max-energy, a budget
+    replaces the weight k; with --max-density, no cell of a raster within half the --corridor is above it. With
+    --turn-radius, the path consists of lines and arcs, bent until it costs least. With --speed, it says how long the
+    flight takes, with --power its energy, with --battery whether the battery lasts.
     With --volumes, flight geography, contingency volume and ground risk buffer are laid around it, and people below
     them are counted.
     With --altitudes, it plans at each of them and takes the best.
@@ -86,6 +89,7 @@ def plan(
 
     certify, entrant = not proof.no_certificate, read_entrant(solver, refine=refine)
     tolerance = read_tolerance(proof.tolerance, certify=certify)
+    in_file = _proof_target(proof_file, flyable, budget, tour, proven=tolerance is not None)
     k, planned = on_ground.weight_of(scenario, maps.k, ground, budget), bool(export.export)
     ground = _with_corridor(ground, volume, zones, export)
 
@@ -120,6 +124,7 @@ def plan(
     for one in (exported, laying):
         if one is not None:
             one.check_map(opened)
+    _check_provable(in_file, opened)
     high = bool(export.export) or endurance is not None or (laying is not None and opened.zones is None)
     zoned = {**zones.report([opened], as_json=output.as_json, exported=high), **best}
     folder, kinds = output.folder(), output.pictures("png")
@@ -133,11 +138,50 @@ def plan(
     laid = None if laying is None else laying.around_run(run, without_limit, export, flying)
     written, plans = _written(run, folder, kinds, profile, flying, endurance, exported, laid)
     parts: dict[str, Any] = {"ground": people, "flyable": flying, "tour": touring, "flight": flight, "volumes": laid}
-    parts |= {"exported": plans, "within": within}
+    in_proof = None if in_file is None or tolerance is None else _proof_of(in_file, run, tolerance)
+    written += [] if in_proof is None else [in_proof.files]
+    parts |= {"exported": plans, "within": within, "proof_file": in_proof}
     _tell(run, parts, written, zoned, as_json=output.as_json, windy=times.wind is not None)
     missed = any(one.faults for one in (flight, people, plans) if one is not None)
+    missed |= in_proof is not None and in_proof.found is None
     if not run.solution.status.has_path or missed or (laid is not None and laid.report.touched):
         raise typer.Exit(console.MISSING)
+
+
+def _proof_target(
+    file: Path | None, flyable: FlyableOptions, budget: BudgetOptions, tour: TourOptions, *, proven: bool
+) -> Path | None:
+    """Check the file of a proof, and that a proof file can hold the path that is planned."""
+    if file is None:
+        return None
+    from cgla_graph.comparisons.study.proofs import read_proof
+
+    refused: dict[str, tuple[object, str]] = {
+        "--turn-radius": (flyable.turn_radius, "a proof file holds a path of straight lines, and no arcs"),
+        "--via": (tour.via, "no proof file holds the bound of a tour"),
+        **{
+            f"--{name.replace('_', '-')}": (value, "a proof file bounds length + k * risk, and knows no budget")
+            for name, value in vars(budget).items()
+        },
+        "--no-certificate (or --tolerance 0)": (not proven, "without a bound, there is no proof to write"),
+    }
+    return read_proof("--proof", file, refused)
+
+
+def _check_provable(file: Path | None, scenario: "Scenario") -> None:
+    """Check that there is a proof of a map, if one is to be written."""
+    if file is not None:
+        from cgla_graph.comparisons.study.proofs import check_provable
+
+        problem = scenario.problem
+        check_provable("--proof", file, problem.field, problem.start, problem.goal)
+
+
+def _proof_of(file: Path, run: "Run", tolerance: float) -> "ProofLine":
+    """Write the proof of a path."""
+    from cgla_graph.comparisons.study.proofs import proof_of_run
+
+    return proof_of_run(file, run, tolerance)
 
 
 def _planned(

@@ -1,7 +1,7 @@
 """The command `verify`: check the proof in a file, by a program that needs nothing of this library."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -11,16 +11,16 @@ from cgla_graph.comparisons.cli.options import (
     MapOptions,
     RasterOptions,
     ZoneOptions,
+    map_changes,
     open_map,
     option,
 )
 
-if TYPE_CHECKING:
-    from cgla_graph.certificate.check_proof import Result
-
 
 def verify(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="proofs that certify --write has written")],
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="proofs that --write or --proof of a command has written")
+    ],
     maps: MapOptions,
     zones: ZoneOptions,
     raster: RasterOptions,
@@ -36,43 +36,28 @@ def verify(
     The check needs nothing but the file. Exit code 1 if one of the files does not prove what it claims.
     """
     from cgla_graph.certificate.proof_file import verify_proof
-    from cgla_graph.errors import ProblemError
+    from cgla_graph.comparisons.study.proofs import ProofLine
+    from cgla_graph.errors import CglaError, ProblemError
 
-    problem = open_map("verify", of_map, maps, zones, raster, aircraft).problem if of_map else None
-    results: list[dict[str, Any]] = []
+    changes = [*map_changes(maps, zones, raster, aircraft).given, *(["--zones-list"] if zones.zones_list else [])]
+    if changes and not of_map:
+        msg = f"{changes[0]} is about a map; give it (--map MAP)"
+        raise CglaError(msg)
+    problem = None
+    if of_map:
+        opened = open_map("verify", of_map, maps, zones, raster, aircraft)
+        problem = opened.problem
+        if zones.zones_list is not None:
+            zones.report([opened], as_json=True)
+    results: list[ProofLine] = []
     for file in files:
         try:
-            results.append(proof_document(file, verify_proof(file, problem)))
+            results.append(ProofLine(file, verify_proof(file, problem)))
         except ProblemError as error:
-            results.append({"file": str(file), "verified": False, "fault": str(error)})
+            results.append(ProofLine(file, fault=str(error)))
+        if not as_json:
+            console.out_lines({"verified" if results[-1].found else "refused": results[-1].text()})
     if as_json:
-        console.out_json({"proofs": results})
-    else:
-        for one in results:
-            console.out_lines({"verified" if one["verified"] else "refused": verified_text(one)})
-    if not all(one["verified"] for one in results):
+        console.out_json({"proofs": [one.document() for one in results]})
+    if not all(one.found for one in results):
         raise typer.Exit(console.MISSING)
-
-
-def proof_document(file: Path, found: "Result") -> dict[str, Any]:
-    """Return what a file proves as JSON; numbers that are not finite are None."""
-    from cgla_graph._text import json_number
-
-    numbers = {"lower_bound": json_number(found["lower"]), "upper_bound": json_number(found["upper"])}
-    no_path = found["lower"] == float("inf")
-    return {"file": str(file), "verified": True, **numbers, "no_path": no_path, "problem": found["problem"]}
-
-
-def verified_text(one: dict[str, Any]) -> str:
-    """Say what a file proves, or why it does not."""
-    from cgla_graph._text import figure
-
-    if not one["verified"]:
-        return str(one["fault"])
-    if one["no_path"]:
-        return f"{one['file']}: there is no path"
-    text = f"{one['file']}: no path costs less than {figure(one['lower_bound'], 9)}"
-    upper = one["upper_bound"]
-    if upper is None:
-        return text
-    return f"{text}; its path costs at most {figure(upper, 9)}: a gap of {upper / one['lower_bound'] - 1.0:.2%}"

@@ -1,9 +1,10 @@
 """Result of the check of a plan: legs, crossings, heights, verdict and proven bracket."""
 
 import math
+import os
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -17,8 +18,12 @@ from cgla_graph.airspace.plan_check.bracket import Through
 from cgla_graph.airspace.plan_check.plan_map import PlanMap
 from cgla_graph.airspace.terrain.legs import LegsAboveGround
 from cgla_graph.certificate.certificate import Certificate
+from cgla_graph.errors import ProblemError
 from cgla_graph.model.earth import degrees_of
 from cgla_graph.people.exposure import Exposure
+
+if TYPE_CHECKING:
+    from cgla_graph.certificate.proof_file import Proven
 
 #: Reasons for which it is not known where a plan flies that a verdict names, at most.
 _MOST_UNKNOWN = 3
@@ -348,6 +353,43 @@ class PlanCheck(Plottable):
             way = "touch-down"
         (place_of,) = self.degrees(on.route[[place]]) or on.route[[place]].tolist()
         return f"{way} at {place_of[0]:.6f},{place_of[1]:.6f}"
+
+    def save_proof(self, file: str | os.PathLike[str]) -> "Proven":
+        """
+        Prove the lower bound of `best` again, and write the proof to a file (`cgla_graph.save_proof`).
+
+        The file holds the plan as its path, if the plan keeps out of all areas that the bound counts.
+
+        Parameters
+        ----------
+        file
+            Its name; a proof that is there is replaced.
+
+        Returns
+        -------
+        result
+            As that of `cgla_graph.save_proof`; its note also says if the file is without the plan, or about paths in a
+            box around it.
+
+        Raises
+        ------
+        ProblemError
+            If there is no bracket, or no proof was found that fits such a file.
+        OutputError
+            If the file cannot be written, or another file than a proof has that name.
+        """
+        from cgla_graph.certificate.proof_file import save_proof  # noqa: PLC0415 - few checks are saved
+
+        best = self.best
+        if best is None or best.problem is None:
+            msg = f"there is no bracket to prove{self.no_best and f': {self.no_best}'}; check with a tolerance"
+            raise ProblemError(msg)
+        is_held = best.problem.evaluate(self.on.route).feasible
+        path = self.on.route if is_held else None
+        found = save_proof(best.problem, file, path, tolerance=best.tolerance, known=best.known)
+        box = "" if self.on.has_bounds else "of paths in a box around the plan"
+        missing = "" if is_held else "without the plan, which meets an area, or leaves the map or the clearance"
+        return {**found, "note": "; ".join(filter(None, [missing, box, found["note"]]))}
 
     def degrees(self, places: FloatArray) -> list[list[float]] | None:
         """Return places of the map in longitude and latitude; None on a map in the plane."""

@@ -1,0 +1,169 @@
+"""Proof files of commands: checked before the work, and written after it by `cgla_graph.save_proof`."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cgla_graph._text import at_most, figure, floored, json_number, rounded_down
+from cgla_graph.certificate.proof_file import Proven, save_proof
+from cgla_graph.certificate.proof_target import ON_EARTH, proof_target, require_provable
+from cgla_graph.comparisons import files
+from cgla_graph.errors import CglaError, ProblemError
+from cgla_graph.model.risk import RiskField
+from cgla_graph.model.solution import Status
+
+if TYPE_CHECKING:
+    from cgla_graph.airspace.plan_check.result import PlanCheck
+    from cgla_graph.comparisons.study.runner import Run
+
+
+@dataclass(frozen=True)
+class ProofLine:
+    """
+    What a proof file proves, or why there is none.
+
+    Attributes
+    ----------
+    file
+        The file.
+    found
+        What it proves; None if nothing.
+    fault
+        Why it proves nothing.
+    bound
+        The bound of the command itself; NaN where there is none.
+    """
+
+    file: Path
+    found: Proven | None = None
+    fault: str = ""
+    bound: float = math.nan
+
+    def document(self) -> dict[str, Any]:
+        """Return it as JSON; numbers that are not finite are None."""
+        if self.found is None:
+            return {"file": str(self.file), "verified": False, "fault": self.fault}
+        lower, upper = self.found["lower"], self.found["upper"]
+        return {
+            "file": str(self.file),
+            "verified": True,
+            "lower_bound": json_number(lower),
+            "upper_bound": json_number(upper),
+            "no_path": lower == math.inf,
+            "problem": self.found["problem"],
+            "note": self.found["note"],
+        }
+
+    def lines(self) -> dict[str, str]:
+        """Return the line to print."""
+        return {"in file": self.text()}
+
+    @property
+    def files(self) -> list[Path]:
+        """The file, if it was written."""
+        return [] if self.found is None else [self.file]
+
+    def text(self) -> str:
+        """Say it in one line."""
+        if self.found is None:
+            return self.fault
+        lower, upper, note = self.found["lower"], self.found["upper"], self.found["note"]
+        unit = " m" if ON_EARTH in note else ""
+        said = [f"{self.file}: there is no path"]
+        if lower < math.inf:
+            said = [f"{self.file}: no path costs less than {rounded_down(lower, 9)}{unit}"]
+        if lower < upper < math.inf:
+            more = "" if lower <= 0.0 else f", at most {at_most(upper / lower - 1.0)} more"
+            said.append(f"its path costs at most {figure(-floored(-upper, 9), 9)}{unit}{more}")
+        if math.isfinite(self.bound):
+            said.append(f"the bound without a file: {rounded_down(self.bound, 9)}{unit}")
+        return "; ".join([*said, *filter(None, [note])])
+
+
+def read_proof(option: str, file: Path | None, refused: Mapping[str, tuple[object, str]]) -> Path | None:
+    """
+    Check the file of a proof, and that its command finds a path that a proof file can hold, before any work.
+
+    Parameters
+    ----------
+    option
+        The option that names the file.
+    file
+        The file; None if none is wanted.
+    refused
+        Options that exclude a proof file: whether each is given, and why.
+
+    Raises
+    ------
+    CglaError
+        If one of them is given, or the file cannot be written.
+    """
+    if file is None:
+        return None
+    for other, (given, why) in refused.items():
+        if given:
+            msg = f"{option} {file}: {why}; leave out {other} or {option}"
+            raise CglaError(msg)
+    files.make_folder(file.parent)
+    return proof_target(file, option)
+
+
+def check_provable(
+    option: str, file: Path | None, field: RiskField, start: Sequence[float], goal: Sequence[float]
+) -> None:
+    """
+    Refuse the file of a proof that cannot be, before any work.
+
+    Raises
+    ------
+    CglaError
+        If there is no proof for paths between these ends over this field.
+    """
+    if file is None:
+        return
+    try:
+        require_provable(field, start, goal)
+    except CglaError as error:
+        msg = f"{option} {file}: {error}, or leave {option} out"
+        raise CglaError(msg) from error
+
+
+def proof_of_run(file: Path, run: "Run", tolerance: float) -> ProofLine:
+    """
+    Write the proof of a run, with its path; without one, a proof that there is none, if that is proven.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    solution, certificate = run.solution, run.certificate
+    has_path, problem = solution.status.has_path, run.on_map.problem
+    known, bound = (math.inf, math.nan) if certificate is None else (certificate.known, certificate.lower_bound)
+    if not has_path and bound != math.inf and solution.status is not Status.NO_PATH:
+        return ProofLine(file, fault=f"{file}: not written: no path was found, and maybe there is one")
+    path = solution.path if has_path else None
+    return _written(file, bound, lambda: save_proof(problem, file, path, tolerance=tolerance, known=known))
+
+
+def proof_of_check(file: Path, checked: "PlanCheck") -> ProofLine:
+    """
+    Write the proof of the bracket of a plan that was checked.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    bound = math.nan if checked.best is None else checked.best.lower_bound
+    return _written(file, bound, lambda: checked.save_proof(file))
+
+
+def _written(file: Path, bound: float, save: Callable[[], Proven]) -> ProofLine:
+    """Say what a file proves that is written here; if it cannot be, why."""
+    try:
+        return ProofLine(file, save(), bound=bound)
+    except ProblemError as error:
+        return ProofLine(file, fault=f"{file}: not written: {error}")
