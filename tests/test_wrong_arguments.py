@@ -122,7 +122,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "verify_proof": (cg.verify_proof, {"file": "one.proof", "problem": PROBLEM}),
     "pareto": (
         cg.pareto,
-        {"problem": None, "solver": "cgla", "resolution": 3, "max_points": 3, "k_max": None, "proven": False},
+        {"problem": None, "solver": "cgla", "resolution": 3, "max_points": 3, "k_max": None, "proven": False,
+         "budgets": ()},
     ),
     "plan_within_risk": (cg.plan_within_risk, {"problem": None, "max_risk": 1.0, "solver": "cgla", "resolution": 3}),
     "plan_within_length": (cg.plan_within_length, {"problem": None, "max_length": 3.0, "solver": "cgla"}),

@@ -65,7 +65,7 @@ def status_within(plan: PlanWithin) -> dict[str, str]:
 
 
 def print_within(scenario: Scenario, plan: PlanWithin) -> None:
-    """Print budget, weight, dual bound and gap of a plan within a budget."""
+    """Print budget, weight, bounds and gap of a plan within a budget."""
     on_risk = plan.limited == "risk"
     metres = " m" if scenario.projection else ""
     unit, other_unit = {"risk": ("", metres), "length": (metres, ""), "energy": (" Wh", "")}[plan.limited]
@@ -77,10 +77,13 @@ def print_within(scenario: Scenario, plan: PlanWithin) -> None:
         bound, weight = f"none: it is proven that no path {scope} keeps the budget", ""
     elif math.isnan(plan.dual_bound):
         bound, weight = "not known", ""
+    what = "of the better bound" if plan.cut_bound > plan.dual_bound else "duality gap"
+    cut = f"{rounded_down(plan.cut_bound, 9)}{other_unit}: the same, by the best k at each place"
     lines = {
         "budget": f"{plan.limited} at most {plan.budget:g}{unit}",
         "weight": weight,
         "dual bound": bound,
-        "gap": f"{percent(plan.gap)}: duality gap" if plan.status.has_path else "",
+        "cut bound": cut if plan.cut_bound > plan.dual_bound else "",
+        "gap": f"{percent(plan.gap)}: {what}" if plan.status.has_path else "",
     }
     console.out_lines(lines)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from cgla_graph._text import shown
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import (
     AircraftOptions,
@@ -16,6 +17,7 @@ from cgla_graph.comparisons.cli.options import (
     RasterOptions,
     ScenarioArg,
     SolverOption,
+    Text,
     ZoneOptions,
     open_map,
     option,
@@ -47,6 +49,7 @@ def pareto(
     corridor: CorridorOption = None,
     proven: Annotated[bool, option("--proven", "prove for every k how much better any path may be")] = False,
     k_max: Annotated[Number, option("--k-max K", "greatest k (default: 1000 with --proven, else chosen)")] = None,
+    budgets: Annotated[Text, option("--budgets R,R", "with --proven: budgets of risk, each with a bound")] = None,
 ) -> None:
     """
     Show how length grows as risk falls, and the k of each trade-off.
@@ -54,13 +57,15 @@ def pareto(
     Prints the paths that are cheapest for some k, with the range of k of each; with --out, writes a table of them,
     their waypoints and a picture (NAME-SOLVER-pareto….*). With --solver cgla these are all such paths of the lattice.
     With --proven, says how much cheaper any path inside the bounds of the map may be, for every k from 0 to --k-max.
+    With --budgets, also finds the shortest path within each budget of risk, and a bound of all such paths.
     With --corridor W, shows the cost of each limit of the density under a corridor instead (NAME-SOLVER-density.csv).
     """
     from cgla_graph.comparisons.study.options import is_raster, read_entrant
 
-    if corridor is not None and (proven or k_max is not None):
-        msg = "--corridor has a front over limits of the density; leave out --proven and --k-max"
+    if corridor is not None and (proven or k_max is not None or budgets):
+        msg = "--corridor has a front over limits of the density; leave out --proven, --k-max and --budgets"
         raise ProblemError(msg)
+    more: dict[str, Any] = {"proven": proven, "k_max": k_max, "budgets": _numbers("--budgets", budgets)}
     entrant = read_entrant(solver)
     # a raster has no weight, and the front is over all weights
     k = 1.0 if maps.k is None and corridor is None and all(map(is_raster, scenario)) else None
@@ -68,9 +73,7 @@ def pareto(
     kinds, folder = output.pictures("png"), output.folder()
     zoned = zones.report([opened], as_json=output.as_json)
     with console.running_solvers():
-        answer = (
-            _of_weights(opened, entrant, proven, k_max) if corridor is None else _of_limits(opened, entrant, corridor)
-        )
+        answer = _of_weights(opened, entrant, more) if corridor is None else _of_limits(opened, entrant, corridor)
     written = answer.write(folder, kinds) if folder else []
     if output.as_json:
         names = {"scenario": opened.name, "solver": entrant.label}
@@ -82,7 +85,7 @@ def pareto(
         raise typer.Exit(console.MISSING)
 
 
-def _of_weights(scenario: "Scenario", entrant: "Entrant", proven: bool, k_max: float | None) -> _Answer:
+def _of_weights(scenario: "Scenario", entrant: "Entrant", more: dict[str, Any]) -> _Answer:
     """Find the front of length against risk, by `cgla_graph.pareto`."""
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.tables import fronts
@@ -91,12 +94,14 @@ def _of_weights(scenario: "Scenario", entrant: "Entrant", proven: bool, k_max: f
     from cgla_graph.solvers.trade_off.pareto import pareto as front_of
 
     chosen = registry.get(entrant.name, **entrant.settings_on(scenario))
-    front = front_of(scenario.problem, solver=chosen, resolution=scenario.lattice, proven=proven, k_max=k_max)
+    front = front_of(scenario.problem, solver=chosen, resolution=scenario.lattice, **more)
     document = {**front.document(), "unit_of_risk": risk_unit(scenario.problem.field)}
 
     def show() -> None:
         if front.points:
             console.out_table(fronts.front_table(scenario, entrant, front))
+            if front.budgets:
+                console.out_table(fronts.budgets_table(scenario, front))
         else:
             status = f"{front.status.label}: {front.status.value}"
             said = {"solver": entrant.label, "status": status, "remark": front.message}
@@ -109,15 +114,26 @@ def _of_weights(scenario: "Scenario", entrant: "Entrant", proven: bool, k_max: f
         if not front.points:
             return []
         stem = files.stem_of(folder, scenario, entrant.label, "pareto")
-        columns = (*fronts.COLUMNS, *(fronts.PROVEN_COLUMNS if proven else ()))
+        columns = (*fronts.COLUMNS, *(fronts.PROVEN_COLUMNS if more["proven"] else ()))
         table = fronts.csv_of_documents(document["points"], columns)
+        within = fronts.csv_of_documents(document.get("budgets", []), fronts.BUDGET_COLUMNS)
         return [
             files.write_text(stem.with_name(f"{stem.name}.csv"), table),
+            *([files.write_text(stem.with_name(f"{stem.name}-budgets.csv"), within)] if front.budgets else []),
             files.write_text(stem.with_name(f"{stem.name}-paths.csv"), fronts.waypoints_csv(scenario, front)),
             *pictures.save_all(pareto_figure(scenario, front), stem, kinds),
         ]
 
     return _Answer(bool(front.points), document, show, write)
+
+
+def _numbers(name: str, text: str | None) -> list[float]:
+    """Read numbers, separated by commas."""
+    try:
+        return [float(part) for part in (text or "").split(",") if part.strip()]
+    except ValueError as error:
+        msg = f"{name} is {shown(text)}; give numbers, as 0.01,0.03"
+        raise ProblemError(msg) from error
 
 
 def _of_limits(scenario: "Scenario", entrant: "Entrant", corridor: float) -> _Answer:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph._text import at_most, counted, figure, percent
+from cgla_graph._text import DASH, at_most, counted, figure, percent, rounded_down
 from cgla_graph.comparisons import files
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
@@ -23,6 +23,8 @@ PATH_COLUMNS = ("path", "x", "y", "longitude", "latitude")
 COLUMNS = ("k_low", "k_high", "k", "length", "risk", "cost", "waypoints")
 #: Further columns of a front with a proof: the bound under `k`, and the greatest gap from `k_low` to `k_high`.
 PROVEN_COLUMNS = ("lower_bound", "gap")
+#: The columns of the budgets of a front: of each the path's length and risk, and the bounds of the length.
+BUDGET_COLUMNS = ("budget", "status", "length", "risk", "k", "dual_bound", "cut_bound", "lower_bound", "gap")
 #: The columns of `density.csv`: the limit, whether a path was found or there is proven to be none, and its numbers.
 DENSITY_COLUMNS = ("max_density", "status", "no_path", "cost", "length", "risk", "gap")
 
@@ -60,6 +62,22 @@ def front_table(scenario: Scenario, entrant: Entrant, front: Front) -> FittedTab
         *([flat] if flat else []),
     ]
     return FittedTable(title, (), heads, ("less risk", "longer", "knee", "gap"), notes, rows)
+
+
+def budgets_table(scenario: Scenario, front: Front) -> FittedTable:
+    """Show the shortest paths within budgets of risk, and the bounds of all such paths, a line a budget."""
+    unit = "m" if scenario.projection else "map units"
+    rows: list[Sequence[str]] = []
+    for plan in front.budgets:
+        found, bounds = plan.solution, (plan.dual_bound, plan.cut_bound)
+        shown = [figure(found.length, 6), figure(found.risk, 4)] if plan.status.has_path else [DASH] * 2
+        proven = [rounded_down(bound, 6) if math.isfinite(bound) else DASH for bound in bounds]
+        rows.append([figure(plan.budget, 4), *shown, *proven, "no path" if plan.no_path else at_most(plan.gap)])
+    heads = ("risk at most", "length", "risk", "dual bound", "cut bound", "gap")
+    note = "no path within the budget is shorter than the greater bound; the cut has the best k at each place"
+    return FittedTable(
+        f"the shortest within a budget (lengths in {unit})", (), heads, ("risk", "dual bound"), [note], rows
+    )
 
 
 def proven_note(front: Front) -> str:

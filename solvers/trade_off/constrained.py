@@ -12,14 +12,14 @@ from cgla_graph._text import rounded_down
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.certificate.certificate import prove
+from cgla_graph.certificate.within import cut_within
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Evaluation, Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.model.solver import Solver
 from cgla_graph.refine.refine import refine_path
-from cgla_graph.solvers.trade_off.front import ROUNDING, chord_weight, is_risk_free
+from cgla_graph.solvers.trade_off.front import ROUNDING, chord_weight, growing_weights, is_risk_free
 from cgla_graph.solvers.trade_off.label_search import constrained_path
-from cgla_graph.solvers.trade_off.pareto import growing_weights
 from cgla_graph.solvers.trade_off.plan_within import PlanWithin, Scope
 from cgla_graph.solvers.trade_off.reweighing import Reweighed
 
@@ -57,7 +57,8 @@ def plan_within_risk(
     best weight is found between a path that breaks the budget and one that keeps it (Handler, Zang, Networks 10(4),
     1980). The gap between the two is searched as well: on a lattice by labels, up to the optimum
     (`constrained_path`); in the plane by bending the path that keeps the budget towards the one that does not, and by
-    refining it and a lattice's best path until they use the budget up.
+    refining it and a lattice's best path until they use the budget up. If the gap is above the tolerance in the plane,
+    a cut with the best weight at each place raises the bound (`PlanWithin.cut_bound`).
 
     Parameters
     ----------
@@ -97,7 +98,7 @@ def plan_within_risk(
     ('optimal', True, 1.118, 0.055)
     """
     budget = non_negative_number("max_risk", max_risk)
-    return _Search(Reweighed(problem, solver, resolution=resolution, **settings), "risk", budget, tolerance).run()
+    return plan_with(Reweighed(problem, solver, resolution=resolution, **settings), "risk", budget, tolerance)
 
 
 def plan_within_length(
@@ -121,7 +122,22 @@ def plan_within_length(
     ('optimal', True, 0.115)
     """
     budget = non_negative_number("max_length", max_length)
-    return _Search(Reweighed(problem, solver, resolution=resolution, **settings), "length", budget, tolerance).run()
+    return plan_with(Reweighed(problem, solver, resolution=resolution, **settings), "length", budget, tolerance)
+
+
+def plan_with(
+    reweighed: Reweighed, limited: Literal["risk", "length"], budget: float, tolerance: float | None
+) -> PlanWithin:
+    """
+    Plan within a budget as `plan_within_risk` or `plan_within_length`, with the answers that a solver gave before.
+
+    Examples
+    --------
+    >>> reweighed = Reweighed(Problem((0, 0.5), (1, 0.5)), "cgla", resolution=3)
+    >>> plan_with(reweighed, "risk", 0.5, None).solution.length
+    1.0
+    """
+    return _Search(reweighed, limited, budget, tolerance).run()
 
 
 class _Search:
@@ -214,7 +230,16 @@ class _Search:
         kept = min(filter(self.keeps, found), key=self.value)
         if self.reweighed.exact:
             return self._on_lattice(kept)
-        return self._plan(self._in_plane(kept, broken, k), *self._dual(k))
+        return self._with_cut(self._plan(self._in_plane(kept, broken, k), *self._dual(k)))
+
+    def _with_cut(self, plan: PlanWithin) -> PlanWithin:
+        """Close the duality gap by the best weight at each place, where the gap is above the tolerance."""
+        value = self.value(plan.solution)
+        if self.tolerance is None or not plan.gap > self.tolerance or not 0.0 < plan.k < math.inf or not value > 0.0:
+            return plan
+        found = [path.path for path in self.reweighed.solved.values() if path.status.has_path]
+        cut = cut_within(self.problem, self.limited, self.room, value, plan.k, found, tolerance=self.tolerance)
+        return dataclasses.replace(plan, cut_bound=cut.lower_bound)
 
     def _is_close(self, kept: Solution, now: Solution, k: float) -> bool:
         """Whether a path is as good as any within the budget can be, by the solver's own costs."""

@@ -21,12 +21,15 @@ from cgla_graph._validate import non_negative_number, number_array
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Evaluation, Problem
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.solvers.trade_off.plan_within import PlanWithin
 from cgla_graph.solvers.trade_off.weight_bounds import WeightBounds
 
 #: Relative differences of length and risk below this are rounding.
 ROUNDING = 1e-12
 #: Risk per unit length below this is none: line integrals are not more exact.
 NO_RISK = 1e-10
+#: Factor of the risk weight on the way to the end of least risk, and the most steps.
+GROWTH, MOST_GROWTHS = 10.0, 6
 
 
 class _Path(Protocol):
@@ -117,6 +120,8 @@ class Front(ShortRepr):
     bounds
         Proven bounds of the cost of every path inside the bounds of the map, under all risk weights; None if none were
         asked for.
+    budgets
+        The shortest paths within some budgets of risk, and the bounds of all such paths.
     """
 
     points: tuple[FrontPoint, ...]
@@ -126,6 +131,7 @@ class Front(ShortRepr):
     n_solves: int = 0
     message: str = ""
     bounds: WeightBounds | None = None
+    budgets: tuple[PlanWithin, ...] = ()
 
     def __len__(self) -> int:
         """Count the points."""
@@ -198,6 +204,7 @@ class Front(ShortRepr):
             "solves": self.n_solves,
             "knee": None if self.knee is None else self.points.index(self.knee),
             **proven,
+            **({"budgets": [_within(plan) for plan in self.budgets]} if self.budgets else {}),
             "points": [{**point.document(), **self._proven_of(point)} for point in self],
         }
 
@@ -257,6 +264,12 @@ class Front(ShortRepr):
         return self.points[int(np.argmax(depth))]
 
 
+def _within(plan: PlanWithin) -> dict[str, Any]:
+    """Return a plan within a budget as JSON, without its path."""
+    numbers = {name: json_number(getattr(plan.solution, name)) for name in ("length", "risk")}
+    return {"status": plan.status.label, **numbers, **plan.document(), "message": plan.message}
+
+
 def gaps(paths: Sequence[_Path], bounds: WeightBounds | None, weights: FloatArray) -> FloatArray:
     """Return the gap between the cheapest path and the bound under each weight, shape ``(n,)``; NaN without a bound."""
     if bounds is None:
@@ -293,6 +306,12 @@ def worst_weight(
 def is_risk_free(solution: Solution | Evaluation) -> bool:
     """Whether there is no more risk along a path than line integrals may be wrong by."""
     return solution.risk <= NO_RISK * solution.length
+
+
+def growing_weights(shortest: Solution | Evaluation) -> Iterator[float]:
+    """Yield risk weights to look for little risk with, from where the shortest path's risk counts as its length."""
+    if not is_risk_free(shortest):
+        yield from (shortest.length / shortest.risk * GROWTH**i for i in range(MOST_GROWTHS + 1))
 
 
 def lower_hull(solved: Iterable[tuple[float, Solution]]) -> list[tuple[float, Solution]]:

@@ -8,20 +8,23 @@ each path bounds it from above by a line, and each exact solve gives one of its 
 
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from cgla_graph._progress import Tell, showing
 from cgla_graph._validate import non_negative_number, positive_number, truth_value
+from cgla_graph.errors import ProblemError
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.problem import Evaluation, Problem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Status
 from cgla_graph.model.solver import Solver
 from cgla_graph.solvers.base import Whole
 from cgla_graph.solvers.continuous.hybrid import Hybrid
-from cgla_graph.solvers.trade_off.front import ROUNDING, Front, is_risk_free, lower_hull, points_of
+from cgla_graph.solvers.trade_off.constrained import plan_with
+from cgla_graph.solvers.trade_off.front import ROUNDING, Front, growing_weights, lower_hull, points_of
+from cgla_graph.solvers.trade_off.plan_within import PlanWithin
 from cgla_graph.solvers.trade_off.proven_front import ProvenSearch
 from cgla_graph.solvers.trade_off.reweighing import Reweighed
 from cgla_graph.solvers.trade_off.weight_bounds import WeightBounds
@@ -30,8 +33,6 @@ from cgla_graph.solvers.trade_off.weight_bounds import WeightBounds
 TOLERANCE = 1e-3
 #: The same where it is proven, and the greatest weight then.
 TOLERANCE_OF_PROOF, MOST_WEIGHT = 0.005, 1000.0
-#: Factor of the risk weight on the way to the end of least risk, and the most steps.
-GROWTH, MOST_GROWTHS = 10.0, 6
 #: The front ends where a step lowers the risk by no more than this, relative to the shortest path's.
 LEAST_RISK = 1e-3
 
@@ -45,6 +46,7 @@ def pareto(
     max_points: int = 100,
     k_max: float | None = None,
     proven: bool = False,
+    budgets: Sequence[float] = (),
     **settings: Any,  # noqa: ANN401 - each solver has settings of its own
 ) -> Front:
     """
@@ -76,6 +78,9 @@ def pareto(
         Whether to prove for every weight from 0 to `k_max` how much cheaper any path inside the bounds of the map may
         be (`Front.bounds`, `Front.gap`). With `hybrid`, the front holds the paths that the proofs find as well; with
         another solver only its own, and `tolerance` is that of the proofs.
+    budgets
+        With `proven`: budgets of risk. For each, the front has the shortest path within it, and a bound of all such
+        paths, as `plan_within_risk` finds them (`Front.budgets`).
     **settings
         Settings of a solver given by name.
 
@@ -100,8 +105,13 @@ def pareto(
     [(0.0, 1.0, 0.251), (0.55, 1.118, 0.036), (3.66, 1.207, 0.011)]
     """
     truth_value("proven", proven)
+    risks = [non_negative_number("budgets", budget) for budget in budgets]
     if proven:
-        return _proven(problem, solver, resolution, tolerance, max_points, k_max, settings)
+        front, reweighed = _proven(problem, solver, resolution, tolerance, max_points, k_max, settings)
+        return dataclasses.replace(front, budgets=tuple(_within(front, reweighed, risk) for risk in risks))
+    if risks:
+        msg = "budgets are planned with a proof; give proven=True as well, or use plan_within_risk"
+        raise ProblemError(msg)
     reweighed = Reweighed(problem, solver, resolution=resolution, **settings)
     if tolerance is None:
         tolerance = 0.0 if reweighed.exact else TOLERANCE
@@ -137,8 +147,8 @@ def _proven(
     max_points: int,
     k_max: float | None,
     settings: dict[str, Any],
-) -> Front:
-    """Find a front, and prove it for all weights up to `k_max`."""
+) -> tuple[Front, Reweighed]:
+    """Find a front, and prove it for all weights up to `k_max`; also return the problem with its solver."""
     wanted = positive_number("tolerance", TOLERANCE_OF_PROOF if tolerance is None else tolerance)
     k_max = positive_number("k_max", MOST_WEIGHT if k_max is None else k_max)
     reweighed = Reweighed(problem, solver, resolution=resolution, **settings)
@@ -146,14 +156,15 @@ def _proven(
     if isinstance(reweighed.solver, Hybrid):
         # its paths are proven here
         reweighed.solver = dataclasses.replace(reweighed.solver, tolerance=None)
-    front = Front((), Status.NOT_FOUND)
+    front, searched = Front((), Status.NOT_FOUND), reweighed
     if not own or not problem.field.is_proper:
         # (with peaks above 1, it says so)
         front = pareto(problem, solver=reweighed.solver, resolution=resolution, max_points=max_points, k_max=k_max)
-        reweighed = Reweighed(problem)
+        searched = Reweighed(problem)
     if not problem.field.is_proper:
-        return dataclasses.replace(front, k_max=k_max, bounds=WeightBounds(np.array([0.0]), np.array([math.nan])))
-    search = ProvenSearch(reweighed, k_max, wanted, max_points, [(point.k, point.solution) for point in front])
+        nothing = WeightBounds(np.array([0.0]), np.array([math.nan]))
+        return dataclasses.replace(front, k_max=k_max, bounds=nothing), reweighed
+    search = ProvenSearch(searched, k_max, wanted, max_points, [(point.k, point.solution) for point in front])
     with showing("proof of a front") as tell:
         search.run(tell)
     bounds = search.bounds
@@ -164,17 +175,18 @@ def _proven(
     front = dataclasses.replace(front, k_max=k_max, bounds=bounds)
     if front.points:
         error = front.error if front.status is Status.OPTIMAL else 1.0 - 1.0 / (1.0 + front.gap)
-        return dataclasses.replace(front, error=error, message=search.remark(front.gap))
-    if math.isinf(bounds.at(0.0)):
+        front = dataclasses.replace(front, error=error, message=search.remark(front.gap))
+    elif math.isinf(bounds.at(0.0)):
         closed = "it is proven that no path joins start and goal inside the bounds"
-        return dataclasses.replace(front, status=Status.NO_PATH, message=closed)
-    return front
+        front = dataclasses.replace(front, status=Status.NO_PATH, message=closed)
+    return front, reweighed
 
 
-def growing_weights(shortest: Solution | Evaluation) -> Iterator[float]:
-    """Yield risk weights to look for little risk with, from where the shortest path's risk counts as its length."""
-    if not is_risk_free(shortest):
-        yield from (shortest.length / shortest.risk * GROWTH**i for i in range(MOST_GROWTHS + 1))
+def _within(front: Front, reweighed: Reweighed, risk: float) -> PlanWithin:
+    """Plan within a budget of risk; where the proofs of the front bound more than the plan's, theirs count."""
+    plan = plan_with(reweighed, "risk", risk, TOLERANCE_OF_PROOF)
+    by_front = float(front.least_length([risk])[0]) if plan.scope == "plane" else math.nan
+    return dataclasses.replace(plan, dual_bound=by_front) if by_front > plan.dual_bound else plan
 
 
 def _refine(reweighed: Reweighed, tolerance: float, max_points: int, tell: Tell) -> float:

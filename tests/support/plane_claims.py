@@ -15,7 +15,7 @@ from cgla_graph.certificate import certificate, subsolution, verdict
 from cgla_graph.model.problem import Evaluation
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Solver
-from cgla_graph.solvers.trade_off import constrained, pareto
+from cgla_graph.solvers.trade_off import constrained, front
 from cgla_graph.solvers.trade_off.plan_within import PlanWithin
 
 #: Points a side of lattices.
@@ -58,7 +58,7 @@ def make_quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(constrained, "SHIFTS", 1)
     monkeypatch.setattr(constrained, "HALVINGS", 6)
     monkeypatch.setattr(constrained, "SEEDS_UP_TO", 0)
-    monkeypatch.setattr(pareto, "MOST_GROWTHS", 0)
+    monkeypatch.setattr(front, "MOST_GROWTHS", 0)
 
 
 class Tried(NamedTuple):
@@ -122,8 +122,8 @@ def _faults_beside(plan: PlanWithin, value: float, near: float) -> Iterator[str]
     """Name what it says beside a path of a value that keeps the budget."""
     if plan.no_path:
         yield f"no path of the {plan.scope} keeps the budget"
-    elif plan.dual_bound > value * (1.0 + NEAR) + near:
-        yield f"no path of the {plan.scope} is below {plan.dual_bound:.12g}, not {value:.12g}"
+    elif plan.lower_bound > value * (1.0 + NEAR) + near:
+        yield f"no path of the {plan.scope} is below {plan.lower_bound:.12g}, not {value:.12g}"
     own = plan.solution.length if plan.limited == "risk" else plan.solution.risk
     if plan.status is cg.Status.OPTIMAL and own > value * (1.0 + NEAR) + near:
         yield f"{own:.12g} is optimal, not {value:.12g}"

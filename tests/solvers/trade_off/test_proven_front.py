@@ -118,12 +118,13 @@ def check(problem: cg.Problem, front: Front, weights: list[float], tolerance: fl
 
 
 @given(drawn.fields(1, 3), st.booleans(), st.lists(st.floats(0.0, 40.0), min_size=2, max_size=2))
-@settings(max_examples=6)
+@settings(max_examples=3)
 def test_a_front_is_proven_under_weights_between(field: cg.RiskField, wall: bool, weights: list[float]) -> None:
     problem = cg.Problem((0.05, 0.4), (0.95, 0.55), field, no_fly=WALL if wall else None)
     check(problem, cg.pareto(problem, **QUICK), weights, 0.02)
 
 
+@pytest.mark.slow
 def test_a_front_by_default_is_proven_to_half_a_percent() -> None:
     front = cg.pareto(TWO, proven=True)
     check(TWO, front, [0.3, 7.0, 600.0], 0.005)
@@ -140,7 +141,7 @@ def test_a_front_is_the_same_on_every_run() -> None:
     assert again == first
 
 
-@pytest.mark.parametrize("interpolation", ["bilinear", "nearest"])
+@pytest.mark.parametrize("interpolation", [pytest.param("bilinear", marks=pytest.mark.slow), "nearest"])
 def test_a_front_over_a_raster(interpolation: str) -> None:
     raster = dataclasses.replace(RASTER.rasters[0], interpolation=interpolation)
     problem = cg.Problem((0.05, 0.5), (0.95, 0.5), cg.RiskField(rasters=[raster]))
@@ -215,3 +216,20 @@ def test_a_wrong_greatest_weight(k_max: object) -> None:
         cg.pareto(TWO, proven=True, k_max=k_max)  # type: ignore[arg-type]
     with pytest.raises(ProblemError, match="proven"):
         cg.pareto(TWO, proven="yes")  # type: ignore[arg-type]
+
+
+def test_budgets_of_a_front() -> None:
+    front = cg.pareto(TWO, budgets=[0.02, 9.0], **QUICK)
+    within, free = front.budgets
+    assert within.dual_bound >= front.least_length([0.02])[0]
+    assert within.lower_bound <= within.solution.length
+    assert within.solution.risk <= 0.02 * (1.0 + 1e-12)
+    assert free.solution.length == pytest.approx(0.8)
+    assert [one["budget"] for one in front.document()["budgets"]] == [0.02, 9.0]
+    # between the corners of the hull, no found path is below the chords
+    risks = np.array([point.risk for point in front])
+    assert (front.least_length(risks) <= [point.length for point in front]).all()
+    with pytest.raises(ProblemError, match="proven=True"):
+        cg.pareto(TWO, budgets=[0.1])
+    with pytest.raises(ProblemError, match="budgets is -1"):
+        cg.pareto(TWO, proven=True, budgets=[-1.0])
