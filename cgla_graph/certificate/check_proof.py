@@ -1095,10 +1095,11 @@ class Cells:
             demand((line[:, 0] <= line[:, 1]).all() and (line[1:, 0] > line[:-1, 1]).all(), "lines are not in order")
             demand(line[0, 0] <= low and line[-1, 1] >= high, "lines do not go around the map")
         self.shape = len(self.lines[1]) - 1, len(self.lines[0]) - 1
-        demand(self.shape[0] * self.shape[1] < MOST_CELLS, "there are too many cells")
+        demand(self.shape[0] * self.shape[1] < MOST_CELLS // 8, "there are too many cells")
         self.sizes = [down(line[1:, 0] - line[:-1, 1]) for line in self.lines]
         demand(min(float(size.min()) for size in self.sizes) > 0.0, "a cell has no size")
         self.costs = self._costs(0, 0)
+        demand((self.costs < 1e100).all(), "a cost is too great")
         #: Along horizontal lines, shape (rows + 1, columns), and vertical ones, shape (rows, columns + 1).
         self.along = self._costs(0, 1), self._costs(1, 0)
         self.closed = self._closed()
@@ -1318,11 +1319,12 @@ class _Border:
         n, _, self.size = values.shape
         self.values, self.places, self.far = (np.zeros((n, 6, *shape)) for shape in ([self.size], [self.size], []))
         self.values[:, :4], self.places[:, :4], self.far[:, :4] = values, places, far
-        self.costs, self.reach = costs, reach
+        self.costs, self.reach, self.most = costs, reach, np.abs(values).max(axis=(1, 2))
 
     def put(self, side: int, cells: Wholes, along: float, far: float, values: Floats) -> None:
         """Put an end into cells."""
         self.values[cells, side, 0], self.places[cells, side, 0], self.far[cells, side] = values, along, far
+        self.most[cells] = np.maximum(self.most[cells], np.abs(values))
 
     def steep(self, pairs: Wholes) -> Wholes:
         """
@@ -1364,11 +1366,9 @@ class _Border:
         length = costs * (1.0 - 2.0**-45)
         g = length * np.cos(turn), length * np.sin(turn)
         is_short = up(up(g[0] * g[0]) + up(g[1] * g[1])) <= down(costs * costs)
-        one, off = runs[0].beyond(g)
-        two, also_off = runs[1].beyond(g)
         # (sums are off by less than 2^-49 of their parts, and places of ends by less than 2^-50 of a side)
-        margin = 2.0**-46 * (off + also_off + costs * self.reach[cell])
-        clear = is_short & (one.max(axis=1) + margin <= two.min(axis=1))
+        margin = 2.0**-46 * (self.most[cell] + costs * self.reach[cell])
+        clear = is_short & (runs[0].beyond(g).max(axis=0) + margin <= runs[1].beyond(g).min(axis=0))
         meet = (far == 0.0).any(axis=(0, 1)) & (pairs[:, [1, 4]] < 4).all(axis=1)
         meet &= (pairs[:, [3, 6]] - pairs[:, [2, 5]] == 1).all(axis=1)
         found: Truths = ~(clear | meet)
@@ -1380,27 +1380,26 @@ class _Run:
 
     def __init__(self, border: _Border, cells: Wholes, sides: Wholes, first: Wholes, last: Wholes) -> None:
         self.is_upright, self.far = (sides >= 2) & (sides < 4), border.far[cells, sides]
-        inner = np.minimum(first[:, None] + np.arange(int((last - first).max(initial=0)) + 1), last[:, None])
-        at = (cells * 6 + sides)[:, None] * border.size + inner
+        inner = np.minimum(first + np.arange(int((last - first).max(initial=0)) + 1)[:, None], last)
+        at = (cells * 6 + sides) * border.size + inner
         self.values, self.places = border.values.ravel()[at], border.places.ravel()[at]
 
     def ends(self) -> tuple[Floats, Floats, Floats]:
         """Return coordinates and values of the first and last points, shape (2, n) each."""
-        along, far = self.places[:, [0, -1]].T, self.far
-        return np.where(self.is_upright, far, along), np.where(self.is_upright, along, far), self.values[:, [0, -1]].T
+        along, far = self.places[[0, -1]], self.far
+        return np.where(self.is_upright, far, along), np.where(self.is_upright, along, far), self.values[[0, -1]]
 
-    def beyond(self, g: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-        """Return values less their product with a vector, and the greatest of the values without sign."""
+    def beyond(self, g: tuple[Floats, Floats]) -> Any:
+        """Return the values less the products of the places with a vector."""
         along, across = np.where(self.is_upright, g[1], g[0]), np.where(self.is_upright, g[0], g[1])
-        found = self.values - (along[:, None] * self.places + (across * self.far)[:, None])
-        return found, np.abs(self.values).max(axis=1)
+        return self.values - (along * self.places + across * self.far)
 
 
 def bound_over_cells(described: dict[str, Any], array: Reader, problem: Problem, claimed: float) -> float:
     """Return the bound of the cost of all paths that cost less than what is claimed; infinite if there are none."""
     cells, bound = Cells(described, array, problem), 0.0
     needed = ~cells.closed
-    demand(described["levels"], "there are no points on cells")
+    demand(0 < len(described["levels"]) < 1 << 6, "there are no points on cells, or too many levels")
     for one in described["levels"]:
         net = Net(one["points"], array, cells, needed)
         ends = {"to_goal": (0, 1), "to_start": (1, 0)}
