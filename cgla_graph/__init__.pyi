@@ -59,6 +59,7 @@ from cgla_graph.scenarios.path_reading import read_path as read_path
 from cgla_graph.scenarios.scenario import Scenario as Scenario
 from cgla_graph.scenarios.scenario import load_scenario as load_scenario
 from cgla_graph.scenarios.writing import write_scenario as write_scenario
+from cgla_graph.solvers.questions import Map as Map
 from cgla_graph.solvers.solving import lower_bound as lower_bound
 from cgla_graph.solvers.solving import solve as solve
 from cgla_graph.solvers.trade_off.altitudes import best_altitude as best_altitude

@@ -136,6 +136,11 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {"problem": PROBLEM, "places": [(0.5, 0.5)], "order": "best", "solver": "straight-line", "resolution": 3,
          "tolerance": None, "refine": False},
     ),
+    "Map": (cg.Map, {"problem": PROBLEM}),
+    "Map.solve": (
+        cg.Map(PROBLEM).solve,
+        {"starts": [PROBLEM.goal], "goals": None, "names": None, "tolerance": 0.5},
+    ),
     "below_density": (cg.below_density, {"problem": ON_RASTER, "level": 3.0, "corridor": 0.0}),
     "density_front": (cg.density_front, {"problem": None, "solver": "straight-line", "levels": [3.0], "corridor": 0.0}),
     "ground_risk": (

@@ -194,15 +194,35 @@ def descent(problem: Problem, mesh: SplineMesh, times: FloatArray, *, radius: fl
     inside = np.clip(origin + spacing * path[1:count], origin, problem.bounds[2:])
     found = np.vstack([problem.start, inside, problem.goal])
     if problem.model.area.crosses(found[:-1], found[1:]).any():
-        return _around_corners(problem, found, 4.0 * max(mesh.spacing))
+        return around_corners(problem, found, 4.0 * max(mesh.spacing))
     return found
 
 
-def _around_corners(problem: Problem, path: FloatArray, reach: float) -> FloatArray:
+def around_corners(problem: Problem, path: FloatArray, reach: float) -> FloatArray:
     """
     Find the best polyline through points of a path and the corners within `reach` of it, or else all corners.
 
     The polyline need not be the best path of the map.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    path
+        Waypoints from its start to its goal, shape ``(m, 2)``, map units; it may cross the area.
+    reach
+        Distance from the path, map units.
+
+    Returns
+    -------
+    path
+        Shape ``(k, 2)``, map units; empty if there is no such polyline.
+
+    Examples
+    --------
+    >>> problem = Problem((0, 0), (1, 0), bounds=(0, -1, 1, 1), no_fly=shapely.box(0.4, -0.3, 0.6, 0.3))
+    >>> around_corners(problem, np.array([problem.start, problem.goal]), 0.4).tolist()
+    [[0.0, 0.0], [0.4, -0.3], [0.6, -0.3], [1.0, 0.0]]
     """
     area = problem.model.area
     step = max(1, len(path) // MOST_WAYPOINTS)

@@ -7,7 +7,7 @@ import shapely
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.eikonal import marching
-from cgla_graph.eikonal.marching import _around_corners
+from cgla_graph.eikonal.marching import around_corners
 from cgla_graph.model.cost_model import CostModel
 
 
@@ -26,7 +26,7 @@ def test_of_many_corners_those_that_stand_out_lead_around(monkeypatch: pytest.Mo
     arc = np.column_stack([0.5 + 0.2515 * np.cos(turns), 0.5 + 0.2515 * np.sin(turns)])
     path = np.vstack([problem.start, arc, problem.goal])
     monkeypatch.setattr(marching, "MOST_CORNERS", 5000)
-    of_all = problem.evaluate(_around_corners(problem, path, 0.02))
+    of_all = problem.evaluate(around_corners(problem, path, 0.02))
     monkeypatch.setattr(marching, "MOST_CORNERS", 200)
     weighed, matrix = [], CostModel.matrix
 
@@ -35,7 +35,7 @@ def test_of_many_corners_those_that_stand_out_lead_around(monkeypatch: pytest.Mo
         return matrix(model, points)
 
     monkeypatch.setattr(CostModel, "matrix", counted)
-    few = problem.evaluate(_around_corners(problem, path, 0.02))
+    few = problem.evaluate(around_corners(problem, path, 0.02))
     assert of_all.feasible
     assert few.feasible
     assert few.length == pytest.approx(of_all.length, rel=1e-4)
@@ -50,5 +50,5 @@ def test_of_many_small_areas_the_nearest_lead_around(monkeypatch: pytest.MonkeyP
     path = np.column_stack([np.linspace(0.1, 0.9, 100), np.full(100, 0.5)])
     chosen = marching._outstanding(shapely.get_coordinates(posts), path, 0.05, posts)
     assert len(chosen) == 50
-    found = _around_corners(problem, path, 0.05)
+    found = around_corners(problem, path, 0.05)
     assert not len(found) or problem.evaluate(found).feasible
