@@ -2,8 +2,9 @@
 Check a proof file: a lower bound of the cost of all paths, and an upper bound of the cost of one.
 
 This is one file, which needs Python and NumPy alone: copy it anywhere. It believes nothing that a proof file says. Such
-a file holds a problem, a path and surfaces; all that is printed is computed here, in interval arithmetic.
-``docs/how-it-works/proof-files.md`` states the argument and the format, and this file follows its sections.
+a file holds a problem, a path and the values of surfaces; grids are laid here, and all that is printed is computed
+here, in interval arithmetic. ``docs/how-it-works/proof-files.md`` states the argument and the format, and this file
+follows its sections.
 
 Usage: ``python check_proof.py NAME.proof``. It prints what is proven (exit 0), or what is wrong (exit 1).
 """
@@ -30,11 +31,13 @@ Point: TypeAlias = tuple[float, float]
 #: Reads an array of a proof file: name, ``f`` for floats or ``i`` for whole numbers, number of axes.
 Reader: TypeAlias = Callable[[str, str, int], Any]
 
-FORMAT, VERSION = "path-cost-proof", 1
-#: Bytes of one array, and of a file, uncompressed; surfaces inside surfaces; pieces in one batch; cells of a grid.
-MOST_BYTES, MOST_IN_ALL, MOST_LEVELS, BATCH, MOST_CELLS = 1 << 28, 1 << 30, 8, 1 << 14, 1 << 26
+FORMAT, VERSION = "path-cost-proof", 2
+#: Bytes of one array, and of a file, uncompressed; surfaces inside surfaces; boxes in one batch; cells of a grid.
+MOST_BYTES, MOST_IN_ALL, MOST_LEVELS, BATCH, MOST_CELLS = 1 << 28, 1 << 30, 8, 1 << 14, 1 << 24
 #: Risk below this part of a unit of cost is not looked at, which lowers the cost; parts of a path, at most.
-FAINT, MOST_PARTS = 1e-10, 1_000_000
+FAINT, MOST_PARTS = 1e-8, 1_000_000
+#: Parts of each part of a rim around an end.
+RIM_PARTS = 32
 #: Patches of a raster along the side of a box, at most, for which a linear bound is computed.
 FEW_PATCHES = 4
 #: Half of the minor axis of WGS84, metres.
@@ -124,6 +127,14 @@ class Interval:
         """Return the parts between two numbers: those of numbers that are known to be there."""
         return Interval(np.clip(self.lo, least, most), np.clip(self.hi, least, most))
 
+    def at_least(self, other: "Interval") -> "Interval":
+        """Return the greater ones of two numbers."""
+        return Interval(np.maximum(self.lo, other.lo), np.maximum(self.hi, other.hi))
+
+    def at_most(self, other: "Interval") -> "Interval":
+        """Return the lesser ones of two numbers."""
+        return Interval(np.minimum(self.lo, other.lo), np.minimum(self.hi, other.hi))
+
 
 def enclosed(x: "Interval | ArrayLike") -> Interval:
     """Turn numbers into intervals."""
@@ -137,6 +148,9 @@ def _hull(four: tuple[Floats, Floats, Floats, Floats]) -> Interval:
         down(np.minimum(np.minimum(a, b), np.minimum(c, d))), up(np.maximum(np.maximum(a, b), np.maximum(c, d)))
     )
 
+
+#: Half of a third of the root of 3.
+GAUSS = Interval(0.288675134594812, 0.288675134594813)
 
 #: ``log 2``: a number of 33 bits, and the rest but for 2^-86.
 LOG_2_HIGH, LOG_2_LOW = 0.693147180601954460, -4.2009150726810846e-11
@@ -199,35 +213,40 @@ class Problem:
     def lower_costs(self, boxes: "Boxes") -> Floats:
         """Bound the cost from below on boxes by linear functions: their values at 3 x 3 places, shape (n, 3, 3)."""
         x, y = boxes.places()
-        middle_x, middle_y = (x[0] + x[1]) * 0.5, (y[0] + y[1]) * 0.5
-        half_x, half_y = (x[1] - x[0]) * 0.5, (y[1] - y[0]) * 0.5
+        middle_x, middle_y = ((side[0] + side[1]) * 0.5 for side in (x, y))
+        half_x, half_y = ((side[1] - side[0]) * 0.5 for side in (x, y))
         reach = (half_x.square() + half_y.square()).root().hi
         risk, slope_x, slope_y, bend = self._risk(middle_x, middle_y, reach)
         lost = Interval(reach).square() * bend * 0.5
         for raster in self.rasters:
             value, along, across, drop = raster.floor(boxes)
             risk, slope_x, slope_y, lost = risk + value, slope_x + along, slope_y + across, lost + drop
-        scale = self._scale(x, y) if self.on_earth else Interval(1.0)
-        found = np.empty((len(reach), 3, 3))
+        scale = self._scale(x, y) if self.on_earth else Interval(np.ones(len(reach)))
+        rise_x, rise_y, found = slope_x * half_x, slope_y * half_y, np.empty((len(reach), 3, 3))
         for b in range(3):
             for a in range(3):
-                total = risk + slope_x * half_x * (a - 1.0) + slope_y * half_y * (b - 1.0) - lost
+                total = risk + rise_x * (a - 1.0) + rise_y * (b - 1.0) - lost
                 found[:, b, a] = ((total * self.k + 1.0) * scale).lo
-        return np.where(np.isnan(found), -np.inf, found)
+        found[np.isnan(found)] = -np.inf
+        # where much is lost, a constant may be the better bound
+        (poor,) = np.nonzero(~((lost * self.k * scale).hi < 0.1 * found[:, 1, 1]))
+        constant = self._constant_costs(boxes[poor], scale[poor])
+        better = constant > found[poor, 1, 1]
+        found[poor[better]] = constant[better, None, None]
+        return found
 
-    def constant_costs(self, boxes: "Boxes") -> Floats:
+    def _constant_costs(self, boxes: "Boxes", scale: Interval) -> Floats:
         """Bound the cost from below on boxes by constants, shape (n,)."""
         x, y = boxes.places()
-        middle_x, middle_y = (x[0] + x[1]) * 0.5, (y[0] + y[1]) * 0.5
-        reach = (((x[1] - x[0]) * 0.5).square() + ((y[1] - y[0]) * 0.5).square()).root()
-        clear = Interval(np.ones(len(reach.lo)))
+        clear = Interval(np.ones(len(x[0].lo)))
         for at_x, at_y, spread, peak in self.threats:
-            far = ((middle_x - at_x).square() + (middle_y - at_y).square()).root() + reach
-            clear = clear * (1.0 - exp((far / spread).square() * -0.5) * peak)
+            far = [Interval(np.maximum((side[1] - at).hi, (at - side[0]).hi)) for side, at in ((x, at_x), (y, at_y))]
+            square = (far[0].square() + far[1].square()) / Interval(spread).square()
+            clear = clear * (1.0 - exp(square * -0.5) * peak)
         risk = Interval(np.maximum((1.0 - clear).lo, 0.0))
         for raster in self.rasters:
             risk = risk + raster.least(boxes)
-        return ((risk * self.k + 1.0) * (self._scale(x, y) if self.on_earth else 1.0)).lo
+        return ((risk * self.k + 1.0) * scale).lo
 
     def _risk(self, x: Interval, y: Interval, reach: Floats) -> tuple[Interval, Interval, Interval, Floats]:
         """
@@ -235,40 +254,30 @@ class Problem:
 
         With ``q = 1 / s^2``, at d from a point, ``1 - f_i <= u_i = 1 - f_i(0) + f_i(0) q_i (r_i . d + d^2 / 2)``, as
         ``exp t >= 1 + t``; values and slopes of both sides are equal at d = 0. So ``F(d) >= F(0) + grad F(0) . d - M
-        d^2 / 2``, where no eigenvalue of the Hessian of ``prod u_i`` is above ``M = R sum f_i q_i + R' sum |grad u_i|
-        |grad u_j|`` over all i and j that differ; R is the greatest product of all u_i but one, R' of all but two.
+        d^2 / 2``, where no eigenvalue of the Hessian of ``prod u_i`` is above ``M = R (sum f_i q_i + sum |grad u_i|
+        |grad u_j|)`` over all i and j that differ; R is the product of those u_i that are above 1.
         """
         n = len(reach)
         risk, slope_x, slope_y, clear = (Interval(np.full(n, one), np.full(n, one)) for one in (0.0, 0.0, 0.0, 1.0))
-        shares, slopes, squares, rest, least, second = (np.full(n, one) for one in (0.0, 0.0, 0.0, 1.0, 1.0, 1.0))
-        count = np.zeros(n, dtype=np.int64)
+        shares, slopes, squares, product = (np.full(n, one) for one in (0.0, 0.0, 0.0, 1.0))
         far = math.sqrt(-2.0 * math.log(FAINT / max(self.k, 1.0) / max(len(self.threats), 1)))
         for at_x, at_y, spread, peak in self.threats:
             (near,) = np.nonzero(np.hypot(x.lo - at_x, y.lo - at_y) < spread * far)
             dx, dy, around = x[near] - at_x, y[near] - at_y, Interval(reach[near])
-            q = Interval(1.0) / Interval(spread).square()
-            square = dx.square() + dy.square()
+            q, square, before = Interval(1.0) / Interval(spread).square(), dx.square() + dy.square(), clear[near]
             value = exp(square * q * -0.5) * peak
-            share, away, before = value * q, square.root(), clear[near]
+            share, away, rest = value * q, square.root(), 1.0 - value
             slope = (share * (away + around)).hi
             shares[near], slopes[near] = up(shares[near] + share.hi), up(slopes[near] + slope)
             squares[near] = down(squares[near] + down(slope * slope))
-            # the two least factors u_i, and the product of the others
-            factor = (1.0 - value + share * around * (away + around * 0.5)).hi
-            one, two = np.where(count[near] > 0, least[near], np.inf), np.where(count[near] > 1, second[near], np.inf)
-            greatest = np.maximum(two, factor)
-            least[near] = np.where(count[near] > 0, np.minimum(one, factor), factor)
-            second[near] = np.where(count[near] > 0, np.minimum(two, np.maximum(one, factor)), 1.0)
-            rest[near] = up(rest[near] * np.where(count[near] > 1, greatest, 1.0))
-            count[near] += 1
-            slope_x.put(near, slope_x[near] * (1.0 - value) - share * dx * before)
-            slope_y.put(near, slope_y[near] * (1.0 - value) - share * dy * before)
+            factor = (rest + share * around * (away + around * 0.5)).hi
+            product[near] = up(product[near] * np.maximum(factor, 1.0))
+            slope_x.put(near, slope_x[near] * rest - share * dx * before)
+            slope_y.put(near, slope_y[near] * rest - share * dy * before)
             risk.put(near, risk[near] + before * value)
-            clear.put(near, before * (1.0 - value))
-        bend = Interval(rest) * (
-            Interval(second) * shares + Interval(np.maximum(up(up(slopes * slopes) - squares), 0.0))
-        )
-        return risk, slope_x, slope_y, bend.hi
+            clear.put(near, before * rest)
+        pairs = np.maximum(up(up(slopes * slopes) - squares), 0.0)
+        return risk, slope_x, slope_y, up(product * up(shares + pairs))
 
     @staticmethod
     def _scale(x: list[Interval], y: list[Interval]) -> Interval:
@@ -277,8 +286,8 @@ class Problem:
 
         It is ``sin t / t >= 1 - t^2 / 6 + t^4 / 120 - t^6 / 5040`` or more, at t times the polar radius.
         """
-        far = (np.maximum(np.abs(side[0].lo), np.abs(side[1].hi)) for side in (x, y))
-        t = sum((Interval(one).square() for one in far), Interval(0.0)) / Interval(POLAR_RADIUS).square()
+        far = [Interval(np.maximum(np.abs(side[0].lo), np.abs(side[1].hi))) for side in (x, y)]
+        t = (far[0].square() + far[1].square()) / Interval(POLAR_RADIUS).square()
         series = 1.0 - t / 6.0 * (1.0 - t / 20.0 * (1.0 - t / 42.0))
         return Interval(np.maximum(series.lo, 0.0))
 
@@ -287,58 +296,54 @@ class Raster:
     """
     Risk on cells: one value on each (on edges the lesser one), or bilinear between middles; 0 beyond the outer edges.
 
-    It consists of patches between knots: edges of cells, or the outer edges and the middles.
+    It consists of patches between knots: edges of cells, or the outer edges and the middles. Each has four values, at
+    its corners, `corners` (row, column, north, east), and is bilinear between them.
     """
 
     def __init__(self, described: dict[str, Any], array: Reader) -> None:
-        self.values: Floats = array(described["values"], "f", 2)
-        self.bounds = [number_of(one) for one in described["bounds"]]
-        self.is_bilinear = described["interpolation"] == "bilinear"
-        demand(self.is_bilinear or described["interpolation"] == "nearest", "an interpolation is not known")
-        demand(self.values.size > 0 and (self.values >= 0.0).all(), "a raster is empty, or negative somewhere")
-        demand(max(self.values.shape) < 1 << 18, "a raster has too many rows or columns")
-        demand(self.bounds[0] < self.bounds[2] and self.bounds[1] < self.bounds[3], "the bounds of a raster are empty")
-        self.places: list[list[Fraction]] = []
+        values: Floats = array(described["values"], "f", 2)
+        bounds = [number_of(one) for one in described["bounds"]]
+        self.is_flat = described["interpolation"] == "nearest"
+        demand(self.is_flat or described["interpolation"] == "bilinear", "an interpolation is not known")
+        demand(values.size > 0 and (values >= 0.0).all(), "a raster is empty, or negative somewhere")
+        demand(max(values.shape) < 1 << 18, "a raster has too many rows or columns")
+        demand(bounds[0] < bounds[2] and bounds[1] < bounds[3], "the bounds of a raster are empty")
+        self.knots: list[list[Fraction]] = []
         for axis in range(2):
-            n, low, high = self.values.shape[1 - axis], Fraction(self.bounds[axis]), Fraction(self.bounds[axis + 2])
-            middles = [Fraction(0), *(Fraction(2 * i + 1, 2) for i in range(n)), Fraction(n)]
-            steps = middles if self.is_bilinear else [Fraction(i) for i in range(n + 1)]
-            self.places.append([low + (high - low) * step / n for step in steps])
-        near = [np.array([float(one) for one in places]) for places in self.places]
-        self.knots = [Interval(down(one), up(one)) for one in near]
-        if self.is_bilinear:
-            self.values = np.pad(self.values, 1, mode="edge")
-        self.shape = len(self.places[0]) - 1, len(self.places[1]) - 1
-        self.known: dict[int, tuple[Any, list[tuple[Wholes, Wholes]]]] = {}
+            n, low, high = values.shape[1 - axis], Fraction(bounds[axis]), Fraction(bounds[axis + 2])
+            middles = [0, *(2 * i + 1 for i in range(n)), 2 * n]
+            halves = range(0, 2 * n + 1, 2) if self.is_flat else middles
+            self.knots.append([low + (high - low) * step / (2 * n) for step in halves])
+        self.floats = [np.array([float(one) for one in knots]) for knots in self.knots]
+        self.enclosed = [Interval(down(one), up(one)) for one in self.floats]
+        if self.is_flat:
+            self.corners = np.broadcast_to(values[:, :, None, None], (*values.shape, 2, 2))
+        else:
+            self.corners = np.lib.stride_tricks.sliding_window_view(np.pad(values, 1, mode="edge"), (2, 2))
 
     def patches(self, boxes: "Boxes") -> tuple[list[tuple[Wholes, Wholes]], Truths]:
         """Return the first and last patch along each axis that each box meets, and whether no other risk does."""
-        if id(boxes.grid) not in self.known:
-            units = [[boxes.grid.unit_of(axis, one) for one in self.places[axis]] for axis in range(2)]
-            whole = [(np.array([math.floor(u) for u in one]), np.array([math.ceil(u) for u in one])) for one in units]
-            # (the grid is kept, so that no other one gets its number)
-            self.known[id(boxes.grid)] = boxes.grid, whole
         found, inside = [], np.ones(len(boxes.sides[0]), dtype=np.bool_)
-        for axis, (below, above) in enumerate(self.known[id(boxes.grid)][1]):
+        for axis in range(2):
             low, high = boxes.sides[2 * axis], boxes.sides[2 * axis + 1]
+            units, most = [boxes.grid.unit_of(axis, one) for one in self.knots[axis]], len(self.knots[axis]) - 2
+            below, above = np.array([math.floor(u) for u in units]), np.array([math.ceil(u) for u in units])
             first = np.searchsorted(above, low, side="right") - 1
             last = np.searchsorted(below, high, side="left") - 1
-            inside &= (first >= 0) & (last < self.shape[axis])
+            inside &= (first >= 0) & (last <= most)
             # on the border of the map, a patch beyond it may be the lesser one, and no other box meets it
-            border = boxes.grid.inside[axis]
             beyond = np.searchsorted(above, low, side="left") - 1, np.searchsorted(below, high, side="right") - 1
-            first = np.where(low <= border[0], np.maximum(beyond[0], 0), first)
-            last = np.where(high >= border[1], np.minimum(beyond[1], self.shape[axis] - 1), last)
+            first = np.where(low <= 0, np.maximum(beyond[0], 0), first)
+            last = np.where(high >= boxes.grid.units[axis], np.minimum(beyond[1], most), last)
             found.append((first, last))
         return [(np.where(inside, first, 0), np.where(inside, last, 0)) for first, last in found], inside
 
     def least(self, boxes: "Boxes") -> Floats:
         """Bound the risk on boxes from below by constants."""
-        ((left, right), (bottom, top)), inside = self.patches(boxes)
-        further = 1 if self.is_bilinear else 0
-        found = np.full(len(left), np.inf)
-        for i, j in offsets(left, right + further, bottom, top + further):
-            found = np.minimum(found, self.values[j, i])
+        (columns, rows), inside = self.patches(boxes)
+        found = np.full(len(inside), np.inf)
+        for i, j in offsets(columns, rows):
+            found = np.minimum(found, self.corners[j, i].min(axis=(1, 2)))
         return np.where(inside, found, 0.0)
 
     def floor(self, boxes: "Boxes") -> tuple[Interval, Interval, Interval, Interval]:
@@ -347,25 +352,21 @@ class Raster:
 
         A linear function less a bilinear one is greatest at a corner of what a box has of a patch.
         """
-        ((left, right), (bottom, top)), inside = self.patches(boxes)
-        nothing = Interval(np.zeros(len(left)))
-        if not self.is_bilinear or max((right - left).max(initial=0), (top - bottom).max(initial=0)) > FEW_PATCHES:
+        (columns, rows), inside = self.patches(boxes)
+        nothing = Interval(np.zeros(len(inside)))
+        if self.is_flat or max((last - first).max(initial=0) for first, last in (columns, rows)) > FEW_PATCHES:
             return Interval(self.least(boxes)), nothing, nothing, nothing
         x, y = boxes.places()
-        corner = [[self.at(x[a], y[b], (left, right)[a], (bottom, top)[b]).lo for a in range(2)] for b in range(2)]
+        corner = [[self.at(x[a], y[b], columns[a], rows[b]).lo * inside for a in range(2)] for b in range(2)]
         (south_west, south_east), (north_west, north_east) = corner
-        value = Interval(np.where(inside, 0.25 * (south_west + south_east + north_west + north_east), 0.0))
-        rise_x, rise_y = (
-            south_east + north_east - south_west - north_west,
-            north_west + north_east - south_west - south_east,
-        )
-        slope_x = Interval(np.where(inside, 0.5 * rise_x / (x[1] - x[0]).hi, 0.0))
-        slope_y = Interval(np.where(inside, 0.5 * rise_y / (y[1] - y[0]).hi, 0.0))
-        middle_x, middle_y = (x[0] + x[1]) * 0.5, (y[0] + y[1]) * 0.5
-        lost = np.full(len(left), -np.inf)
-        for i, j in offsets(left, right, bottom, top):
-            for u in (_greater(x[0], self.knots[0][i]), _lesser(x[1], self.knots[0][i + 1])):
-                for v in (_greater(y[0], self.knots[1][j]), _lesser(y[1], self.knots[1][j + 1])):
+        value = Interval(0.25 * (south_west + south_east + north_west + north_east))
+        slope_x = Interval(0.5 * (south_east + north_east - south_west - north_west) / (x[1] - x[0]).hi)
+        slope_y = Interval(0.5 * (north_west + north_east - south_west - south_east) / (y[1] - y[0]).hi)
+        middle_x, middle_y = ((side[0] + side[1]) * 0.5 for side in (x, y))
+        lost = np.full(len(inside), -np.inf)
+        for i, j in offsets(columns, rows):
+            for u in (x[0].at_least(self.enclosed[0][i]), x[1].at_most(self.enclosed[0][i + 1])):
+                for v in (y[0].at_least(self.enclosed[1][j]), y[1].at_most(self.enclosed[1][j + 1])):
                     line = value + slope_x * (u - middle_x) + slope_y * (v - middle_y)
                     lost = np.maximum(lost, (line - self.at(u, v, i, j)).hi)
         return value, slope_x, slope_y, Interval(np.where(inside, lost, 0.0))
@@ -374,44 +375,118 @@ class Raster:
         """Enclose bilinear patches at points of them."""
         s, t = (
             ((place - knots[n]) / (knots[n + 1] - knots[n])).within(0.0, 1.0)
-            for place, knots, n in ((x, self.knots[0], i), (y, self.knots[1], j))
+            for place, knots, n in ((x, self.enclosed[0], i), (y, self.enclosed[1], j))
         )
-        low = (1.0 - s) * self.values[j, i] + s * self.values[j, i + 1]
-        high = (1.0 - s) * self.values[j + 1, i] + s * self.values[j + 1, i + 1]
-        return (1.0 - t) * low + t * high
+        found: Interval
+        low, high = ((1.0 - s) * self.corners[j, i, b, 0] + s * self.corners[j, i, b, 1] for b in range(2))
+        found = (1.0 - t) * low + t * high
+        return found
 
-    def exact(self, point: list[Fraction], where: list[list[int]]) -> Fraction:
-        """Return the risk at a point in patches, exactly: the least of theirs."""
-        if not where[0]:
-            return Fraction(0)
-        if not self.is_bilinear:
-            return min(Fraction(float(self.values[j, i])) for i in where[0] for j in where[1])
-        i, j = where[0][0], where[1][0]
+    def holding(self, axis: int, place: Fraction) -> set[int]:
+        """Return the columns or rows of the patches that hold a place along an axis."""
+        knots = self.knots[axis]
+        if not knots[0] <= place <= knots[-1]:
+            return set()
+        return {min(max(one(knots, place) - 1, 0), len(knots) - 2) for one in (bisect_left, bisect_right)}
+
+    def exact(self, point: list[Fraction], i: int, j: int) -> Fraction:
+        """Return the risk of a patch at a point, exactly."""
         s, t = (
-            (point[axis] - self.places[axis][n]) / (self.places[axis][n + 1] - self.places[axis][n])
-            for axis, n in enumerate((i, j))
+            (place - knots[n]) / (knots[n + 1] - knots[n])
+            for place, knots, n in zip(point, self.knots, (i, j), strict=True)
         )
-        corner = [[Fraction(float(self.values[j + b, i + a])) for a in range(2)] for b in range(2)]
-        low, high = ((1 - s) * line[0] + s * line[1] for line in corner)
-        return (1 - t) * low + t * high
+        (a, b), (c, d) = ([Fraction(float(one)) for one in line] for line in self.corners[j, i])
+        return (1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d)
 
 
-def offsets(left: Wholes, right: Wholes, bottom: Wholes, top: Wholes) -> Iterator[tuple[Wholes, Wholes]]:
+def offsets(columns: tuple[Wholes, Wholes], rows: tuple[Wholes, Wholes]) -> Iterator[tuple[Wholes, Wholes]]:
     """Yield columns and rows of all that is between the first and the last ones; smaller ranges repeat their last."""
-    for dj in range(int((top - bottom).max(initial=0)) + 1):
-        for di in range(int((right - left).max(initial=0)) + 1):
-            yield np.minimum(left + di, right), np.minimum(bottom + dj, top)
-
-
-def _greater(one: Interval, other: Interval) -> Interval:
-    return Interval(np.maximum(one.lo, other.lo), np.maximum(one.hi, other.hi))
-
-
-def _lesser(one: Interval, other: Interval) -> Interval:
-    return Interval(np.minimum(one.lo, other.lo), np.minimum(one.hi, other.hi))
+    for dj in range(int((rows[1] - rows[0]).max(initial=0)) + 1):
+        for di in range(int((columns[1] - columns[0]).max(initial=0)) + 1):
+            yield np.minimum(columns[0] + di, columns[1]), np.minimum(rows[0] + dj, rows[1])
 
 
 # --- Grids ------------------------------------------------------------------------------------------------------------
+
+
+def ranges(first: ArrayLike, last: ArrayLike) -> tuple[Wholes, Wholes]:
+    """Return all whole numbers from first to last ones, and before them which range each is of; some may be empty."""
+    first, counts = np.asarray(first), np.maximum(np.subtract(last, first) + 1, 0)
+    demand(counts.sum() < MOST_CELLS, "a grid has too many cells or parts of them")
+    counts = counts.astype(np.int64)
+    which = np.repeat(np.arange(len(counts)), counts)
+    return which, first.astype(np.int64)[which] + np.arange(len(which)) - (np.cumsum(counts) - counts)[which]
+
+
+def batches(n: int, size: int = 1) -> list[slice]:
+    """Return slices of n items of a size."""
+    step = max(BATCH // size, 1)
+    return [slice(first, min(first + step, n)) for first in range(0, n, step)]
+
+
+def all_cells(west: int, east: int, south: int, north: int) -> tuple[Wholes, Wholes]:
+    """Return columns and rows of all cells of a rectangle, row by row."""
+    demand(0 <= (east - west) * (north - south) < MOST_CELLS // 4, "a grid or a block is too large")
+    columns, rows = np.meshgrid(np.arange(west, east), np.arange(south, north))
+    return columns.ravel(), rows.ravel()
+
+
+def joined(n: int, one: Wholes, other: Wholes) -> Wholes:
+    """Return for each of n items the least one that pairs lead to."""
+    least = np.arange(n)
+    while True:
+        low = np.minimum(least[one], least[other])
+        new = least.copy()
+        for ends in (one, other, least[one], least[other]):
+            np.minimum.at(new, ends, low)
+        new = new[new]
+        if (new == least).all():
+            return least
+        least = new
+
+
+def gaps(edges: Floats, low: tuple[int, int], high: tuple[int, int]) -> tuple[Wholes, Wholes, Wholes, Truths]:
+    """
+    Find the unit squares that no edge of an area meets: rows, first columns, columns after the last, which are inside.
+
+    Squares are looked at from column and row `low` to before `high`; `edges` are in the same units. Between two such
+    gaps of a row, edges meet all squares. A gap is inside if an odd number of edges is beside its first middle.
+    """
+    # edges are rounded by far less than `blur`: what is that near counts as met
+    blur = 2.0**-40 * max(1.0, np.abs(edges).max())
+    demand(blur < 0.01, "an area is too far away, or a grid too fine")
+    (ax, ay, bx, by), width = edges.T, high[0] - low[0] + 4
+    demand(0 < (high[1] - low[1]) * width < 1 << 44, "a grid is too fine")
+    level = np.abs(by - ay) < 2.0**-10
+    rise = np.where(level, 1.0, by - ay)
+    # the rows that an edge meets, and from where to where: a quotient is off by less than 2^-10 times blur over rise
+    edge, row = ranges(
+        np.maximum(np.floor(np.minimum(ay, by) - blur), low[1]),
+        np.minimum(np.floor(np.maximum(ay, by) + blur), high[1] - 1),
+    )
+    ends = [
+        np.where(level[edge], end, ax[edge] + np.clip((y - ay[edge]) / rise[edge], 0.0, 1.0) * (bx - ax)[edge])
+        for y, end in ((row - blur, ax[edge]), (row + 1.0 + blur, bx[edge]))
+    ]
+    reach = blur * (2.0 + 2.0**-10 * np.abs((bx - ax) / rise)[edge])
+    first = np.clip(np.floor(np.minimum(*ends) - reach), low[0] - 1, high[0])
+    last = np.clip(np.floor(np.maximum(*ends) + reach), low[0] - 1, high[0])
+    # squares as numbers, row by row, with one column more at both ends that counts as met
+    rows = np.arange(high[1] - low[1])
+    first = np.concatenate([(row - low[1]) * width + (first - low[0] + 1), rows * width, rows * width + width - 3])
+    last = np.concatenate([(row - low[1]) * width + (last - low[0] + 1), rows * width, rows * width + width - 3])
+    order = np.argsort(first, kind="stable")
+    first, last = first[order].astype(np.int64), np.maximum.accumulate(last[order]).astype(np.int64)
+    (free,) = np.nonzero((first[1:] > last[:-1] + 1) & (first[1:] // width == last[:-1] // width))
+    begin, end = last[free] + 1, first[free + 1]
+    # where edges cross the middles of rows: each is crossed an even number of times
+    tops = np.floor(np.column_stack([ay, by]) - 0.5)
+    edge, row = ranges(np.maximum(tops.min(axis=1) + 1.0, low[1]), np.minimum(tops.max(axis=1), high[1] - 1))
+    at = ax[edge] + np.clip((row + 0.5 - ay[edge]) / np.where(by == ay, 1.0, by - ay)[edge], 0.0, 1.0) * (bx - ax)[edge]
+    crossed = np.sort((row - low[1]) * width + np.clip(at - low[0] + 1, 0.0, width - 2.0))
+    inside = np.searchsorted(crossed, begin + 0.5) % 2 == 1
+    column = low[0] - 1 - begin // width * width
+    return low[1] + begin // width, begin + column, end + column, inside
 
 
 class Boxes:
@@ -428,272 +503,233 @@ class Boxes:
         x, y = ([self.grid.place(axis, side) for side in self.sides[2 * axis : 2 * axis + 2]] for axis in range(2))
         return x, y
 
-    def quarters(self) -> Iterator[tuple[Truths, "Boxes"]]:
-        """Yield which boxes have a part in each quarter of their cell, and that part."""
-        parts = self.grid.parts
-        middles = [(self.sides[2 * axis] + parts // 2) // parts * parts for axis in range(2)]
-        for east in range(2):
-            for north in range(2):
-                sides = [one.copy() for one in self.sides]
-                for axis, upper in enumerate((east, north)):
-                    side = 2 * axis + 1 - upper
-                    sides[side] = (np.minimum, np.maximum)[upper](sides[side], middles[axis])
-                real = (sides[0] < sides[1]) & (sides[2] < sides[3])
-                yield real, Boxes(self.grid, [side[real] for side in sides])
-
 
 class Grid:
     """
-    Cells, cut by areas into pieces.
+    Cells, cut by areas into pieces, which are what paths may pass.
 
-    Unit u is at ``low + u (high - low) / divide`` of the span, along each axis. Cell (i, j) is a box of `parts` units,
-    an even number, around unit (i parts, j parts). Each unit square of a cell that is cut has a label: 0 where it is
-    closed, or the number of a piece. Pieces are in the order of cells (row by row), then of labels.
+    Cell (i, j) is around node (i, j), where the map is from node (0, 0) to node `last`. Units are cells divided by an
+    even number of parts: cell i is from unit ``i parts - parts / 2`` on. A cell that no edge of an area meets is a
+    piece, or closed if it is inside an area. Another one consists of unit squares: those that no edge meets are closed
+    if they are inside. The others are gathered into pieces: squares that touch, corners included, belong together. All
+    there is of a piece is a list of rectangles (`owners`, `rectangles`), of which there is one in cells that are not
+    cut. Without parts, areas are not looked at.
     """
 
-    def __init__(self, described: dict[str, Any], array: Reader, problem: Problem) -> None:
-        self.span = [number_of(one) for one in described["span"]]
-        self.divide = [whole_of(one) for one in described["divide"]]
-        self.parts = whole_of(described["parts"])
-        demand(all(1 <= one < 1 << 40 for one in self.divide), "a grid is not divided")
-        demand(self.span[0] < self.span[2] and self.span[1] < self.span[3], "the span of a grid is empty")
-        demand(2 <= self.parts <= 1 << 12 and self.parts % 2 == 0, "the parts of a cell are not an even number")
-        self._read_cells(array(described["runs"], "i", 2))
-        self._read_labels(described, array)
-        self.controls = self._read_controls(described, array)
-        places = [[self.unit_of(axis, Fraction(problem.bounds[axis + end])) for end in (0, 2)] for axis in range(2)]
-        #: The first unit of the map and the one after the last, along each axis.
-        self.inside = [(math.floor(low), math.ceil(high)) for low, high in places]
-        self._check_labels(problem)
-
-    def _read_cells(self, runs: Wholes) -> None:
-        demand(
-            runs.shape[1] == 3 and len(runs) > 0 and (runs == np.clip(runs, -(1 << 30), 1 << 30)).all(),
-            "runs are not row, first, end",
-        )
-        lengths, after = runs[:, 2] - runs[:, 1], np.diff(runs[:, 0])
-        demand((lengths > 0).all() and lengths.sum() < MOST_CELLS, "a run is empty, or a grid too large")
-        demand(((after > 0) | ((after == 0) & (runs[1:, 1] >= runs[:-1, 2]))).all(), "runs are not in order")
-        self.rows = np.repeat(runs[:, 0], lengths)
-        self.columns = np.arange(len(self.rows)) + np.repeat(runs[:, 1] - np.cumsum(lengths) + lengths, lengths)
-        # a table of cells, one cell wider on each side
-        self.corner = int(self.columns.min()) - 1, int(self.rows.min()) - 1
-        self.shape = int(self.rows.max()) - self.corner[1] + 2, int(self.columns.max()) - self.corner[0] + 2
-        demand(self.shape[0] * self.shape[1] < 2 * MOST_CELLS, "a grid is too wide")
-        self.table = np.full(self.shape, -1, dtype=np.int64)
-        self.table[self.rows - self.corner[1], self.columns - self.corner[0]] = np.arange(len(self.rows))
-
-    def _read_labels(self, described: dict[str, Any], array: Reader) -> None:
-        p, n, has_cuts = self.parts, len(self.rows), "cut" in described
-        cut: Wholes = array(described["cut"], "i", 1) if has_cuts else np.empty(0, dtype=np.int64)
-        self.labels: Wholes = array(described["labels"], "i", 3) if has_cuts else np.empty((0, p, p), dtype=np.int64)
-        demand(self.labels.shape == (len(cut), p, p), "labels do not fit the cells that are cut")
-        demand((np.diff(cut) > 0).all() and (cut >= 0).all() and (cut < n).all(), "cut cells are not in order")
-        demand((self.labels >= 0).all() and (self.labels < 1 << 12).all(), "a label is out of range")
-        self.cut = cut
-        self.place_of_cut = np.full(n, -1, dtype=np.int64)
-        self.place_of_cut[cut] = np.arange(len(cut))
-        counts = np.ones(n, dtype=np.int64)
-        counts[cut] = self.labels.max(axis=(1, 2), initial=0)
-        self.first_piece = np.cumsum(counts) - counts
-        self.cell = np.repeat(np.arange(n), counts)
-        self.label = np.arange(len(self.cell)) - self.first_piece[self.cell] + 1
-
-    def _read_controls(self, described: dict[str, Any], array: Reader) -> Wholes:
-        """Return the numbers of the control values of each piece; row by row around all cells, if none are given."""
-        if "controls" in described:
-            found: Wholes = np.cumsum(array(described["controls"], "i", 2), axis=0)
-            demand(found.shape == (len(self.cell), 9) and found.min() >= 0, "controls do not fit the pieces")
-            return found
-        demand(not len(self.cut), "a grid with cut cells has no controls")
-        wide = np.zeros((self.shape[0] + 1, self.shape[1] + 1), dtype=np.bool_)
-        around = [
-            (self.rows - self.corner[1] + b, self.columns - self.corner[0] + a) for b in (-1, 0, 1) for a in (-1, 0, 1)
-        ]
-        for some in around:
-            wide[some] = True
-        numbers = np.cumsum(wide.ravel()).reshape(wide.shape) - 1
-        return np.stack([numbers[some] for some in around], axis=1)
-
-    def _check_labels(self, problem: Problem) -> None:
-        """Check that units with label 0 are closed, and that the pieces of a cell do not touch."""
-        for part in batches(len(self.cut), self.parts**2):
-            labels, cells = self.labels[part], self.cut[part]
-            which, v, u = np.nonzero(labels == 0)
-            wrong = ~closed(self, problem, *self._units(cells[which], u, v))
-            demand(not wrong.any(), lambda: f"a unit of {self.name(cells[which[wrong.argmax()]])} is not closed")
-            for one, other in (
-                (labels[:, 1:], labels[:, :-1]),
-                (labels[:, :, 1:], labels[:, :, :-1]),
-                (labels[:, 1:, 1:], labels[:, :-1, :-1]),
-                (labels[:, 1:, :-1], labels[:, :-1, 1:]),
-            ):
-                demand(not ((one != other) & (one > 0) & (other > 0)).any(), "two pieces of a cell touch")
-
-    def _units(self, cells: Wholes, u: Wholes, v: Wholes) -> tuple[Wholes, Wholes]:
-        """Return units from those counted from the corner of their cells."""
-        half = self.parts // 2
-        return self.columns[cells] * self.parts - half + u, self.rows[cells] * self.parts - half + v
-
-    def name(self, cell: int) -> str:
-        """Name a cell in a message."""
-        return f"cell ({self.columns[cell]}, {self.rows[cell]}) of 1/{self.divide[0] // self.parts}"
+    def __init__(self, problem: Problem, last: list[int], parts: int, columns: Wholes, rows: Wholes) -> None:
+        demand(all(2 <= one < 1 << 30 for one in last), "a grid has too few cells, or too many")
+        demand(0 <= parts <= 1 << 12 and parts % 2 == 0, "the parts of a cell are not an even number")
+        self.problem, self.last, self.parts = problem, last, parts or 2
+        self.grids: dict[Any, Grid] = {}
+        #: The units of the map along each axis.
+        self.units = [one * self.parts for one in last]
+        demand(max(self.units) < 1 << 30, "a grid is too fine")
+        order = np.unique(rows * (last[0] + 1) + columns)
+        #: Columns and rows of the cell of each piece, in order.
+        self.columns, self.rows = order % (last[0] + 1), order // (last[0] + 1)
+        #: Pairs of pieces that touch, those between cells that are not cut apart; None if no cell is cut.
+        self.touching: tuple[Wholes, Wholes] | None = None
+        if parts and len(problem.edges) and len(order):
+            self._cut()
+        if self.touching is None:
+            self.owners, self.rectangles = np.arange(len(self.rows)), self._sides(self.columns, self.rows)
+        self.controls = self._numbered()
+        #: The pieces in boxes, which hold what is open of them, and bounds of the cost there.
+        self.in_box, self.boxes = self._boxes()
+        parts_of = [problem.lower_costs(self.boxes[some]) for some in batches(len(self.in_box))]
+        self.costs: Floats = np.concatenate([np.empty((0, 3, 3)), *parts_of])
 
     def unit_of(self, axis: int, place: Fraction) -> Fraction:
         """Return a place along an axis in units, exactly."""
-        low, high = Fraction(self.span[axis]), Fraction(self.span[axis + 2])
-        return (place - low) * self.divide[axis] / (high - low)
+        low, high = Fraction(self.problem.bounds[axis]), Fraction(self.problem.bounds[axis + 2])
+        return (place - low) * self.units[axis] / (high - low)
 
     def place(self, axis: int, units: ArrayLike) -> Interval:
         """Enclose the place of units along an axis."""
-        return Interval(units) * self.step(axis) + self.span[axis]
+        return Interval(units) * self.step(axis) + self.problem.bounds[axis]
 
     def step(self, axis: int) -> Interval:
         """Enclose the length of a unit along an axis."""
-        return (Interval(self.span[axis + 2]) - self.span[axis]) / float(self.divide[axis])
+        return (Interval(self.problem.bounds[axis + 2]) - self.problem.bounds[axis]) / float(self.units[axis])
 
-    def number(self, columns: Wholes, rows: Wholes) -> Wholes:
-        """Return the numbers of cells, -1 where the grid has none."""
-        i, j = columns - self.corner[0], rows - self.corner[1]
-        seen = (i >= 0) & (j >= 0) & (i < self.shape[1]) & (j < self.shape[0])
-        return np.where(seen, self.table[np.where(seen, j, 0), np.where(seen, i, 0)], -1)
+    def name(self, piece: int) -> str:
+        """Name the cell of a piece in a message."""
+        return f"cell ({self.columns[piece]}, {self.rows[piece]}) of {self.last[0]}"
 
-    def labels_at(self, cells: Wholes, u: int, v: int) -> Wholes:
-        """Return the labels of a unit of cells, counted from their corner."""
-        place = self.place_of_cut[cells]
-        return (
-            np.where(place >= 0, self.labels[place, v, u], 1) if len(self.cut) else np.ones(len(cells), dtype=np.int64)
+    def numbers(self, columns: Wholes, rows: Wholes) -> Wholes:
+        """Return numbers of cells, row by row; those just outside of the map have some as well."""
+        return (rows + 1) * (self.last[0] + 3) + columns + 1
+
+    def _sides(self, columns: Wholes, rows: Wholes) -> list[Wholes]:
+        """Return the sides of cells on the map, in units."""
+        half, found = self.parts // 2, []
+        for units, index in zip(self.units, (columns, rows), strict=True):
+            found += [np.clip(index * self.parts + side, 0, units) for side in (-half, half)]
+        return found
+
+    def _edges(self, times: int, shift: float) -> Floats:
+        """Return the edges of areas in so many parts of cells."""
+        low = np.array(self.problem.bounds[:2] * 2)
+        wide = np.array(self.problem.bounds[2:] * 2) - low
+        return np.asarray((self.problem.edges - low) / wide * (np.array(self.last * 2) * float(times)) + shift)
+
+    def _cut(self) -> None:
+        """Replace cells by the pieces that areas leave of them."""
+        low, high = (int(self.columns.min()), int(self.rows.min())), (int(self.columns.max()), int(self.rows.max()))
+        row, first, after, inside = gaps(self._edges(1, 0.5), low, (high[0] + 1, high[1] + 1))
+        cells = self.numbers(self.columns, self.rows)
+        begin, end = (np.append(-1, self.numbers(column, row)) for column in (first, after))
+        gap = np.searchsorted(begin, cells, side="right") - 1
+        cut = cells >= end[gap]
+        stays = cut | ~np.append(False, inside)[gap]
+        self.columns, self.rows, cells, cut = self.columns[stays], self.rows[stays], cells[stays], cut[stays]
+        if not cut.any():
+            return
+        # cells beside those are taken apart as well
+        around = cells[cut][:, None] + [b * (self.last[0] + 3) + a for b in (-1, 0, 1) for a in (-1, 0, 1)]
+        apart = np.isin(cells, around)
+        cell, v, start, stop = self._rows_of_squares(np.flatnonzero(apart))
+        one, other = touching_rows(v, start, stop)
+        own = cell[one] == cell[other]
+        root = joined(len(cell), one[own], other[own])
+        # pieces are in the order of cells, then of their first row
+        (whole,), many = np.nonzero(~apart), len(cell) + 1
+        found, piece = np.unique(np.append(whole * many, cell * many + root + 1), return_inverse=True)
+        self.columns, self.rows, self.is_cut = (one[found // many] for one in (self.columns, self.rows, cut))
+        piece, (uncut,), some = piece[len(whole) :], np.nonzero(~self.is_cut), cut[cell]
+        rows = start[some], stop[some], v[some], v[some] + 1
+        sides = self._sides(self.columns[uncut], self.rows[uncut])
+        self.owners = np.append(uncut, piece[some])
+        order = np.argsort(self.owners, kind="stable")
+        self.owners = self.owners[order]
+        self.rectangles = [np.append(side, part)[order] for side, part in zip(sides, rows, strict=True)]
+        pairs, numbers = [(piece[one[~own]], piece[other[~own]])], self.numbers(self.columns[uncut], self.rows[uncut])
+        for step in (1, self.last[0] + 2, self.last[0] + 3, self.last[0] + 4):
+            at = np.minimum(np.searchsorted(numbers, numbers + step), len(numbers) - 1)
+            (hit,) = np.nonzero(numbers[at] == numbers + step) if len(numbers) else (at,)
+            pairs.append((uncut[hit], uncut[at[hit]]))
+        self.touching = np.concatenate([pair[0] for pair in pairs]), np.concatenate([pair[1] for pair in pairs])
+
+    def _rows_of_squares(self, cells: Wholes) -> tuple[Wholes, Wholes, Wholes, Wholes]:
+        """Return open squares: their cells, rows, first columns and columns after the last, in order of rows."""
+        west, east, south, north = self._sides(self.columns[cells], self.rows[cells])
+        row, first, after, inside = gaps(
+            self._edges(self.parts, 0.0), (int(west.min()), int(south.min())), (int(east.max()), int(north.max()))
         )
+        width = self.units[0] + 1
+        begin, end = (np.append(row[inside] * width + column[inside], 1 << 62) for column in (first, after))
+        which, v = ranges(south, north - 1)
+        west, east = v * width + west[which], v * width + east[which]
+        # before, between and after closed squares
+        fore, aft = np.searchsorted(end, west, side="right"), np.searchsorted(begin, east)
+        part, n = ranges(fore, aft)
+        start, stop = np.where(n > fore[part], end[n - 1], west[part]), np.where(n < aft[part], begin[n], east[part])
+        order = np.argsort(start, kind="stable")
+        order = order[(start < stop)[order]]
+        rows = v[part[order]]
+        return cells[which[part[order]]], rows, start[order] - rows * width, stop[order] - rows * width
 
-    def boxes(self) -> Boxes:
-        """Return the boxes around what is open and on the map of each piece."""
-        half = self.parts // 2
-        middle = self.columns[self.cell] * self.parts, self.rows[self.cell] * self.parts
-        sides = [middle[0] - half, middle[0] + half, middle[1] - half, middle[1] + half]
-        (cut,) = np.nonzero(self.place_of_cut[self.cell] >= 0)
-        for part in batches(len(cut), self.parts**2):
-            some = cut[part]
-            is_open = self.labels[self.place_of_cut[self.cell[some]]] == self.label[some, None, None]
-            for axis in range(2):
-                along = is_open.any(axis=1 + axis)
-                sides[2 * axis][some] += along.argmax(axis=1)
-                sides[2 * axis + 1][some] -= along[:, ::-1].argmax(axis=1)
-        return Boxes(self, [np.clip(side, *self.inside[n // 2]) for n, side in enumerate(sides)])
+    def _numbered(self) -> Wholes:
+        """Return the numbers of control values around pieces, shape (m, 9): what touches shares those around both."""
+        wide = self.last[0] + 3
+        at = self.numbers(self.columns, self.rows)[:, None] + [b * wide + a for b in (-1, 0, 1) for a in (-1, 0, 1)]
+        if self.touching is not None:
+            # (where no cell around a place is cut, all share the value there)
+            near, (one, other), links = np.isin(at, at[self.is_cut]), self.touching, []
+            across, along = self.columns[other] - self.columns[one], self.rows[other] - self.rows[one]
+            for n in range(9):
+                a, b = n % 3 - across, n // 3 - along
+                some = near[one, n] & (a >= 0) & (a < 3) & (b >= 0) & (b < 3)
+                links.append((9 * one[some] + n, (9 * other + 3 * b + a)[some]))
+            shared = joined(at.size, *(np.concatenate([pair[end] for pair in links]) for end in range(2)))
+            at[near] = at.max() + 1 + shared.reshape(at.shape)[near]
+        return np.unique(at, return_inverse=True)[1].reshape(at.shape)
 
-    def pieces_at(self, point: Point) -> list[int]:
-        """List the pieces that hold a point."""
-        units = [self.unit_of(axis, Fraction(point[axis])) for axis in range(2)]
-        found, half = set(), self.parts // 2
-        for u in {math.floor(units[0]), math.ceil(units[0]) - 1}:
-            for v in {math.floor(units[1]), math.ceil(units[1]) - 1}:
-                column, row = (u + half) // self.parts, (v + half) // self.parts
-                cell = self.number(np.array([column]), np.array([row]))
-                if cell[0] >= 0:
-                    label = self.labels_at(cell, u + half - column * self.parts, v + half - row * self.parts)[0]
-                    found |= {int(self.first_piece[cell[0]] + label - 1)} if label else set()
-        return sorted(found)
-
-    def touching(self) -> Iterator[tuple[Wholes, Wholes, int, int]]:
-        """Yield pieces and the pieces of neighbouring cells that they touch, and by how much the cells are apart."""
-        last, along = self.parts - 1, range(self.parts)
-        for di, dj in ((1, 0), (0, 1), (1, 1), (-1, 1)):
-            other = self.number(self.columns + di, self.rows + dj)
-            (one,) = np.nonzero(other >= 0)
-            other = other[one]
-            cut = (self.place_of_cut[one] >= 0) | (self.place_of_cut[other] >= 0)
-            yield self.first_piece[one[~cut]], self.first_piece[other[~cut]], di, dj
-            one, other, found = one[cut], other[cut], []
-            sides = [(a, b) for a in along for b in (a - 1, a, a + 1) if b in along] if 0 in {di, dj} else [(0, 0)]
-            for a, b in sides:
-                u, s = (a, b) if di == 0 else (last, 0) if di > 0 else (0, last)
-                v, t = (a, b) if dj == 0 else (last, 0)
-                p, q = self.labels_at(one, u, v), self.labels_at(other, s, t)
-                pairs = np.column_stack([self.first_piece[one] + p - 1, self.first_piece[other] + q - 1])
-                found.append(np.unique(pairs[(p > 0) & (q > 0)], axis=0))
-            pairs = np.unique(np.concatenate(found), axis=0)
-            yield pairs[:, 0], pairs[:, 1], di, dj
-
-    def lacks(self, problem: Problem, columns: Wholes, rows: Wholes) -> Truths:
-        """Tell which cells this grid has not, although a path may pass them."""
-        found = self.number(columns, rows) < 0
-        columns, rows = columns[found], rows[found]
-        quarters = [closed(_Halves(self), problem, 2 * columns + i, 2 * rows + j) for i in range(2) for j in range(2)]
-        found[found] = ~np.all(quarters, axis=0)
-        return found
-
-
-class _Halves:
-    """The halves of the cells of a grid taken as units: cell i is from 2 i to 2 i + 2."""
-
-    def __init__(self, grid: Grid) -> None:
-        self.grid = grid
-        self.inside = [
-            (math.floor(Fraction(2 * low, grid.parts)) + 1, math.ceil(Fraction(2 * high, grid.parts)) + 1)
-            for low, high in grid.inside
+    def _boxes(self) -> tuple[Wholes, Boxes]:
+        """Return boxes around what is open of pieces: rasters may have lines through the middles of cells."""
+        pieces, m = np.arange(len(self.columns)), len(self.columns)
+        first = np.searchsorted(self.owners, pieces)
+        sides = [
+            (np.minimum, np.maximum)[n % 2].reduceat(side, first) if m else side
+            for n, side in enumerate(self.rectangles)
         ]
+        for axis in range(2) if self.problem.rasters else ():
+            middle = (self.columns, self.rows)[axis][pieces] * self.parts
+            halves = [side.copy() for side in sides], [side.copy() for side in sides]
+            halves[0][2 * axis + 1] = np.minimum(sides[2 * axis + 1], middle)
+            halves[1][2 * axis] = np.maximum(sides[2 * axis], middle)
+            sides, pieces = [np.append(*both) for both in zip(*halves, strict=True)], np.append(pieces, pieces)
+            real = sides[2 * axis] < sides[2 * axis + 1]
+            sides, pieces = [side[real] for side in sides], pieces[real]
+        return pieces, Boxes(self, sides)
 
-    def unit_of(self, axis: int, place: Fraction) -> Fraction:
-        """Return a place along an axis in halves of cells, exactly."""
-        return self.grid.unit_of(axis, place) * 2 / self.grid.parts + 1
+    def pieces_at(self, point: Point) -> Wholes:
+        """List the pieces that hold a point."""
+        seen = np.ones(len(self.owners), dtype=np.bool_)
+        for axis in range(2):
+            place, (low, high) = self.unit_of(axis, Fraction(point[axis])), self.rectangles[2 * axis : 2 * axis + 2]
+            seen &= (low <= math.floor(place)) & (high >= math.ceil(place))
+        return np.unique(self.owners[seen])
+
+    def leads(self) -> bool:
+        """Tell whether pieces that touch may lead from start to goal; where no cell is cut, this is not known."""
+        start, goal = self.pieces_at(self.problem.start), self.pieces_at(self.problem.goal)
+        if self.touching is None:
+            return len(start) > 0 and len(goal) > 0
+        group = joined(len(self.columns), *self.touching)
+        return bool(np.isin(group[start], group[goal]).any())
+
+    def within(self, west: int, east: int, south: int, north: int) -> Truths:
+        """Tell which pieces are in a rectangle of cells."""
+        return (self.columns >= west) & (self.columns < east) & (self.rows >= south) & (self.rows < north)
+
+    def rim(self, west: int, east: int, south: int, north: int) -> tuple[Wholes, list[Wholes]]:
+        """Return the pieces that touch a rectangle of cells from outside, and the boxes without area where they do."""
+        beside = self.within(west - 1, east + 1, south - 1, north + 1) & ~self.within(west, east, south, north)
+        some, half = beside[self.owners], self.parts // 2
+        owners, (left, right, bottom, top) = self.owners[some], (side[some] for side in self.rectangles)
+        left, right = np.maximum(left, west * self.parts - half), np.minimum(right, east * self.parts - half)
+        bottom, top = np.maximum(bottom, south * self.parts - half), np.minimum(top, north * self.parts - half)
+        seen = (left <= right) & (bottom <= top)
+        pieces, first = np.unique(owners[seen], return_index=True)
+        if not len(pieces):
+            return pieces, [pieces] * 4
+        least, most = (
+            [which.reduceat(side[seen], first) for side in sides]
+            for which, sides in ((np.minimum, (left, bottom)), (np.maximum, (right, top)))
+        )
+        return pieces, [least[0], most[0], least[1], most[1]]
+
+    def inside_block(self, finer: int, parts: int, box: tuple[int, ...]) -> "Grid":
+        """Lay a grid inside of this one, over the cells of a box on the map; the same one for both surfaces."""
+        key = finer, parts, box
+        if key not in self.grids:
+            demand(finer % 2 == 1 and 1 < finer < 100, "a grid inside is not an odd number of times as fine")
+            last = [one * finer for one in self.last]
+            sides = [min(max(side, 0), last[n // 2] + 1) for n, side in enumerate(box)]
+            self.grids[key] = Grid(self.problem, last, parts, *all_cells(*sides))
+        return self.grids[key]
+
+    def finer(self, kept: Truths, last: list[int], parts: int) -> "Grid":
+        """Lay a finer grid over the cells of some pieces."""
+        first, final = [], []
+        for axis, index in enumerate((self.columns[kept], self.rows[kept])):
+            demand(self.last[axis] <= last[axis] <= 8 * self.last[axis], "a grid is not finer, or by too much")
+            size, side = 2 * self.last[axis], last[axis]
+            first.append(np.maximum(((2 * index - 1) * side + self.last[axis]) // size, 0))
+            final.append(np.minimum(-((-(2 * index + 1) * side - self.last[axis]) // size) - 1, side))
+        some = list(offsets((first[0], final[0]), (first[1], final[1])))
+        columns, rows = (np.concatenate([one[axis] for one in some]) for axis in range(2))
+        return Grid(self.problem, last, parts, columns, rows)
 
 
-def closed(grid: "Grid | _Halves", problem: Problem, u: Wholes, v: Wholes) -> Truths:
-    """
-    Tell which unit squares no path can be inside of.
-
-    Those are outside of the map, or in an area: no edge of it meets the square, and the middle is inside.
-    """
-    (x_low, x_high), (y_low, y_high) = grid.inside
-    found = (u < x_low) | (u >= x_high) | (v < y_low) | (v >= y_high)
-    (rest,) = np.nonzero(~found)
-    if not len(rest) or not len(problem.edges):
-        return found
-    u, v = u[rest], v[rest]
-    exact = [[grid.unit_of(n % 2, Fraction(one)) for n, one in enumerate(edge)] for edge in problem.edges.tolist()]
-    ax, ay, bx, by = np.array([[float(one) for one in edge] for edge in exact]).T
-    # edges in units, rounded by far less than `blur`: what is that near counts as met
-    blur = 2.0**-40 * max(1.0, np.abs([ax, ay, bx, by]).max())
-    demand(blur < 0.01, "an area is too far away, or a grid too fine")
-    level = np.abs(by - ay) < 2.0**-10
-    rise = np.where(level, 1.0, by - ay)
-    # the rows that an edge crosses, and from where to where
-    edge, row = ranges(
-        np.maximum(np.floor(np.minimum(ay, by) - blur), v.min()),
-        np.minimum(np.floor(np.maximum(ay, by) + blur), v.max()),
-    )
-    ends = [
-        np.where(level[edge], end, ax[edge] + np.clip((y - ay[edge]) / rise[edge], 0.0, 1.0) * (bx - ax)[edge])
-        for y, end in ((row - blur, ax[edge]), (row + 1.0 + blur, bx[edge]))
-    ]
-    # (a quotient is off by less than 2^-10 times the blur over the rise)
-    reach = blur * (2.0 + 2.0**-10 * np.abs((bx - ax) / rise)[edge])
-    first = np.maximum(np.floor(np.minimum(*ends) - reach), u.min())
-    which, column = ranges(first, np.minimum(np.floor(np.maximum(*ends) + reach), u.max()))
-    width = int(u.max()) + 1
-    free = ~np.isin(v * width + u, np.unique(row[which].astype(np.int64) * width + column.astype(np.int64)))
-    # the rows whose middle an edge crosses, exactly: each is crossed an even number of times
-    levels = np.array([[math.floor(one[n] - Fraction(1, 2)) for n in (1, 3)] for one in exact], dtype=np.float64)
-    edge, row = ranges(np.maximum(levels.min(axis=1) + 1.0, v.min()), np.minimum(levels.max(axis=1), v.max()))
-    at = ax[edge] + np.clip((row + 0.5 - ay[edge]) / np.where(by == ay, 1.0, by - ay)[edge], 0.0, 1.0) * (bx - ax)[edge]
-    order = np.lexsort((np.concatenate([at, u + 0.5]), np.concatenate([row, v])))
-    crossed = np.empty(len(order), dtype=np.int64)
-    crossed[order] = np.cumsum((order < len(at)).astype(np.int64))
-    found[rest] = free & (crossed[len(at) :] % 2 == 1)
-    return found
-
-
-def ranges(first: Floats, last: Floats) -> tuple[Wholes, Floats]:
-    """Return all whole numbers from first to last ones, and which range each is of; a range may be empty."""
-    counts = np.maximum(last - first + 1.0, 0.0).astype(np.int64)
-    demand(counts.sum() < MOST_CELLS, "the areas have too many edges for such a grid")
-    which = np.repeat(np.arange(len(counts)), counts)
-    return which, first[which] + np.arange(len(which)) - (np.cumsum(counts) - counts)[which]
-
-
-def batches(n: int, size: int = 1) -> list[slice]:
-    """Return slices of n items of a size."""
-    step = max(BATCH // size, 1)
-    return [slice(first, min(first + step, n)) for first in range(0, n, step)]
+def touching_rows(v: Wholes, start: Wholes, stop: Wholes) -> tuple[Wholes, Wholes]:
+    """Return pairs of rows of squares that touch, corners included; they are sorted by v, then start, and are apart."""
+    width = int(stop.max()) + 1
+    begin, end = v * width + start, v * width + stop
+    (beside,) = np.nonzero((v[:-1] == v[1:]) & (stop[:-1] >= start[1:]))
+    below, above = ranges(np.searchsorted(end, begin + width), np.searchsorted(begin, end + width, side="right") - 1)
+    return np.append(beside, below), np.append(beside + 1, above)
 
 
 # --- Surfaces ---------------------------------------------------------------------------------------------------------
@@ -714,93 +750,72 @@ def restricted(values: Floats, ends: list[Interval]) -> Interval:
     `ends` are west, east, south and north of each box, in cells from the corner. The values on [s, t] are those of the
     polar form ``(1 - s) (1 - t) b_0 + ((1 - s) t + s (1 - t)) b_1 + s t b_2`` at (s, s), (s, t) and (t, t).
     """
-    found = Interval(values)
-    for axis, (low, high) in ((2, ends[:2]), (1, ends[2:])):
-        s, t = low[:, None], high[:, None]
+    whole = Interval(values.copy(), values.copy())
+    (part,) = np.nonzero((ends[0].lo > 0.0) | (ends[1].hi < 1.0) | (ends[2].lo > 0.0) | (ends[3].hi < 1.0))
+    found = Interval(values[part])
+    for axis in (2, 1):
+        s, t = (one[part, None] for one in ends[4 - 2 * axis : 6 - 2 * axis])
         b = [found[:, :, n] if axis == 2 else found[:, n] for n in range(3)]
         new = [
             (1.0 - p) * (1.0 - q) * b[0] + ((1.0 - p) * q + p * (1.0 - q)) * b[1] + p * q * b[2]
             for p, q in ((s, s), (s, t), (t, t))
         ]
         found = Interval(np.stack([one.lo for one in new], axis=axis), np.stack([one.hi for one in new], axis=axis))
-    return found
+    whole.put(part, found)
+    return whole
 
 
 class Surface:
     """
     A biquadratic spline on the pieces of a grid. Its control values are whole numbers times ``2^-exponent``.
 
-    It has to be continuous where pieces touch, and no steeper than the cost outside of blocks. Pieces that are steeper
-    are charged for, and so are blocks.
+    Outside of blocks, it is charged for where it is steeper than the cost, and blocks are charged for. With an end,
+    there is a block around that.
     """
 
-    def __init__(
-        self, described: dict[str, Any], array: Reader, grid: Grid, problem: Problem, end: Point, level: int = 0
-    ) -> None:
+    def __init__(self, described: dict[str, Any], array: Reader, grid: Grid, end: Point | None, level: int = 0) -> None:
         demand(level < MOST_LEVELS, "too many surfaces are inside one another")
-        self.grid, self.problem, self.end, self.level = grid, problem, end, level
+        self.grid = grid
         exponent = whole_of(described["exponent"])
         demand(abs(exponent) < 1 << 9, "an exponent is out of range")
         #: One unit of `bezier`.
         self.unit = math.ldexp(0.25, -exponent)
-        values: Wholes = np.cumsum(array(described["values"], "i", 1))
+        values: Wholes = np.cumsum(np.cumsum(array(described["values"], "i", 1)))
         demand((np.abs(values.astype(np.float64)) < 2.0**46).all(), "a control value is too great")
-        demand(grid.controls.max() < len(values), "a control value is missing")
+        demand(len(values) == grid.controls.max(initial=-1) + 1, "there are more or fewer control values than needed")
         self.controls = values[grid.controls].reshape(-1, 3, 3)
-        self._check_continuous()
-        self.blocks = [Block(one, array, self) for one in described["blocks"]]
-        self.end_block = Block(described["end"], array, self) if "end" in described else None
-        self.in_block = np.zeros(len(grid.cell), dtype=np.bool_)
-        for block in [*self.blocks, *([self.end_block] if self.end_block else [])]:
-            demand(not self.in_block[block.pieces].any(), "two blocks overlap")
-            self.in_block[block.pieces] = True
-        self.steepness, self.least_cost = self.measured(np.ones(len(grid.cell), dtype=np.bool_))
+        self.in_block = np.zeros(len(grid.columns), dtype=np.bool_)
+        #: What a difference of two values may be above the cost of a path between the places or, with an end, what a
+        #: value may be above the cost of a path to the end.
+        self.loss = 0.0
+        around = [(one, None) for one in described["blocks"]] + ([(described["end"], end)] if end else [])
+        for one, its_end in around:
+            pieces, charge = block(one, array, self, level, its_end)
+            demand(not self.in_block[pieces].any(), "two blocks overlap")
+            self.in_block[pieces] = True
+            self.loss = float(up(self.loss + charge))
+        self.steepness = self._measured()
         self.steepness[self.in_block] = 0.0
         wrong = ~np.isfinite(self.steepness)
-        demand(not wrong.any(), lambda: f"the slope has no bound in {grid.name(int(grid.cell[wrong.argmax()]))}")
-        #: What a difference of two values of the surface may be above the cost of a path between the places.
-        self.loss = self._charge()
-        #: What a value may be above the cost of a path to the end.
-        self.excess = up(self.loss + self.end_block.excess()) if self.end_block else math.inf
+        demand(not wrong.any(), lambda: f"the slope has no bound in {grid.name(int(wrong.argmax()))}")
+        steepest, (steep,) = self.steepness.max(initial=0.0), np.nonzero(self.steepness > 1.0)
+        if len(steep):
+            values = bezier(self.controls[steep])
+            spans = (values.max(axis=(1, 2)) - values.min(axis=(1, 2))) * self.unit
+            lost = Interval(up(math.fsum(up(spans).tolist()))) * (1.0 - Interval(1.0) / steepest)
+            self.loss = float(up(self.loss + lost.hi))
 
-    def _check_continuous(self) -> None:
-        """Check that pieces that touch have the same control values around what they share."""
-        for one, other, di, dj in self.grid.touching():
-            a = self.controls[one][:, max(dj, 0) : 3 + min(dj, 0), max(di, 0) : 3 + min(di, 0)]
-            b = self.controls[other][:, max(-dj, 0) : 3 + min(-dj, 0), max(-di, 0) : 3 + min(-di, 0)]
-            wrong = (a != b).any(axis=(1, 2))
-            demand(
-                not wrong.any(),
-                lambda: f"a surface breaks beside {self.grid.name(int(self.grid.cell[one[wrong.argmax()]]))}",
-            )
-
-    def measured(self, asked: Truths) -> tuple[Floats, float]:
-        """Bound how steep the surface is against the cost on each piece that is asked for, and the cost from below."""
-        grid, steepness, least_cost = self.grid, np.zeros(len(self.grid.cell)), math.inf
-        boxes, (pieces,) = grid.boxes(), np.nonzero(asked)
-        for part in batches(len(pieces)):
-            some = pieces[part]
-            whole = boxes[some]
-            # (rasters may have lines through the middles of cells)
-            for real, box in (
-                whole.quarters() if self.problem.rasters else [(np.ones(len(some), dtype=np.bool_), whole)]
-            ):
-                costs = self.problem.lower_costs(box)
-                slopes = self._squared_slopes(some[real], box)
-                positive = np.maximum(costs, 0.0)
-                with np.errstate(divide="ignore"):
-                    ratio = up(slopes / down(positive * positive)).max(axis=(1, 2))
-                ratio[(costs <= 0.0).any(axis=(1, 2))] = np.inf
-                least = costs.min(axis=(1, 2))
-                (hard,) = np.nonzero(ratio > 1.0)
-                if len(hard):
-                    # a constant bound serves as well
-                    least[hard] = np.maximum(least[hard], self.problem.constant_costs(box[hard]))
-                    demand((least[hard] > 0.0).all(), "a cost is not above 0")
-                    ratio[hard] = np.minimum(ratio[hard], up(slopes[hard].max(axis=(1, 2)) / down(least[hard] ** 2)))
-                least_cost = min(least_cost, float(least.min(initial=math.inf)))
-                steepness[some[real]] = np.maximum(steepness[some[real]], up(np.sqrt(ratio)))
-        return steepness, least_cost
+    def _measured(self) -> Floats:
+        """Bound how steep the surface is against the cost on each piece."""
+        grid, found = self.grid, np.zeros(len(self.grid.columns))
+        for part in batches(len(grid.in_box)):
+            pieces, costs = grid.in_box[part], grid.costs[part]
+            slopes = self._squared_slopes(pieces, grid.boxes[part])
+            with np.errstate(divide="ignore"):
+                ratio = up(slopes / down(costs * costs)).max(axis=(1, 2))
+            ratio[~(costs > 1e-100).all(axis=(1, 2))] = np.inf
+            np.maximum.at(found, pieces, up(np.sqrt(ratio)))
+        return found
 
     def _squared_slopes(self, pieces: Wholes, boxes: Boxes) -> Floats:
         """
@@ -809,266 +824,128 @@ class Surface:
         Those on whole cells are means of differences of neighbouring control values: whole numbers.
         """
         grid, u = self.grid, self.controls[pieces]
-        total = Interval(np.zeros(u.shape))
-        ends = self._ends(pieces, boxes.sides, [1, 1])
+        total, ends = Interval(np.zeros(u.shape)), self._ends(pieces, boxes.sides, [1, 1])
         for axis in range(2):
             # (the gradient is linear along its own axis: the middle value is the mean)
             d = np.diff(u if axis == 0 else u.swapaxes(1, 2), axis=2)
             across = np.stack([2 * (d[:, 0] + d[:, 1]), 4 * d[:, 1], 2 * (d[:, 1] + d[:, 2])], axis=1)
             vectors = np.stack([across[:, :, 0], (across[:, :, 0] + across[:, :, 1]) // 2, across[:, :, 1]], axis=2)
-            values = (vectors if axis == 0 else vectors.swapaxes(1, 2)).astype(np.float64)
-            on_box = self._on_parts(values, ends)
-            total = total + (on_box * self.unit / (grid.step(axis) * float(grid.parts))).square()
+            values = restricted((vectors if axis == 0 else vectors.swapaxes(1, 2)).astype(np.float64), ends)
+            total = total + (values * (Interval(self.unit) / (grid.step(axis) * float(grid.parts)))).square()
         return total.hi
-
-    @staticmethod
-    def _on_parts(values: Floats, ends: list[Interval]) -> Interval:
-        """Restrict Bernstein values to boxes, where these are not the whole cell."""
-        part = (ends[0].lo > 0.0) | (ends[1].hi < 1.0) | (ends[2].lo > 0.0) | (ends[3].hi < 1.0)
-        found = Interval(values.copy(), values.copy())
-        if part.any():
-            found.put(part, restricted(values[part], [one[part] for one in ends]))
-        return found
 
     def _ends(self, pieces: Wholes, sides: list[Any], times: list[int]) -> list[Interval]:
         """Return sides, in so many times finer units, in cells from the corner of the cell of pieces."""
-        grid, found = self.grid, []
+        found = []
         for n, side in enumerate(sides):
-            size = grid.parts * times[n // 2]
-            corner = (grid.columns, grid.rows)[n // 2][grid.cell[pieces]] * size - size // 2
-            found.append((Interval((side - corner).astype(np.float64)) / float(size)).within(0.0, 1.0))
-        return found
+            size = self.grid.parts * times[n // 2]
+            corner = (self.grid.columns, self.grid.rows)[n // 2][pieces] * size - size // 2
+            found.append((enclosed(side) - corner) / float(size))
+        return [one.within(0.0, 1.0) for one in found]
 
     def on(self, pieces: Wholes, sides: list[Any], times: list[int]) -> Interval:
         """Return the Bernstein values of the surface on boxes in pieces, whose sides are in finer units."""
-        return (
-            restricted(bezier(self.controls[pieces]).astype(np.float64), self._ends(pieces, sides, times)) * self.unit
-        )
+        values = bezier(self.controls[pieces]).astype(np.float64)
+        return restricted(values, self._ends(pieces, sides, times)) * self.unit
 
     def least(self) -> Floats:
         """Bound the surface from below by its Bernstein values on each piece, shape (m, 3, 3)."""
         found: Floats = down(bezier(self.controls) * self.unit)
         return found
 
-    def at(self, point: Point) -> float:
-        """Bound the surface from below at a point, in whose block there is no bound; infinite if no piece holds it."""
-        grid, found = self.grid, math.inf
-        for piece in grid.pieces_at(point):
-            demand(not self.in_block[piece] or self.end_block is not None, "a block holds an end")
-            if self.in_block[piece]:
-                return -math.inf
-            cell = grid.cell[piece]
-            x, y = (
-                grid.unit_of(axis, Fraction(point[axis])) / grid.parts + Fraction(1, 2) - int(index[cell])
-                for axis, index in enumerate((grid.columns, grid.rows))
-            )
-            value = sum(
-                (
-                    _bernstein(b, y) * _bernstein(a, x) * int(value)
-                    for b, line in enumerate(bezier(self.controls[[piece]])[0])
-                    for a, value in enumerate(line)
-                ),
-                Fraction(0),
-            )
-            found = min(found, float(down(float(value * Fraction(self.unit)))))
-        return found
-
-    def _charge(self) -> float:
-        """Bound what is lost on pieces that are too steep, and in blocks."""
-        steepest, lost = float(self.steepness.max(initial=0.0)), 0.0
-        if steepest > 1.0:
-            values = bezier(self.controls[self.steepness > 1.0])
-            spans = (values.max(axis=(1, 2)) - values.min(axis=(1, 2))) * self.unit
-            lost = up(up(math.fsum(up(spans).tolist())) * (1.0 - Interval(1.0) / steepest).hi)
-        for block in self.blocks:
-            lost = up(lost + block.charge())
-        return float(lost)
-
-
-def _bernstein(n: int, t: Fraction) -> Fraction:
-    return ((1 - t) ** 2, 2 * t * (1 - t), t**2)[n]
-
-
-class Block:
-    """
-    A rectangle of cells in which a surface may be too steep.
-
-    Another surface, on a finer grid over a box around it, bounds the cost of ways through it, or to the end in it. A
-    block around an end may have none: then the cost is at least the least cost nearby times the distance.
-    """
-
-    def __init__(self, described: dict[str, Any], array: Reader, outer: Surface) -> None:
-        self.outer, grid = outer, outer.grid
-        west, east, south, north = (whole_of(one) for one in described["cells"])
-        demand(west < east and south < north, "a block is empty")
-        demand((east - west + 2) * (north - south + 2) < MOST_CELLS, "a block is too large")
-        columns, rows, half = grid.columns[grid.cell], grid.rows[grid.cell], grid.parts // 2
-        (self.pieces,) = np.nonzero((columns >= west) & (columns < east) & (rows >= south) & (rows < north))
-        self.sides = [one * grid.parts - half for one in (west, east, south, north)]
-        self.inner: Surface | None = None
-        if "inside" in described:
-            inner = Grid(described["inside"]["grid"], array, outer.problem)
-            demand(inner.span == grid.span, "a surface inside a block has another span")
-            self.inner = Surface(
-                described["inside"]["surface"], array, inner, outer.problem, outer.end, outer.level + 1
-            )
-            self._check_box(inner, [whole_of(one) for one in described["inside"]["box"]])
-
-    def _check_box(self, grid: Grid, box: list[int]) -> None:
-        """Check that the inner grid has all cells of its box, and that the box is larger than the block."""
-        demand(len(box) == 4 and box[0] < box[1] and box[2] < box[3], "a box is empty")
-        demand((box[1] - box[0]) * (box[3] - box[2]) < MOST_CELLS, "a box is too large")
-        lacking = grid.lacks(self.outer.problem, *all_cells(*box))
-        demand(not lacking.any(), "a box lacks a cell")
-        self.cells, self.box = box, [one * grid.parts - grid.parts // 2 for one in box]
-        #: Whether paths may cross each side of the box, and the margin beside it, in units of the inner grid.
-        self.opens = [
-            self.box[n] > grid.inside[n // 2][0] if n % 2 == 0 else self.box[n] < grid.inside[n // 2][1]
-            for n in range(4)
-        ]
-        times = [Fraction(grid.divide[axis], self.outer.grid.divide[axis]) for axis in range(2)]
-        self.margins = [(self.sides[n] * times[n // 2] - self.box[n]) * (1 if n % 2 == 0 else -1) for n in range(4)]
-        demand(
-            all(one > 0 or not way for one, way in zip(self.margins, self.opens, strict=True)), "a block leaves its box"
-        )
-
-    def charge(self) -> float:
-        """Bound by how much more the surface falls between places on the rim than a way between them costs."""
-        inner = self.inner
-        if inner is None or inner.end_block is not None:
-            msg = "a block has no surface inside, or one to an end"
-            raise Refused(msg)
-        one, other = self._on_rim(inner)
-        if not len(one.lo):
-            return 0.0
-        more = one - other
-        inside = up(up(more.hi.max() - more.lo.min()) + inner.loss)
-        # a way that leaves the box pays for the margin twice
-        open_sides = [(n, margin) for n, (margin, way) in enumerate(zip(self.margins, self.opens, strict=True)) if way]
-        margin = min(
-            (inner.grid.step(n // 2).lo * down(float(down(float(one)))) for n, one in open_sides), default=math.inf
-        )
-        outside = up(up(one.hi.max() - one.lo.min()) - down(down(2.0 * margin) * max(inner.least_cost, 0.0)))
-        return float(max(inside, outside, 0.0))
-
-    def excess(self) -> float:
-        """Bound by how much the surface is above the cost to its end, anywhere on the rim of the block around it."""
-        grid, end, inner = self.outer.grid, self.outer.end, self.inner
+    def bound(self, point: Point) -> float:
+        """Bound the cost of a path from a point to the end of the surface; a point in a block has no bound."""
+        pieces, sides = self.grid.pieces_at(point), []
+        if self.in_block[pieces].any():
+            return -math.inf
         for axis in range(2):
-            low, high = self.sides[2 * axis : 2 * axis + 2]
-            demand(low <= grid.unit_of(axis, Fraction(end[axis])) <= high, "the end is not in the block around it")
-        if inner is None:
-            return self._above_cone()
-        demand(
-            inner.end_block is not None and not len(inner.grid.cut), "a surface around an end has no end, or has walls"
-        )
-        one, other = self._on_rim(inner)
-        demand(len(one.lo) > 0, "no cell is beside the block around an end")
-        # ways that leave the box enter it for the last time on its border
-        columns, rows = inner.grid.columns[inner.grid.cell], inner.grid.rows[inner.grid.cell]
-        west, east, south, north = self.cells
-        sides = columns == west, columns == east - 1, rows == south, rows == north - 1
-        border = np.any([side & way for side, way in zip(sides, self.opens, strict=True)], axis=0)
-        demand(not inner.in_block[border].any(), "a block inside a block is on the border of its box")
-        cap = inner.least()[border].min(initial=math.inf)
-        return float(up(max((one - other).hi.max(), up(one.hi.max() - cap)) + inner.excess))
+            low, high = self.grid.problem.bounds[axis], self.grid.problem.bounds[axis + 2]
+            place = (Interval(point[axis]) - low) / (Interval(high) - low) * float(self.grid.units[axis])
+            sides += [Interval(np.full(len(pieces), place.lo), np.full(len(pieces), place.hi))] * 2
+        return float(down(self.on(pieces, sides, [1, 1]).lo.min(initial=math.inf) - self.loss))
 
-    def _above_cone(self) -> float:
-        """Bound by how much the surface is above the least cost nearby times the distance to the end, on the rim."""
-        grid, end, problem = self.outer.grid, self.outer.end, self.outer.problem
-        away = [
-            np.abs([one.lo, one.hi]).max()
-            for one in (grid.place(n // 2, self.sides[n]) - end[n // 2] for n in range(4))
-        ]
-        radius = Fraction(float(up(up(math.hypot(max(away[:2]), max(away[2:]))))))
-        lines = []
+
+def block(
+    described: dict[str, Any], array: Reader, outer: Surface, level: int, end: Point | None
+) -> tuple[Wholes, float]:
+    """
+    Return the pieces in a block, and by how much more a surface falls from a place on its rim than a way through costs.
+
+    In the block, a rectangle of cells, the surface may be anything. Another surface, on a finer grid over a box around
+    the block, bounds the cost of ways from rim to rim or, in a block around an end, from the rim to the end. It may be
+    anything in blocks of its own, none of which is beside the rim from outside.
+    """
+    grid, cells = outer.grid, [whole_of(one) for one in described["cells"]]
+    demand(len(cells) == 4 and cells[0] < cells[1] and cells[2] < cells[3], "a block is empty")
+    (pieces,) = np.nonzero(grid.within(*cells))
+    if end:
         for axis in range(2):
-            low, high = (grid.unit_of(axis, Fraction(end[axis]) + sign * radius) for sign in (-1, 1))
-            first, last = max(math.floor(low), grid.inside[axis][0]), min(math.ceil(high), grid.inside[axis][1])
-            lines.append(np.unique(np.linspace(first, last, 17).astype(np.int64)))
-        i, j = all_cells(0, len(lines[0]) - 1, 0, len(lines[1]) - 1)
-        boxes = Boxes(grid, [lines[0][i], lines[0][i + 1], lines[1][j], lines[1][j + 1]])
-        linear = problem.lower_costs(boxes).min(axis=(1, 2))
-        least = float(np.maximum(problem.constant_costs(boxes), linear).min())
-        demand(least > 0.0, "the cost around an end is not above 0")
-        pieces, sides = rim(grid, self.sides, [1, 1])
-        phi = self.outer.on(pieces, sides, [1, 1])
-        # the distance is at least its part along any direction: here, that to the middle of a part of the rim
-        x, y = (
-            [
-                grid.place(axis, one) - end[axis]
-                for one in (sides[2 * axis], 0.5 * (sides[2 * axis] + sides[2 * axis + 1]), sides[2 * axis + 1])
-            ]
-            for axis in range(2)
-        )
-        length = np.maximum(np.hypot(x[1].lo, y[1].lo), 1e-300) * (1.0 + 2.0**-49)
-        away_x, away_y = ([one * Interval(to[1].lo / length) for one in to] for to in (x, y))
-        most = -math.inf
-        for b in range(3):
-            for a in range(3):
-                distance = (away_x[a] + away_y[b]).lo
-                most = max(most, float((phi[:, b, a] - Interval(distance) * least).hi.max(initial=-math.inf)))
-        return most
-
-    def _on_rim(self, inner: Surface) -> tuple[Interval, Interval]:
-        """Return the Bernstein values of the outer and of the inner surface on all parts of the rim that both have."""
-        grids = self.outer.grid, inner.grid
-        common = [math.lcm(grids[0].divide[axis], grids[1].divide[axis]) for axis in range(2)]
-        times = [[common[axis] // grid.divide[axis] for axis in range(2)] for grid in grids]
-        sides = [self.sides[n] * times[0][n // 2] for n in range(4)]
-        demand(max(map(abs, sides)) + (max(times[0]) + max(times[1])) * (1 << 12) < 1 << 60, "a grid is too fine")
-        (one, a), (other, b) = (rim(grid, sides, some) for grid, some in zip(grids, times, strict=True))
-        low, high = (
-            [which(a[n][:, None], b[n][None, :]) for n in (first, first + 2)]
-            for first, which in ((0, np.maximum), (1, np.minimum))
-        )
-        p, q = np.nonzero((low[0] <= high[0]) & (low[1] <= high[1]))
-        # (in blocks of its own, the inner surface may be anything)
-        demand(not inner.in_block[other[q]].any(), "a block inside a block is across its rim")
-        both = [side[p, q] for side in (low[0], high[0], low[1], high[1])]
-        return self.outer.on(one[p], both, times[0]), inner.on(other[q], both, times[1])
+            place = grid.unit_of(axis, Fraction(end[axis])) / grid.parts + Fraction(1, 2)
+            demand(cells[2 * axis] <= place <= cells[2 * axis + 1], "the end is not in the block around it")
+        if "inside" not in described:
+            return pieces, above_cone(outer, cells, end)
+    inside = described["inside"]
+    finer, parts, box = whole_of(inside["finer"]), whole_of(inside["parts"]), [whole_of(one) for one in inside["box"]]
+    demand(len(box) == 4, "a box has other sides than four")
+    within = grid.inside_block(finer, parts, tuple(box))
+    inner = Surface(inside["surface"], array, within, end, level + 1)
+    # the rectangle in cells of the grid inside, and its margin to the sides of the box that are not beyond the map
+    same = [one * finer - finer // 2 for one in cells]
+    margins = [same[0] - box[0], box[1] - same[1], same[2] - box[2], box[3] - same[3]]
+    is_open = [box[0] > 0, box[1] <= within.last[0], box[2] > 0, box[3] <= within.last[1]]
+    demand(all(margin > 0 or not way for margin, way in zip(margins, is_open, strict=True)), "a block leaves its box")
+    (one, its), (other, others) = grid.rim(*cells), within.rim(*same)
+    # all of that in common units
+    times = finer * within.parts, grid.parts
+    its, others = ([side * by for side in sides] for sides, by in zip((its, others), times, strict=True))
+    low = [np.maximum(its[n][:, None], others[n]) for n in (0, 2)]
+    high = [np.minimum(its[n][:, None], others[n]) for n in (1, 3)]
+    p, q = np.nonzero((low[0] <= high[0]) & (low[1] <= high[1]))
+    demand(not inner.in_block[other[q]].any(), "a block inside a block is across its rim")
+    if not len(p):
+        return pieces, 0.0
+    both = [side[p, q] for side in (low[0], high[0], low[1], high[1])]
+    phi, psi = (
+        surface.on(some, both, [by, by])
+        for surface, some, by in ((outer, one[p], times[0]), (inner, other[q], times[1]))
+    )
+    more = phi - psi
+    charge = more.hi.max() if end else up(more.hi.max() - more.lo.min())
+    # a way that leaves the box pays for the margin twice
+    steps = [within.step(n // 2) * (float(within.parts) * margin) for n, margin in enumerate(margins) if is_open[n]]
+    least = max(float(within.costs.min()), 0.0)
+    beyond = max((up(phi.hi.max() - phi.lo.min()) - (step * (2.0 * least)).lo for step in steps), default=0.0)
+    return pieces, float(up(up(charge + inner.loss) + up(max(beyond, 0.0))))
 
 
-def all_cells(west: int, east: int, south: int, north: int) -> tuple[Wholes, Wholes]:
-    """Return columns and rows of all cells of a rectangle."""
-    columns, rows = np.meshgrid(np.arange(west, east), np.arange(south, north))
-    return columns.ravel(), rows.ravel()
-
-
-def rim(grid: Grid, sides: list[int], times: list[int]) -> tuple[Wholes, list[Wholes]]:
+def above_cone(outer: Surface, cells: list[int], end: Point) -> float:
     """
-    Return the pieces of a grid that touch a rectangle from outside, and the boxes without area where they do.
+    Bound by how much a surface is above the least cost nearby times the distance to its end, on the rim of a block.
 
-    Sides of the rectangle and of the boxes are in units that are so many times as fine as those of the grid.
+    Nearby is what is as near to the end as the rim: a way that leaves that is longer than the distance as well.
     """
-    half, cells = grid.parts // 2, []
-    for n, side in enumerate(sides):
-        index = Fraction(side, times[n // 2]) + half
-        demand(index % grid.parts == 0, "a block is not in line with the grid inside")
-        cells.append(int(index // grid.parts))
-    west, east, south, north = cells
-    columns, rows = all_cells(west - 1, east + 1, south - 1, north + 1)
-    numbers = grid.number(columns, rows)
-    around = (numbers >= 0) & ((columns < west) | (columns >= east) | (rows < south) | (rows >= north))
-    found: list[list[Wholes]] = []
-    for cell in numbers[around].tolist():
-        corner = int(grid.columns[cell]) * grid.parts - half, int(grid.rows[cell]) * grid.parts - half
-        place = grid.place_of_cut[cell]
-        if place < 0:
-            piece, v, u, size = np.array([grid.first_piece[cell]]), np.zeros(1, int), np.zeros(1, int), grid.parts
-        else:
-            v, u = np.nonzero(grid.labels[place])
-            piece, size = grid.first_piece[cell] + grid.labels[place, v, u] - 1, 1
-        ends = [corner[0] + u, corner[0] + u + size, corner[1] + v, corner[1] + v + size]
-        # (what is beyond the map is of no path)
-        ends = [np.clip(end, *grid.inside[n // 2]) * times[n // 2] for n, end in enumerate(ends)]
-        low, high = ([(np.maximum, np.minimum)[way](ends[n], sides[n]) for n in (way, way + 2)] for way in range(2))
-        seen = (low[0] <= high[0]) & (low[1] <= high[1])
-        for name in np.unique(piece[seen]):
-            own = seen & (piece == name)
-            found.append([name, low[0][own].min(), high[0][own].max(), low[1][own].min(), high[1][own].max()])
-    table = np.array(found, dtype=np.int64).reshape(-1, 5)
-    return table[:, 0], [table[:, n] for n in range(1, 5)]
+    grid = outer.grid
+    pieces, sides = grid.rim(*cells)
+    demand(len(pieces) > 0, "no cell is beside the block around an end")
+    # each part of the rim in many, whose distance is that of their nearest point
+    n, sides = np.arange(RIM_PARTS), [side[:, None] for side in sides]
+    sides = [(sides[m - m % 2] * RIM_PARTS + (sides[m | 1] - sides[m - m % 2]) * (n + m % 2)).ravel() for m in range(4)]
+    near = far = Interval(0.0)
+    for axis in range(2):
+        low, high = (grid.place(axis, side / RIM_PARTS) - end[axis] for side in sides[2 * axis : 2 * axis + 2])
+        near = near + Interval(np.maximum(np.maximum(low.lo, -high.hi), 0.0)).square()
+        far = far + Interval(np.maximum(high.hi, -low.lo)).square()
+    radius, lines = Fraction(float(far.root().hi.max())), []
+    for axis in range(2):
+        first, last = (grid.unit_of(axis, Fraction(end[axis]) + sign * radius) for sign in (-1, 1))
+        span = max(math.floor(first), 0), min(math.ceil(last), grid.units[axis])
+        lines.append(np.unique(np.linspace(*span, 17).astype(np.int64)))
+    i, j = all_cells(0, len(lines[0]) - 1, 0, len(lines[1]) - 1)
+    boxes = Boxes(grid, [lines[0][i], lines[0][i + 1], lines[1][j], lines[1][j + 1]])
+    least = float(grid.problem.lower_costs(boxes).min())
+    demand(least > 0.0, "the cost around an end is not above 0")
+    phi = outer.on(np.repeat(pieces, RIM_PARTS), sides, [RIM_PARTS] * 2).hi.max(axis=(1, 2))
+    return float((phi - near.root() * least).hi.max())
 
 
 # --- Cells of constant cost -------------------------------------------------------------------------------------------
@@ -1084,7 +961,7 @@ class Cells:
 
     def __init__(self, described: dict[str, Any], array: Reader, problem: Problem) -> None:
         demand(
-            not problem.threats and not problem.on_earth and not any(one.is_bilinear for one in problem.rasters),
+            not problem.threats and not problem.on_earth and all(one.is_flat for one in problem.rasters),
             "the cost is not constant on cells",
         )
         self.problem = problem
@@ -1110,14 +987,14 @@ class Cells:
         risk = Interval(np.zeros([self.shape[1 - axis] + is_line[axis] for axis in (1, 0)]))
         for raster in self.problem.rasters:
             columns, rows = (self._touched(raster, axis, is_line[axis]) for axis in range(2))
-            values = np.pad(raster.values, 1)
+            values = np.pad(raster.corners[:, :, 0, 0], 1)
             across = np.stack([values[:, some].min(axis=1) for some in columns], axis=1)
             risk = risk + np.stack([across[some].min(axis=0) for some in rows])
         return (risk * self.problem.k + 1.0).lo
 
     def _touched(self, raster: "Raster", axis: int, is_line: int) -> list[slice]:
         """List the columns or rows of a raster, counted from 1, that have a place between lines, or touch a line."""
-        places, line = raster.places[axis], self.lines[axis]
+        places, line = raster.knots[axis], self.lines[axis]
         if not is_line:
             return [
                 slice(bisect_right(places, low), bisect_left(places, high) + 1)
@@ -1138,7 +1015,7 @@ class Cells:
             np.searchsorted(north, np.minimum(ay, by)).astype(np.float64),
             np.searchsorted(south, np.maximum(ay, by), side="right") - 1.0,
         )
-        at = row.astype(np.int64)
+        at = row
         ax, ay, bx, by = self.problem.edges[edge].T
         rise, level = np.where(by == ay, 1.0, by - ay), by == ay
         # (parts of an edge are off by less than 2^-50)
@@ -1425,73 +1302,42 @@ def bound_over_cells(described: dict[str, Any], array: Reader, problem: Problem,
 # --- The bounds -------------------------------------------------------------------------------------------------------
 
 
-def lower_bound(described: list[dict[str, Any]], array: Reader, problem: Problem, claimed: float) -> float:
-    """Return the bound of the cost of all paths that cost less than what is claimed; infinite if there are none."""
-    demand(described, "there is no grid")
-    ends = {"to_goal": (problem.goal, problem.start), "to_start": (problem.start, problem.goal)}
-    bound, before, kept = -math.inf, None, np.empty(0, dtype=np.bool_)
-    for n, one in enumerate(described):
-        grid = Grid(one["grid"], array, problem)
-        _check_covered(grid, problem, before, kept)
-        if _is_apart(grid, problem):
-            return math.inf
-        surfaces = [Surface(one[name], array, grid, problem, end) for name, (end, _) in ends.items() if name in one]
-        demand(surfaces, "a grid has no surface")
-        for surface in surfaces:
-            other = problem.start if surface.end == problem.goal else problem.goal
-            bound = max(bound, float(down(surface.at(other) - surface.excess)))
-        if n + 1 < len(described):
-            demand(len(surfaces) == 2, "a grid that drops cells has one surface")
-            to_goal, to_start = surfaces
-            total = down(to_goal.least() + to_start.least()).min(axis=(1, 2))
-            stays = ~(down(down(total - to_goal.excess) - to_start.excess) >= claimed)
-            kept = np.zeros(len(grid.rows), dtype=np.bool_)
-            kept[grid.cell[stays | to_goal.in_block | to_start.in_block]] = True
-        before = grid
+def lower_bound(described: dict[str, Any], array: Reader, problem: Problem) -> float:
+    """
+    Return a bound of the cost of all paths, infinite if there are none.
+
+    From each grid to the next, pieces are dropped that no path passes that costs less than the limit.
+    """
+    limit = math.inf if described["limit"] is None else number_of(described["limit"])
+    demand(described["grids"], "there is no grid")
+    bound, most, grid = -math.inf, math.inf, None
+    surfaces: list[Surface] = []
+    for one in described["grids"]:
+        last, parts = [whole_of(side) for side in one["last"]], whole_of(one["parts"])
+        demand(len(last) == 2, "a grid has other sides than two")
+        if grid is None:
+            grid = Grid(problem, last, parts, *all_cells(0, last[0] + 1, 0, last[1] + 1))
+        else:
+            demand(len(surfaces) == 2, "a grid that is made finer has one surface")
+            most, grid = limit, grid.finer(kept(surfaces[0], surfaces[1], limit), last, parts)
+        if not grid.leads():
+            return most
+        surfaces = []
+        for name, end, other in (("to_goal", problem.goal, problem.start), ("to_start", problem.start, problem.goal)):
+            if name in one:
+                surfaces.append(Surface(one[name], array, grid, end))
+                bound = max(bound, min(most, surfaces[-1].bound(other)))
     return bound
 
 
-def _check_covered(grid: Grid, problem: Problem, before: Grid | None, kept: Truths) -> None:
-    """Check that a grid has all cells that a path may pass: all on the map, or all that the grid before has kept."""
-    if before is None:
-        low, high = (
-            [math.floor(Fraction(side[end], grid.parts) + Fraction(1, 2)) for side in grid.inside] for end in range(2)
-        )
-        demand((high[0] - low[0] + 1) * (high[1] - low[1] + 1) < MOST_CELLS, "the map has too many cells")
-        columns, rows = all_cells(low[0], high[0] + 1, low[1], high[1] + 1)
-        parts = columns, rows
-    else:
-        demand(grid.span == before.span, "a grid has another span than the one before")
-        first, last = [], []
-        for axis, index in enumerate((before.columns[kept], before.rows[kept])):
-            # sides of the coarser cells, in halves of units of both
-            size, side = 2 * grid.parts * before.divide[axis], before.parts * grid.divide[axis]
-            demand((size + side) * int(np.abs(index).max(initial=1) + 1) < 1 << 60, "a grid is too fine")
-            first.append(((2 * index - 1) * side + size // 2) // size)
-            last.append(-((-(2 * index + 1) * side - size // 2) // size) - 1)
-        some = list(offsets(first[0], last[0], first[1], last[1]))
-        parts = np.concatenate([i for i, _ in some]), np.concatenate([j for _, j in some])
-    columns, rows = np.unique(np.column_stack(parts), axis=0).T
-    lacking = grid.lacks(problem, columns, rows)
-    demand(not lacking.any(), lambda: f"cell ({columns[lacking.argmax()]}, {rows[lacking.argmax()]}) is missing")
+def kept(to_goal: Surface, to_start: Surface, limit: float) -> Truths:
+    """Tell which pieces a path that costs less than a limit may pass; those in blocks are kept."""
+    total = down(to_goal.least() + to_start.least()).min(axis=(1, 2))
+    passes = ~(down(down(total - to_goal.loss) - to_start.loss) >= limit)
+    return np.asarray(passes | to_goal.in_block | to_start.in_block)
 
 
-def _is_apart(grid: Grid, problem: Problem) -> bool:
-    """Tell whether no pieces that touch lead from start to goal."""
-    if not len(grid.cut):
-        return False
-    pairs = [(one, other) for one, other, _, _ in grid.touching()]
-    one, other = (np.concatenate([pair[n] for pair in pairs]) for n in range(2))
-    group, least = np.arange(len(grid.cell)), np.arange(len(grid.cell))
-    while True:
-        np.minimum.at(least, one, group[other])
-        np.minimum.at(least, other, group[one])
-        least = least[least]
-        if (least == group).all():
-            break
-        group = least.copy()
-    start, goal = (set(group[grid.pieces_at(end)].tolist()) for end in (problem.start, problem.goal))
-    return not start & goal
+# --- The path ---------------------------------------------------------------------------------------------------------
 
 
 def check_free(problem: Problem, path: Floats) -> None:
@@ -1501,42 +1347,32 @@ def check_free(problem: Problem, path: Floats) -> None:
     Between places where a segment meets edges, it is inside or outside as a whole. All of this is exact.
     """
     edges, ends = problem.edges, [(Fraction(x), Fraction(y)) for x, y in path.tolist()]
-    demand(not _is_inside(edges, ends[0]), "the path begins inside an area")
-    for n, (begin, end) in enumerate(pairwise(ends)):
+    demand(not is_inside(edges, ends[0]), "the path begins inside an area")
+    for n, ((x, y), (to_x, to_y)) in enumerate(pairwise(ends)):
         low, high = np.minimum(path[n], path[n + 1]), np.maximum(path[n], path[n + 1])
         apart = (np.minimum(edges[:, :2], edges[:, 2:]) > high) | (np.maximum(edges[:, :2], edges[:, 2:]) < low)
-        dx, dy = end[0] - begin[0], end[1] - begin[1]
-        if not dx and not dy:
+        dx, dy, near = to_x - x, to_y - y, edges[~apart.any(axis=1)]
+        # (without any edge near, a segment is where its begin is)
+        if not len(near) or not (dx or dy):
             continue
         cuts = {Fraction(0), Fraction(1)}
-        near = edges[~apart.any(axis=1)]
-        for edge in near.tolist():
-            ax, ay, bx, by = map(Fraction, edge)
+        for ax, ay, bx, by in (map(Fraction, edge) for edge in near.tolist()):
             across = dx * (by - ay) - dy * (bx - ax)
             if across:
-                cuts.add(((ax - begin[0]) * (by - ay) - (ay - begin[1]) * (bx - ax)) / across)
+                cuts.add(((ax - x) * (by - ay) - (ay - y) * (bx - ax)) / across)
             else:
-                cuts |= {
-                    ((x - begin[0]) * dx + (y - begin[1]) * dy) / (dx * dx + dy * dy) for x, y in ((ax, ay), (bx, by))
-                }
-        order = sorted(t for t in cuts if 0 <= t <= 1)
-        # (without any edge near, a segment is where its begin is)
-        for first, last in pairwise(order) if len(near) else ():
+                cuts |= {((p - x) * dx + (q - y) * dy) / (dx * dx + dy * dy) for p, q in ((ax, ay), (bx, by))}
+        for first, last in pairwise(sorted(t for t in cuts if 0 <= t <= 1)):
             t = (first + last) / 2
-            inside = _is_inside(edges, (begin[0] + t * dx, begin[1] + t * dy))
-            demand(not inside, f"the path crosses an area after waypoint {n}")
+            demand(not is_inside(edges, (x + t * dx, y + t * dy)), f"the path crosses an area after waypoint {n}")
 
 
-def _is_inside(edges: Floats, point: tuple[Fraction, Fraction]) -> bool:
+def is_inside(edges: Floats, point: tuple[Fraction, Fraction]) -> bool:
     """Tell whether a point is inside of areas, and not on an edge."""
-    x, y = point
-    near = float(y)
-    margin = 2.0**-40 * max(1.0, abs(near))
-    beside = (np.minimum(edges[:, 1], edges[:, 3]) <= near + margin) & (
-        np.maximum(edges[:, 1], edges[:, 3]) >= near - margin
-    )
-    inside = False
-    for edge in edges[beside].tolist():
+    (x, y), inside = point, False
+    near, margin = float(y), 2.0**-40 * max(1.0, abs(float(y)))
+    low, high = np.minimum(edges[:, 1], edges[:, 3]), np.maximum(edges[:, 1], edges[:, 3])
+    for edge in edges[(low <= near + margin) & (high >= near - margin)].tolist():
         ax, ay, bx, by = map(Fraction, edge)
         side = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
         if side == 0 and min(ax, bx) <= x <= max(ax, bx) and min(ay, by) <= y <= max(ay, by):
@@ -1550,84 +1386,66 @@ def upper_bound(problem: Problem, path: Floats) -> float:
     """
     Bound the cost of a path from above.
 
-    A part of length l costs at most ``l (1 + k F(middle)) + k l^3 / 24 max F''``, with ``|F''| <= sum p q + (sum p / (s
-    sqrt(e)))^2`` for threats. For rasters, see `_risk_of_raster`.
+    The rule of Gauss with two places is off by at most ``l^5 / 4320 max |F''''|`` on a part of length l. The latter is
+    at most ``s_4 + 4 s_3 s_1 + 3 s_2^2 + 6 s_2 s_1^2 + s_1^4``, where s_n sums up the greatest n-th derivatives of all
+    f_i: p / s^n times 0.607, 1, 1.381 and 3 for n from 1 to 4. For rasters, see `risk_of_raster`.
     """
     demand(path.shape[1] == 2 and len(path) > 0, "a path is not a list of points")
     demand(tuple(path[0]) == problem.start and tuple(path[-1]) == problem.goal, "the path does not join start and goal")
-    for axis in range(2):
-        low, high = problem.bounds[axis], problem.bounds[axis + 2]
-        demand(((path[:, axis] >= low) & (path[:, axis] <= high)).all(), "the path leaves the map")
+    inside = (path >= problem.bounds[:2]) & (path <= problem.bounds[2:])
+    demand(inside.all(), "the path leaves the map")
     check_free(problem, path)
     sides = [Interval(path[1:, axis]) - path[:-1, axis] for axis in range(2)]
     length = (sides[0].square() + sides[1].square()).root().hi
-    total = float(up(math.fsum(length.tolist())))
+    total = cost = float(up(math.fsum(length.tolist())))
     if problem.k == 0.0:
         return total
-    bend = sum(peak / spread**2 for _, _, spread, peak in problem.threats)
-    bend = (bend + sum(0.607 * peak / spread for _, _, spread, peak in problem.threats) ** 2) * (1.0 + 1e-9)
-    # so fine that the last term is a millionth of the length
-    finest = max(math.sqrt(24e-6 / max(problem.k * bend, 1e-300)), total / MOST_PARTS)
-    counts = np.maximum(np.ceil(length / finest), 1.0).astype(np.int64)
-    which = np.repeat(np.arange(len(counts)), counts)
-    number = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
-    cost = total
+    one, two, three, four = (
+        sum(most * peak / spread**n for _, _, spread, peak in problem.threats)
+        for n, most in enumerate((0.607, 1.0, 1.381, 3.0), 1)
+    )
+    bend = (four + 4.0 * three * one + 3.0 * two**2 + 6.0 * two * one**2 + one**4) * (1.0 + 1e-9)
+    # so fine that the error is a part of 1e-7 of the length
+    finest = max((4320e-7 / max(problem.k * bend, 1e-300)) ** 0.25, total / MOST_PARTS)
+    counts = np.maximum(np.ceil(length / finest), 1.0)
+    which, number = ranges(np.zeros(len(counts)), counts - 1.0)
     for part in batches(len(which)):
-        segment, n = which[part], counts[which[part]].astype(np.float64)
-        t = (Interval(number[part].astype(np.float64)) + 0.5) / n
-        x, y = (t * sides[axis][segment] + path[segment, axis] for axis in range(2))
-        step = Interval(length[segment]) / n
-        clear = Interval(np.ones(len(segment)))
-        for at_x, at_y, spread, peak in problem.threats:
-            square = (x - at_x).square() + (y - at_y).square()
-            clear = clear * (1.0 - exp(square / Interval(spread).square() * -0.5) * peak)
-        risk = (1.0 - clear).within(0.0, 1.0) + step.square() * bend / 24.0
+        segment, n = which[part], counts[which[part]]
+        step, risk = Interval(length[segment]) / n, Interval(0.0)
+        for place in (0.5 - GAUSS, 0.5 + GAUSS):
+            t, clear = (Interval(number[part].astype(np.float64)) + place) / n, Interval(np.ones(len(segment)))
+            x, y = (t * sides[axis][segment] + path[segment, axis] for axis in range(2))
+            for at_x, at_y, spread, peak in problem.threats:
+                square = (x - at_x).square() + (y - at_y).square()
+                clear = clear * (1.0 - exp(square / Interval(spread).square() * -0.5) * peak)
+            risk = risk + (1.0 - clear).within(0.0, 1.0) * 0.5
+        risk = risk + step.square().square() * bend / 4320.0
         cost = float(up(cost + math.fsum((risk * step * problem.k).hi.tolist())))
     for raster in problem.rasters:
-        cost = float(up(cost + _risk_of_raster(raster, path, length) * problem.k * (1.0 + 4.0 * ULP)))
+        cost = float(up(cost + risk_of_raster(raster, path, length) * problem.k * (1.0 + 4.0 * ULP)))
     return cost
 
 
-def _risk_of_raster(raster: Raster, path: Floats, length: Floats) -> float:
+def risk_of_raster(raster: Raster, path: Floats, length: Floats) -> float:
     """Bound the integral of a raster along a path from above, patch by patch: on each it is a quadratic function."""
-    total, near = 0.0, [np.array([float(one) for one in places]) for places in raster.places]
-    for x, y, to_x, to_y, far in zip(*path[:-1].T.tolist(), *path[1:].T.tolist(), length.tolist(), strict=True):
-        begin, side = (Fraction(x), Fraction(y)), (Fraction(to_x) - Fraction(x), Fraction(to_y) - Fraction(y))
+    total = 0.0
+    for begin, end, far in zip(path[:-1].tolist(), path[1:].tolist(), length.tolist(), strict=True):
+        at, side = (
+            [Fraction(one) for one in begin],
+            [Fraction(b) - Fraction(a) for a, b in zip(begin, end, strict=True)],
+        )
         cuts = {Fraction(0), Fraction(1)}
         for axis in range(2):
-            if side[axis]:
-                low, high = sorted(path_end[axis] for path_end in ((x, y), (to_x, to_y)))
-                first, last = np.searchsorted(near[axis], [low, high])
-                knots = raster.places[axis][max(int(first) - 1, 0) : int(last) + 1]
-                cuts |= {t for t in ((one - begin[axis]) / side[axis] for one in knots) if 0 < t < 1}
-        order = sorted(cuts)
-        for first, last in pairwise(order) if far > 0.0 else ():
-            middle = (first + last) / 2
-            where = _patch_at(raster, [begin[axis] + middle * side[axis] for axis in range(2)])
-            values = [
-                raster.exact([begin[axis] + t * side[axis] for axis in range(2)], where) for t in (first, middle, last)
-            ]
-            mean = (values[0] + 4 * values[1] + values[2]) / 6
+            first, last = np.searchsorted(raster.floats[axis], sorted((begin[axis], end[axis])))
+            knots = raster.knots[axis][max(int(first) - 1, 0) : int(last) + 1] if side[axis] else ()
+            cuts |= {t for t in ((one - at[axis]) / side[axis] for one in knots) if 0 < t < 1}
+        for first, last in pairwise(sorted(cuts)) if far > 0.0 else ():
+            points = [[at[axis] + t * side[axis] for axis in range(2)] for t in (first, (first + last) / 2, last)]
+            columns, rows = (raster.holding(axis, points[1][axis]) for axis in range(2))
+            values = [[raster.exact(point, i, j) for point in points] for i in columns for j in rows]
+            mean = min(((a + 4 * b + c) / 6 for a, b, c in values), default=Fraction(0))
             total = float(up(total + up(up(float(mean * (last - first))) * far)))
     return total
-
-
-def _patch_at(raster: Raster, point: list[Fraction]) -> list[list[int]]:
-    """List the columns and rows of the patches that hold a point, none outside of the raster."""
-    found = []
-    for axis in range(2):
-        places, last = raster.places[axis], raster.shape[axis] - 1
-        if not places[0] <= point[axis] <= places[-1]:
-            return [[], []]
-        found.append(
-            sorted(
-                {
-                    min(max(one - 1, 0), last)
-                    for one in (bisect_left(places, point[axis]), bisect_right(places, point[axis]))
-                }
-            )
-        )
-    return found
 
 
 # --- Files ------------------------------------------------------------------------------------------------------------
@@ -1720,7 +1538,7 @@ def proven(described: dict[str, Any], array: Reader) -> Result:
         if "cells" in described:
             bound = bound_over_cells(described["cells"], array, problem, lower)
         else:
-            bound = lower_bound(described["grids"], array, problem, lower)
+            bound = lower_bound(described, array, problem)
         demand(bound >= lower, f"the surfaces prove {bound!r}, which is less than {lower!r}")
         upper = upper_bound(problem, array(described["path"], "f", 2)) if "path" in described else math.inf
     return {"lower": lower, "upper": upper, "problem": digest(described["problem"], array)}

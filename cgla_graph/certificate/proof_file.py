@@ -249,25 +249,41 @@ def describe_problem(problem: Problem, archive: Archive) -> dict[str, Any]:
 @dataclass(frozen=True, eq=False)
 class _Sheet:
     """
-    A grid of a file, and the mesh that its surfaces are on.
+    A grid as the checker lays it, and the mesh that its surfaces are on.
 
-    `nodes` of the mesh are in the order of the file; `last` is the last node of a grid as fine over the whole map, on
-    which node (0, 0) of the mesh is at `shift`.
+    `nodes` are those of the mesh for each control value of the grid, where node (0, 0) of the mesh is at `shift`.
     """
 
-    described: dict[str, Any]
     grid: checker.Grid
     mesh: SplineMesh
     nodes: WholeArray
-    last: tuple[int, int]
     shift: tuple[int, int]
+
+    @classmethod
+    def on(cls, mesh: SplineMesh, grid: checker.Grid, shift: tuple[int, int] = (0, 0)) -> "_Sheet":
+        """Find the pieces of a mesh that a grid has."""
+        columns, rows = grid.columns - shift[0], grid.rows - shift[1]
+        cells, place, labels, first_piece = mesh.sub_cells
+        width = mesh.last[0] + 1
+        keys = mesh.rows.astype(np.int64) * width + mesh.columns
+        cell = cells[np.searchsorted(keys, rows * width + columns)]
+        # the first square of each piece
+        first = np.searchsorted(grid.owners, np.arange(len(columns)))
+        half = grid.parts // 2
+        u = grid.rectangles[0][first] - grid.columns * grid.parts + half
+        v = grid.rectangles[2][first] - grid.rows * grid.parts + half
+        cut = place[cell] >= 0
+        label = np.zeros(len(columns), dtype=np.int64)
+        label[cut] = labels[place[cell[cut]], v[cut], u[cut]]
+        nodes = np.empty(grid.controls.max(initial=-1) + 1, dtype=np.int64)
+        nodes[grid.controls] = mesh.controls[first_piece[cell] + label]
+        return cls(grid, mesh, nodes, shift)
 
     def holds(self, rectangles: Sequence[Rectangle]) -> BoolArray:
         """Return which pieces of the file are in rectangles."""
-        columns, rows = self.grid.columns[self.grid.cell], self.grid.rows[self.grid.cell]
-        found = np.zeros(len(columns), dtype=np.bool_)
-        for west, east, south, north in rectangles:
-            found |= (columns >= west) & (columns < east) & (rows >= south) & (rows < north)
+        found = np.zeros(len(self.grid.columns), dtype=np.bool_)
+        for rectangle in rectangles:
+            found |= self.grid.within(*rectangle)
         return found
 
 
@@ -288,94 +304,66 @@ class _Writer:
         """Describe points on cells where the cost is constant on them, or grids; return the bound as well."""
         found = describe_cells(self.problem, self.checked, self.archive, self.tolerance, cost)
         if found is None:
-            grids, best = self.grids(cost, path)
-            return {"grids": grids}, best
+            return self.grids(cost, path)
         cells, bound, is_loose = found
         # (an area cuts cells, which the values on their borders do not see)
         if is_loose and not cost <= bound * (1.0 + self.tolerance):
             grids, best = self.grids(cost, path)
             if best > bound:
-                return {"grids": grids}, best
+                return grids, best
         return {"cells": cells}, bound
 
-    def grids(self, cost: float, path: FloatArray | None) -> tuple[list[dict[str, Any]], float]:
+    def grids(self, cost: float, path: FloatArray | None) -> tuple[dict[str, Any], float]:
         """Describe grids until the bound is within the tolerance of a cost; return the bound as well."""
         problem, best = self.problem, 0.0
         described: list[dict[str, Any]] = []
-        last = first_grid(problem)
+        whole = {"grids": described, "limit": cost if math.isfinite(cost) else None}
+        last, kept = first_grid(problem), np.empty(0, dtype=np.bool_)
+        grid: checker.Grid | None = None
         runs = cell_runs.rectangle(last)
         while True:
             most = min(cost, 2.0 * best) if best > 0.0 else cost
             worth = 0.05 * max(self.tolerance * best, most - best) if math.isfinite(most) else math.inf
             level = Level.lay(problem, last, runs, worth, path, widest=1.0)
-            sheet = self.sheet(level.mesh, level.mesh.matters, last, (0, 0))
+            parts = parts_of(level.mesh)
+            one: dict[str, Any] = {"last": list(last), "parts": parts}
+            if grid is None:
+                grid = checker.Grid(self.checked, list(last), parts, *checker.all_cells(0, last[0] + 1, 0, last[1] + 1))
+            else:
+                grid = grid.finer(kept, list(last), parts)
+            sheet = _Sheet.on(level.mesh, grid)
             found = level.both(
                 0.05 * self.tolerance, charge=True, known=cost, wanted=cost / (1.0 + 0.5 * self.tolerance)
             )
             if found is None:
-                return [*described, {"grid": sheet.described}], math.inf
-            one: dict[str, Any] = {"grid": sheet.described}
+                described.append(one)
+                return whole, math.inf if len(described) == 1 else cost
             surfaces = []
             ends = (problem.goal, level.goal_block, problem.start), (problem.start, level.start_block, problem.goal)
             for name, (end, block, other), bound in zip(("to_goal", "to_start"), ends, found, strict=True):
                 cells = _around(block.centre, level.reach)
                 held = {"cells": cells, "inside": self.around_end(sheet, cells, end, AROUND_ENDS)}
                 places = [_rectangle(level.mesh, corner, (0, 0)) for corner in bound.corners]
-                inside = partial(self.around_corners, sheet, places, end, AROUND_CORNERS)
+                inside = partial(self.around_corners, sheet, places, AROUND_CORNERS)
                 height = cost if math.isfinite(cost) else bound.bound
                 one[name], surface = self.surface(sheet, bound.values, end, height, held, places, inside)
                 surfaces.append(surface)
-                best = max(best, float(checker.down(surface.at(other) - surface.excess)))
+                best = max(best, min(cost, surface.bound(other)))
             described.append(one)
             finer = next_grid(problem, last)
-            kept = self.kept(sheet, surfaces, cost)
-            runs = cell_runs.clipped(cell_runs.refined(kept, last, finer), finer)
+            kept = checker.kept(surfaces[0], surfaces[1], cost)
+            columns, rows = grid.columns[kept].astype(np.int32), grid.rows[kept].astype(np.int32)
+            runs = cell_runs.clipped(cell_runs.refined(cell_runs.runs_of(columns, rows), last, finer), finer)
             pieces = int((runs[:, 2] - runs[:, 1]).sum())
             if not cost > best * (1.0 + self.tolerance) or not math.isfinite(cost) or pieces > MOST_PIECES:
-                return described, best
+                return whole, best
             last = finer
-
-    def kept(self, sheet: _Sheet, surfaces: Sequence[checker.Surface], cost: float) -> WholeArray:
-        """Return the runs of the cells that a path of less than some cost may pass."""
-        one, other = surfaces
-        least = (one.least() + other.least()).min(axis=(1, 2)) - one.excess - other.excess
-        stays = (least < cost) | one.in_block | other.in_block
-        cells = np.unique(sheet.grid.cell[stays])
-        return cell_runs.runs_of(sheet.grid.columns[cells].astype(np.int32), sheet.grid.rows[cells].astype(np.int32))
-
-    def sheet(self, mesh: SplineMesh, keep: BoolArray, last: tuple[int, int], shift: tuple[int, int]) -> _Sheet:
-        """Describe the pieces of a mesh that are kept."""
-        cells, place, labels, _ = mesh.sub_cells
-        parts = labels.shape[1] if len(labels) else 2
-        held, first = np.unique(cells[keep], return_index=True)
-        columns, rows = (
-            index[keep][first].astype(np.int64) + by for index, by in zip((mesh.columns, mesh.rows), shift, strict=True)
-        )
-        described: dict[str, Any] = {
-            "span": list(self.problem.bounds),
-            "divide": [parts * last[0], parts * last[1]],
-            "parts": parts,
-            "runs": self.archive.add(cell_runs.runs_of(columns, rows), "runs"),
-        }
-        controls = mesh.controls[keep]
-        used = np.unique(controls)
-        order = np.lexsort((used, mesh.node_columns[used], mesh.node_rows[used]))
-        cut = np.flatnonzero(place[held] >= 0)
-        if len(cut):
-            ranks = np.empty(len(used), dtype=np.int64)
-            ranks[order] = np.arange(len(used))
-            numbers = ranks[np.searchsorted(used, controls)]
-            described["cut"] = self.archive.add(cut, "cut")
-            described["labels"] = self.archive.add(labels[place[held[cut]]] + 1, "labels")
-            described["controls"] = self.archive.add(np.diff(numbers, axis=0, prepend=0), "controls")
-        grid = checker.Grid(described, self.archive.array, self.checked)
-        return _Sheet(described, grid, mesh, used[order], last, shift)
 
     def surface(
         self,
         sheet: _Sheet,
         values: FloatArray,
-        end: Point,
+        end: Point | None,
         height: float,
         around_end: dict[str, Any] | None,
         places: Sequence[Rectangle] = (),
@@ -392,10 +380,10 @@ class _Writer:
 
         def described(scale: float, blocks: list[dict[str, Any]]) -> dict[str, Any]:
             numbers = np.rint(np.ldexp(finite[sheet.nodes] / scale, exponent)).astype(np.int64)
-            steps = self.archive.add(np.diff(numbers, prepend=0), "values")
+            steps = self.archive.add(np.diff(numbers, 2, prepend=[0, 0]), "values")
             return {"exponent": exponent, "values": steps, "blocks": blocks}
 
-        tried = checker.Surface(described(1.0, []), self.archive.array, sheet.grid, self.checked, end)
+        tried = checker.Surface(described(1.0, []), self.archive.array, sheet.grid, None)
         rectangles = [*places, around_end["cells"]] if around_end else places
         steepness = np.where(sheet.holds(rectangles), 0.0, tried.steepness)
         controls = checker.bezier(tried.controls)
@@ -404,7 +392,7 @@ class _Writer:
         done = described(scale, inside(np.append(finite / scale, math.inf))) | (
             {"end": around_end} if around_end else {}
         )
-        return done, checker.Surface(done, self.archive.array, sheet.grid, self.checked, end)
+        return done, checker.Surface(done, self.archive.array, sheet.grid, end)
 
     def around_end(self, outer: _Sheet, cells: Rectangle, end: Point, levels: int) -> dict[str, Any]:
         """Describe a surface around an end, without areas, for a block of an outer grid."""
@@ -420,27 +408,23 @@ class _Writer:
         # (half of the outermost cells is outside of the bounds of the mesh)
         first = [one + (one > 0) for one in low]
         final = [one - (one < most) for one, most in zip(high, last, strict=True)]
-        mesh, keep = level.mesh, level.mesh.matters.copy()
-        for axis, index in enumerate((mesh.columns, mesh.rows)):
-            keep &= (index + low[axis] >= first[axis]) & (index + low[axis] <= final[axis])
-        sheet = self.sheet(mesh, keep, last, low)
+        box = [first[0], final[0] + 1, first[1], final[1] + 1]
+        sheet = _Sheet.on(level.mesh, outer.grid.inside_block(FINER, 0, tuple(box)), low)
         centre = level.goal_block.centre[0] + low[0], level.goal_block.centre[1] + low[1]
         block: dict[str, Any] = {"cells": _around(centre, level.reach)}
         if levels > 1:
             block["inside"] = self.around_end(sheet, block["cells"], end, levels - 1)
         height = float(np.max(found.values[:-1], where=np.isfinite(found.values[:-1]), initial=0.0))
         surface, _ = self.surface(sheet, found.values, end, height, block)
-        return {"grid": sheet.described, "surface": surface, "box": [first[0], final[0] + 1, first[1], final[1] + 1]}
+        return {"finer": FINER, "parts": 0, "box": box, "surface": surface}
 
     def around_corners(
-        self, outer: _Sheet, places: Sequence[Rectangle], end: Point, levels: int, values: FloatArray
+        self, outer: _Sheet, places: Sequence[Rectangle], levels: int, values: FloatArray
     ) -> list[dict[str, Any]]:
         """Describe blocks around corners of an outer grid, on which a surface has such values."""
-        return [{"cells": cells, "inside": self.around_corner(outer, cells, end, levels, values)} for cells in places]
+        return [{"cells": cells, "inside": self.around_corner(outer, cells, levels, values)} for cells in places]
 
-    def around_corner(
-        self, outer: _Sheet, cells: Rectangle, end: Point, levels: int, values: FloatArray
-    ) -> dict[str, Any]:
+    def around_corner(self, outer: _Sheet, cells: Rectangle, levels: int, values: FloatArray) -> dict[str, Any]:
         """Describe a surface around corners, which begins with the outer one beyond the box, for a block of it."""
         problem = self.problem
         last, low, high = _box(outer, cells, (cells[1] - cells[0]) // 2 + 3)
@@ -451,7 +435,8 @@ class _Writer:
         mesh = SplineMesh.build(self.bounds(last, first, final), count, runs, area, [], most_sub_cells=SUB_CELLS)
         columns, rows = mesh.columns + first[0], mesh.rows + first[1]
         keep = (columns >= low[0]) & (columns <= high[0]) & (rows >= low[1]) & (rows <= high[1]) & mesh.matters
-        sheet = self.sheet(mesh, keep, last, first)
+        box = [low[0], high[0] + 1, low[1], high[1] + 1]
+        sheet = _Sheet.on(mesh, outer.grid.inside_block(FINER, parts_of(mesh), tuple(box)), first)
         laid = corners_of(problem, mesh, REACH, [])[0] if levels > 1 else []
         # (further blocks need a box of their own inside this one, and are not across the rim)
         margin = FINER - 1
@@ -473,9 +458,9 @@ class _Writer:
             known = np.zeros(1)
         base, height = float(known.min()), float(known.max() - known.min())
         places = [_rectangle(mesh, one, first) for one in held]
-        inside = partial(self.around_corners, sheet, places, end, levels - 1)
-        surface, _ = self.surface(sheet, spline - base, end, height, None, places, inside)
-        return {"grid": sheet.described, "surface": surface, "box": [low[0], high[0] + 1, low[1], high[1] + 1]}
+        inside = partial(self.around_corners, sheet, places, levels - 1)
+        surface, _ = self.surface(sheet, spline - base, None, height, None, places, inside)
+        return {"finer": FINER, "parts": sheet.grid.parts if mesh.has_walls else 0, "box": box, "surface": surface}
 
     def solved(
         self, outer: _Sheet, mesh: SplineMesh, keep: BoolArray, values: FloatArray, corners: Sequence[CornerBlock]
@@ -517,6 +502,11 @@ class _Writer:
         return west, south, east, north
 
 
+def parts_of(mesh: SplineMesh) -> int:
+    """Return how many squares are along the side of a cell, 0 where no area cuts one."""
+    return mesh.sub_cells[2].shape[1] if mesh.has_walls else 0
+
+
 def _around(centre: tuple[int, int], reach: int) -> Rectangle:
     """Return the rectangle of the cells within reach of one."""
     return [centre[0] - reach, centre[0] + reach + 1, centre[1] - reach, centre[1] + reach + 1]
@@ -530,7 +520,7 @@ def _rectangle(mesh: SplineMesh, block: CornerBlock, shift: tuple[int, int]) -> 
 
 def _box(outer: _Sheet, cells: Rectangle, margin: int) -> tuple[tuple[int, int], tuple[int, int], tuple[int, int]]:
     """Return the last node of a finer grid over the map, and the first and last node of a box around a rectangle."""
-    last = FINER * outer.last[0], FINER * outer.last[1]
+    last = FINER * outer.grid.last[0], FINER * outer.grid.last[1]
     low, high = (
         tuple(
             min(max(FINER * (cells[2 * axis + end] - end + sign * margin) + sign * (FINER // 2), 0), last[axis])

@@ -269,7 +269,7 @@ def _risk(checked: checker.Problem, point: list[Fraction]) -> Fraction:
 
 def _strips(checked: checker.Problem, axis: int, lines: FloatArray) -> FloatArray:
     """Return strips around lines, shape ``(n, 2)``, that hold the lines of rasters nearby, exactly."""
-    every = sorted({place for raster in checked.rasters for place in raster.places[axis]})
+    every = sorted({place for raster in checked.rasters for place in raster.knots[axis]})
     low = np.array([_beside(place, -math.inf) for place in every])
     high = np.array([_beside(place, math.inf) for place in every])
     near = NEAR * float(np.diff(lines).min())

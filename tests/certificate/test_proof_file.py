@@ -192,15 +192,20 @@ def test_more_than_is_proven_is_refused() -> None:
     assert checked(described, arrays)["lower"] == described["lower"]
 
 
+def values_of(steps: Any) -> Any:  # noqa: ANN401 - an array
+    return np.cumsum(np.cumsum(steps, dtype=np.int64))
+
+
+def stepped(values: Any) -> Any:  # noqa: ANN401 - an array
+    return np.diff(values, 2, prepend=[0, 0])
+
+
 def raised(described: dict[str, Any], arrays: dict[str, Any], draw: Any) -> None:  # noqa: ANN401 - a source of numbers
     """Raise a control value on the last grid far beyond what the cost allows."""
     surface = described["grids"][-1]["to_goal"]
-    steps = arrays[surface["values"]].astype(np.int64)
-    at = int(draw.integers(1, len(steps) - 1))
-    by = 1 << (surface["exponent"] - 2)
-    steps[at] += by
-    steps[at + 1] -= by
-    arrays[surface["values"]] = steps
+    values = values_of(arrays[surface["values"]])
+    values[int(draw.integers(1, len(values) - 1))] += 1 << (surface["exponent"] - 2)
+    arrays[surface["values"]] = stepped(values)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -212,38 +217,20 @@ def test_a_surface_too_steep_is_refused(seed: int) -> None:
         checked(described, arrays)
 
 
-def test_a_broken_surface_is_refused() -> None:
+@pytest.mark.parametrize("more", [-1, 1])
+def test_other_numbers_of_values_are_refused(more: int) -> None:
     described, arrays = parts_of(proof_of(WALLED, COARSE)[0])
-    grid = described["grids"][0]["grid"]
-    steps = arrays[grid["controls"]].astype(np.int64)
-    piece = len(steps) // 2
-    steps[piece, 4] += 1
-    steps[piece + 1, 4] -= 1
-    arrays[grid["controls"]] = steps
-    with pytest.raises(checker.Refused, match="a surface breaks beside cell"):
+    name = described["grids"][0]["to_goal"]["values"]
+    arrays[name] = np.resize(arrays[name], len(arrays[name]) + more)
+    with pytest.raises(checker.Refused, match="more or fewer control values"):
         checked(described, arrays)
 
 
-def test_a_closed_unit_outside_of_areas_is_refused() -> None:
+def test_a_surface_across_a_wall_is_refused() -> None:
+    """Without parts, areas are not looked at: the surface on the whole map is continuous, and has too many values."""
     described, arrays = parts_of(proof_of(WALLED, COARSE)[0])
-    name = described["grids"][0]["grid"]["labels"]
-    labels = arrays[name].copy()
-    cell, v, u = (int(found[0]) for found in np.nonzero(labels > 0))
-    labels[cell, v, u] = 0
-    arrays[name] = labels
-    with pytest.raises(checker.Refused, match="is not closed"):
-        checked(described, arrays)
-
-
-def test_a_missing_cell_is_refused() -> None:
-    described, arrays = parts_of(proof_of(OPEN, 0.02)[0])
-    name = described["grids"][0]["grid"]["runs"]
-    runs = arrays[name].astype(np.int64)
-    runs[len(runs) // 2, 2] -= 1
-    arrays[name] = runs
-    for surface in ("to_goal", "to_start"):
-        described["grids"][0][surface]["blocks"] = []
-    with pytest.raises(checker.Refused, match="missing"):
+    described["grids"][0]["parts"] = 0
+    with pytest.raises(checker.Refused, match="more or fewer control values"):
         checked(described, arrays)
 
 
@@ -266,10 +253,9 @@ def test_surfaces_may_be_shifted_and_flattened() -> None:
     lower = described["lower"]
     for grid in described["grids"]:
         for name in ("to_goal", "to_start"):
-            steps = arrays[grid[name]["values"]].astype(np.int64)
-            steps[0] += 12345
-            arrays[grid[name]["values"]] = steps
-    assert checked(described, arrays)["lower"] == lower
+            arrays[grid[name]["values"]] = stepped(values_of(arrays[grid[name]["values"]]) + 12345)
+    described["lower"] = lower * (1.0 - 1e-12)
+    assert checked(described, arrays)["lower"] == described["lower"]
     # without the end's own grid, a cone is left: a true bound, and a lower one
     without = copy.deepcopy(described)
     for grid in without["grids"]:
@@ -288,10 +274,8 @@ def cone(x: Any, y: Any) -> Any:  # noqa: ANN401 - arrays
 
 def sheet_by_hand(archive: Archive, n: int, heights: Any, exponent: int) -> tuple[dict[str, Any], dict[str, Any]]:  # noqa: ANN401 - arrays
     """Describe a grid of n cells and a half at each side, and a surface on it with such control values."""
-    steps = np.diff(heights.ravel(), prepend=0)
-    runs = archive.add(np.array([(row, 0, n + 1) for row in range(n + 1)]), "runs")
-    grid = {"span": [0.0, 0.0, 1.0, 1.0], "divide": [2 * n, 2 * n], "parts": 2, "runs": runs}
-    return grid, {"exponent": exponent, "values": archive.add(steps, "values"), "blocks": []}
+    values = archive.add(stepped(heights.ravel()), "values")
+    return {"last": [n, n], "parts": 0}, {"exponent": exponent, "values": values, "blocks": []}
 
 
 def by_hand(heights: Any, end: list[int], **changes: Any) -> tuple[dict[str, Any], Archive]:  # noqa: ANN401 - as JSON
@@ -314,11 +298,17 @@ def by_hand(heights: Any, end: list[int], **changes: Any) -> tuple[dict[str, Any
         "format": checker.FORMAT,
         "version": checker.VERSION,
         "problem": problem,
-        "grids": [{"grid": grid, "to_goal": surface | {"end": {"cells": end}}}],
+        "grids": [grid | {"to_goal": surface | {"end": {"cells": end}}}],
         "lower": 0.48,
+        "limit": None,
         "path": archive.add(np.array([problem["start"], problem["goal"]]), "path"),
     }
     return described, archive
+
+
+def whole_grid(problem: checker.Problem, n: int, parts: int = 0) -> checker.Grid:
+    """Lay a grid over the whole map."""
+    return checker.Grid(problem, [n, n], parts, *checker.all_cells(0, n + 1, 0, n + 1))
 
 
 def stored(described: dict[str, Any], arrays: dict[str, Any], method: int = zipfile.ZIP_STORED) -> io.BytesIO:
@@ -360,9 +350,9 @@ def test_the_least_whole_number_is_no_control_value() -> None:
     """Its absolute value is itself, and twice it is 0."""
     described, archive = by_hand(lambda x, y: 0.0 * x * y - 2.0**-30, [22, 27, 14, 19], start=[0.265625, 0.515625])
     surface = described["grids"][0]["to_goal"]
-    values = np.cumsum(archive.arrays[surface["values"]])
+    values = values_of(archive.arrays[surface["values"]])
     values[17 * 35 + 9] = np.iinfo(np.int64).min
-    archive.arrays[surface["values"]] = np.diff(values, prepend=0)
+    archive.arrays[surface["values"]] = stepped(values)
     surface["exponent"] = 60
     with pytest.raises(checker.Refused, match="a control value is too great"):
         checker.check(stored(described, archive.arrays))
@@ -377,10 +367,10 @@ def test_a_block_inside_is_not_across_the_rim(reach: int, message: str) -> None:
     n = 160
     rows, columns = np.mgrid[-1 : n + 2, -1 : n + 2]
     apart = np.maximum(np.abs(columns - 120), np.abs(rows - 80))
-    heights = np.where(apart <= reach - 2, 100.0, cone(columns / n, rows / n))
-    grid, surface = sheet_by_hand(archive, n, np.rint(np.ldexp(heights, 30)).astype(np.int64), 30)
+    heights = np.where(apart <= reach - 2, 100.0, cone(columns / n, rows / n))[41:123, 81:163]
+    _, surface = sheet_by_hand(archive, n, np.rint(np.ldexp(heights, 30)).astype(np.int64), 30)
     cells = [120 - reach, 121 + reach, 80 - reach, 81 + reach]
-    inside = {"grid": grid, "surface": surface | {"end": {"cells": cells}}, "box": [81, 160, 41, 120]}
+    inside = {"finer": 5, "parts": 0, "box": [81, 161, 41, 121], "surface": surface | {"end": {"cells": cells}}}
     described["grids"][0]["to_goal"]["end"]["inside"] = inside
     described["lower"] = 0.6
     with pytest.raises(checker.Refused, match=message):
@@ -402,10 +392,10 @@ def test_a_raster_beyond_the_map_counts_on_the_border() -> None:
         checker.check(io.BytesIO(by.packed(described)))
     problem = checker.Problem(described["problem"], by.array)
     assert checker.upper_bound(problem, np.array([(0.0, 0.25), (0.0, 0.75)])) == pytest.approx(0.5)
-    grid = checker.Grid(described["grids"][0]["grid"], by.array, problem)
-    costs = problem.constant_costs(grid.boxes())
-    assert (costs[grid.columns == 0] <= 1.0).all()
-    assert costs[grid.columns > 0] == pytest.approx(2.0)
+    grid = whole_grid(problem, 32)
+    costs, columns = grid.costs.max(axis=(1, 2)), grid.columns[grid.in_box]
+    assert (costs[columns == 0] <= 1.0).all()
+    assert costs[columns > 0] == pytest.approx(2.0)
 
 
 @given(st.floats(-0.5, 0.5))
@@ -417,12 +407,10 @@ def test_an_end_on_the_rim_costs_nothing(shift: float) -> None:
         [14, 19, 16, 19], goal=[0.5 + shift / n, 0.5 - 0.5 / n],
     )  # fmt: skip
     problem = checker.Problem(described["problem"], archive.array)
-    grid = checker.Grid(described["grids"][0]["grid"], archive.array, problem)
     surface = described["grids"][0]["to_goal"]
-    whole = checker.Surface(surface, archive.array, grid, problem, problem.goal)
-    excess = whole.excess
+    whole = checker.Surface(surface, archive.array, whole_grid(problem, n), problem.goal)
     whole.in_block[:] = False
-    assert excess >= whole.at(problem.goal)
+    assert whole.bound(problem.goal) <= 0.0
 
 
 @pytest.mark.parametrize("header", [b"{'descr': '<f8', (((\n", b'"""\n', b"\xff\xfe"])
@@ -532,12 +520,19 @@ def test_closed_units_are_inside_areas(points: list[tuple[int, int]], turn: floa
     threats = archive.add(np.empty((0, 4)), "threats")
     described = {"start": [0.0, 0.0], "goal": [1.0, 1.0], "bounds": [0.0, 0.0, 1.0, 1.0], "k": 0.0, "threats": threats}
     problem = checker.Problem(described | {"rasters": [], "rings": rings, "on_earth": False}, archive.array)
-    runs = archive.add(np.array([(row, 0, n + 1) for row in range(n + 1)]), "runs")
-    grid = checker.Grid(
-        {"span": [0.0, 0.0, 1.0, 1.0], "divide": [2 * n, 2 * n], "parts": 2, "runs": runs}, archive.array, problem
-    )
     u, v = (one.ravel() for one in np.meshgrid(np.arange(2 * n), np.arange(2 * n)))
     squares = shapely.box(u / (2 * n), v / (2 * n), (u + 1) / (2 * n), (v + 1) / (2 * n))
-    found = checker.closed(grid, problem, u, v)
+    edges = problem.edges * (2 * n)
+    found = np.zeros((2 * n, 2 * n), dtype=np.bool_)
+    for row, first, after, inside in zip(*checker.gaps(edges, (0, 0), (2 * n, 2 * n)), strict=True):
+        found[row, first:after] = inside
+    found = found.ravel()
     assert not (found & ~shapely.contains(area.buffer(1e-12), squares)).any()
-    assert not (~found & shapely.contains(area.buffer(-1e-6), squares)).any()
+    assert not (~found & shapely.contains(area.buffer(-1e-4), squares)).any()
+    # the pieces of a grid are all the rest, and apart from one another
+    grid = whole_grid(problem, n, 2)
+    west, east, south, north = grid.rectangles
+    taken = np.zeros((2 * n, 2 * n), dtype=np.int64)
+    for piece, *sides in zip(grid.owners, west, east, south, north, strict=True):
+        taken[sides[2] : sides[3], sides[0] : sides[1]] += piece + 1
+    assert ((taken.ravel() == 0) == found).all()
