@@ -18,7 +18,7 @@ import zipfile
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from itertools import pairwise, permutations
+from itertools import pairwise, permutations, product
 from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
@@ -382,21 +382,19 @@ class Raster:
         found = (1.0 - t) * low + t * high
         return found
 
-    def holding(self, axis: int, place: Fraction) -> set[int]:
-        """Return the columns or rows of the patches that hold a place along an axis."""
-        knots = self.knots[axis]
-        if not knots[0] <= place <= knots[-1]:
-            return set()
-        return {min(max(one(knots, place) - 1, 0), len(knots) - 2) for one in (bisect_left, bisect_right)}
-
-    def exact(self, point: list[Fraction], i: int, j: int) -> Fraction:
-        """Return the risk of a patch at a point, exactly."""
-        s, t = (
-            (place - knots[n]) / (knots[n + 1] - knots[n])
-            for place, knots, n in zip(point, self.knots, (i, j), strict=True)
-        )
-        (a, b), (c, d) = ([Fraction(float(one)) for one in line] for line in self.corners[j, i])
-        return (1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d)
+    def exact(self, points: list[list[Fraction]], place: list[Fraction]) -> list[Fraction]:
+        """Return the risk at points of the patch that holds a place, exactly; of several ones, the least."""
+        held, found = [], []
+        for at, knots in zip(place, self.knots, strict=True):
+            if not knots[0] <= at <= knots[-1]:
+                return [Fraction(0)] * len(points)
+            held.append({min(max(one(knots, at) - 1, 0), len(knots) - 2) for one in (bisect_left, bisect_right)})
+        for i, j in product(*held):
+            (a, b), (c, d) = ([Fraction(float(one)) for one in line] for line in self.corners[j, i])
+            (x, to_x), (y, to_y) = (knots[n : n + 2] for knots, n in zip(self.knots, (i, j), strict=True))
+            places = [((at_x - x) / (to_x - x), (at_y - y) / (to_y - y)) for at_x, at_y in points]
+            found.append([(1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d) for s, t in places])
+        return min(found)
 
 
 def offsets(columns: tuple[Wholes, Wholes], rows: tuple[Wholes, Wholes]) -> Iterator[tuple[Wholes, Wholes]]:
@@ -1441,9 +1439,8 @@ def risk_of_raster(raster: Raster, path: Floats, length: Floats) -> float:
             cuts |= {t for t in ((one - at[axis]) / side[axis] for one in knots) if 0 < t < 1}
         for first, last in pairwise(sorted(cuts)) if far > 0.0 else ():
             points = [[at[axis] + t * side[axis] for axis in range(2)] for t in (first, (first + last) / 2, last)]
-            columns, rows = (raster.holding(axis, points[1][axis]) for axis in range(2))
-            values = [[raster.exact(point, i, j) for point in points] for i in columns for j in rows]
-            mean = min(((a + 4 * b + c) / 6 for a, b, c in values), default=Fraction(0))
+            a, b, c = raster.exact(points, points[1])
+            mean = (a + 4 * b + c) / 6
             total = float(up(total + up(up(float(mean * (last - first))) * far)))
     return total
 

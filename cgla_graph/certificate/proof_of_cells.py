@@ -237,7 +237,7 @@ def beside_lines(path: FloatArray, checked: checker.Problem) -> FloatArray:
 def _is_near_line(checked: checker.Problem, axis: int, at: float) -> bool:
     """Return whether a line of a raster is next to a coordinate, and not on it."""
     low, high = at - BESIDE * math.ulp(at), at + BESIDE * math.ulp(at)
-    near = [raster.places[axis][bisect_left(raster.places[axis], low) :][:1] for raster in checked.rasters]
+    near = [raster.knots[axis][bisect_left(raster.knots[axis], low) :][:1] for raster in checked.rasters]
     return any(place[0] <= high and place[0] != at for place in near if place)
 
 
@@ -246,7 +246,7 @@ def _cheapest(checked: checker.Problem, axis: int, begin: FloatArray, end: Float
     low, high = sorted((float(begin[1 - axis]), float(end[1 - axis])))
     cuts = {low, high}
     for raster in checked.rasters:
-        places = raster.places[1 - axis]
+        places = raster.knots[1 - axis]
         cuts |= {float(one) for one in places[bisect_right(places, low) : bisect_left(places, high)]}
     order = sorted(cuts, reverse=bool(begin[1 - axis] > end[1 - axis]))
     at, found = float(begin[axis]), []
@@ -263,8 +263,7 @@ def _cheapest(checked: checker.Problem, axis: int, begin: FloatArray, end: Float
 
 def _risk(checked: checker.Problem, point: list[Fraction]) -> Fraction:
     """Return the risk of rasters at a point, as the checker takes it."""
-    risks = [raster.exact(point, checker._patch_at(raster, point)) for raster in checked.rasters]  # noqa: SLF001
-    return sum(risks, Fraction(0))
+    return sum((raster.exact([point], point)[0] for raster in checked.rasters), Fraction(0))
 
 
 def _strips(checked: checker.Problem, axis: int, lines: FloatArray) -> FloatArray:
