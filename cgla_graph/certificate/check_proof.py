@@ -999,7 +999,7 @@ class Cells:
                 for low, high in zip(line[:-1, 1].tolist(), line[1:, 0].tolist(), strict=True)
             ]
         found = []
-        for low, high in np.clip(line, self.problem.bounds[axis], self.problem.bounds[axis + 2]).tolist():
+        for low, high in line.tolist():
             # (the outer edges belong to the raster)
             first, last = bisect_left(places, low), bisect_right(places, high)
             found.append(slice(first + (low == places[0]), last + 1 - (high == places[-1])))

@@ -21,6 +21,7 @@ from cgla_graph.certificate.cell_proof import CellProof
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk_raster_kernels import NEAR_X
 from cgla_graph.regions import bound
 from cgla_graph.regions.arrangement import SAME
 
@@ -107,7 +108,7 @@ class _CellWriter:
         cls, problem: Problem, checked: checker.Problem, archive: Store, proof: CellProof, tolerance: float
     ) -> "_CellWriter":
         """Describe the lines, and take the costs and the closed cells that the checker finds."""
-        strips = [_strips(checked, axis, lines) for axis, lines in enumerate((proof.cells.x, proof.cells.y))]
+        strips = [_strips(problem, checked, axis, lines) for axis, lines in enumerate((proof.cells.x, proof.cells.y))]
         described = {name: archive.add(lines, name) for name, lines in zip("xy", strips, strict=True)}
         cells = checker.Cells(described, archive.array, checked)
         costs = np.where(cells.closed, math.inf, cells.costs)
@@ -266,20 +267,26 @@ def _risk(checked: checker.Problem, point: list[Fraction]) -> Fraction:
     return sum((raster.exact([point], point)[0] for raster in checked.rasters), Fraction(0))
 
 
-def _strips(checked: checker.Problem, axis: int, lines: FloatArray) -> FloatArray:
-    """Return strips around lines, shape ``(n, 2)``, that hold the lines of rasters nearby, exactly."""
-    every = sorted({place for raster in checked.rasters for place in raster.knots[axis]})
-    low = np.array([_beside(place, -math.inf) for place in every])
-    high = np.array([_beside(place, math.inf) for place in every])
-    near = NEAR * float(np.diff(lines).min())
-    first, last = np.searchsorted(high, lines - near), np.searchsorted(low, lines + near, side="right") - 1
-    held = first <= last
-    first, last = np.minimum(first, len(low) - 1), np.maximum(last, 0)
-    begin, end = np.where(held, low[first], lines), np.where(held, high[last], lines)
-    # (the bounds are lines as well, and nothing is beyond them)
-    begin[0], end[-1] = lines[0], lines[-1]
-    end[0], begin[-1] = max(end[0], lines[0]), min(begin[-1], lines[-1])
-    return np.column_stack([begin, end])
+def _strips(problem: Problem, checked: checker.Problem, axis: int, lines: FloatArray) -> FloatArray:
+    """
+    Return strips around lines, shape ``(n, 2)``, that hold the lines of rasters nearby.
+
+    They are as wide as what this library counts as on a line: no path costs less than the bound by its measure, either.
+    """
+    held: list[tuple[float, float]] = []
+    for raster, as_checked in zip(problem.field.rasters, checked.rasters, strict=True):
+        off = 8.0 * float(raster.header(0)[NEAR_X + axis]) * raster.cell_size[axis]
+        first, *inner, last = as_checked.knots[axis]
+        held += [(float(place), float(place)) for place in (first, last)]
+        held += [(_beside(place, -math.inf) - off, _beside(place, math.inf) + off) for place in inner]
+    low, high = np.array(sorted(held)).T
+    near = NEAR * float(np.diff(lines).min()) + float((high - low).max())
+    first_held, last_held = np.searchsorted(low, [lines - near, lines + near])
+    strips = np.column_stack([lines, lines])
+    for n in np.flatnonzero(first_held < last_held).tolist():
+        some = slice(int(first_held[n]), int(last_held[n]))
+        strips[n] = min(float(low[some].min()), lines[n]), max(float(high[some].max()), lines[n])
+    return strips
 
 
 def _beside(place: Fraction, way: float) -> float:

@@ -141,6 +141,36 @@ def test_lines_of_several_rasters_cost_less() -> None:
         checked(other, held)
 
 
+@pytest.mark.parametrize("beside", [0.0, 1e-16, -1e-12, 3e-10, -3e-10])
+@pytest.mark.parametrize(("axis", "far"), [(0, False), (0, True), (1, False), (1, True)])
+def test_on_the_border_the_cells_beyond_count(tmp_path: Path, beside: float, axis: int, far: bool) -> None:
+    """The map is a window of a raster with cheaper cells beyond its border: `evaluate` takes those near a line."""
+    values = np.full((5, 5), 9.0)
+    values[:, 4 if far else 0] = 0.0
+    window = raster(values if axis == 0 else values.T, (-1, -1, 4, 4))
+    line, near = (3.0 + beside, 2.9) if far else (0.0 + beside, 0.1)
+    path = np.array([(near, 0.5), (line, 0.5), (line, 2.5), (near, 2.5)])
+    box = (0.0, 0.0, line, 3.0) if far else (line, 0.0, 3.0, 3.0)
+    if axis == 1:
+        path, box = path[:, ::-1], (box[1], box[0], box[3], box[2])
+    problem = cg.Problem(tuple(path[0]), tuple(path[3]), cg.RiskField(rasters=[window]), 10.0, box)
+    lower = cg.save_proof(problem, tmp_path / "one.proof", path, tolerance=0.02)["lower"]
+    assert lower <= problem.evaluate(path).cost
+    # (farther off than rounding, a line that is none counts as one)
+    assert lower > 0.9 * problem.evaluate(path).cost or abs(beside) > 1e-15
+
+
+def test_a_line_beside_an_outline_costs_as_little_as_the_cell_inside(tmp_path: Path) -> None:
+    values = np.full((10, 10), 9.0)
+    values[1:-1, 3] = 0.0
+    area = shapely.box(0.3, 0.01, 0.45, 0.99)
+    field = cg.RiskField(rasters=[raster(values, (0, 0, 1, 1))])
+    problem = cg.Problem((0.25, 0.15), (0.25, 0.85), field, 100.0, no_fly=area)
+    path = np.array([(0.25, 0.15), (0.3, 0.15), (0.3, 0.85), (0.25, 0.85)])
+    lower = cg.save_proof(problem, tmp_path / "one.proof", path, tolerance=0.1)["lower"]
+    assert 0.9 * problem.evaluate(path).cost < lower <= problem.evaluate(path).cost
+
+
 # one cell, by hand
 
 
