@@ -277,6 +277,7 @@ def prove(
     tolerance: float = TOLERANCE,
     max_cells: int = MAX_CELLS,
     keeps_path: bool = True,
+    in_turns: bool = False,
 ) -> Certificate:
     """
     Bound the cost of every path from below, and compare a path with it; `cgla_graph.lower_bound` finds one first.
@@ -294,6 +295,9 @@ def prove(
         Cells of a grid, at most, those of its rim included: about 300 bytes each.
     keeps_path
         Whether the bound is compared with `path` even if the proof finds a better one.
+    in_turns
+        Whether to bound the costs from one end, and those from the other only if a finer grid needs them: less work on
+        one core, but later on several.
 
     Returns
     -------
@@ -317,7 +321,9 @@ def prove(
     (True, True)
     """
     check_settings(tolerance, max_cells)
-    return _proven(problem, tolerance, path, max_cells, keeps_path=keeps_path and path is not None)[0]
+    return _proven(problem, tolerance, path, max_cells, keeps_path=keeps_path and path is not None, in_turns=in_turns)[
+        0
+    ]
 
 
 def check_settings(tolerance: float, max_cells: int) -> None:
@@ -404,6 +410,7 @@ def _proven(
     *,
     keeps_path: bool,
     is_trial: bool = False,
+    in_turns: bool = False,
 ) -> tuple[Certificate, float]:
     """Bound the cost from below; return also after how many seconds the compared path was known."""
     if not problem.field.is_proper:
@@ -415,7 +422,7 @@ def _proven(
         load_kernels(MapKind.of(problem.model))
         began = time.perf_counter()
         held = _KnownPath() if path is None else _given(problem, path)
-        search = _Search(problem, tolerance, max_cells, held, keeps_path, is_trial)
+        search = _Search(problem, tolerance, max_cells, held, keeps_path, is_trial, in_turns)
         found = search.run(tell)
     known_after = search.improved_at - began if search.improved_at else 0.0
     return replace(found, seconds=time.perf_counter() - began, problem=problem), known_after
@@ -546,6 +553,8 @@ class _Search:
     keeps_path: bool
     #: Whether the search ends as soon as the path is replaced.
     is_trial: bool = False
+    #: Whether on grids but the first one, costs to the start are bounded only if those to the goal prove too little.
+    in_turns: bool = False
     known: _KnownPath = field(default_factory=_KnownPath)
     #: When a better path was found, s; 0 before.
     improved_at: float = 0.0
@@ -578,7 +587,9 @@ class _Search:
             self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.held.cost))
             # (a few ulps more, so that the final comparison succeeds in spite of rounding)
             wanted = self._wanted() / shrink * (1.0 + 2.0**-50)
-            bounds = level.both(FRACTION * self.tolerance, charge=True, known=self.known.least, wanted=wanted)
+            turns = self.in_turns and len(self.grids) > 1
+            aim = FRACTION * self.tolerance
+            bounds = level.both(aim, charge=True, known=self.known.least, wanted=wanted, turns=turns)
             if bounds is None:
                 # the cells left out of the grid are more expensive than a known path
                 self._prove(self.known.least, "grid")

@@ -271,14 +271,28 @@ class Level:
         descent(self.problem, self.mesh, np.append(times, math.inf), radius=1.0)
 
     def both(
-        self, aim: float, *, charge: bool = False, known: float = math.inf, wanted: float = math.inf
+        self,
+        aim: float,
+        *,
+        charge: bool = False,
+        known: float = math.inf,
+        wanted: float = math.inf,
+        turns: bool = False,
     ) -> tuple[Subsolution, Subsolution] | None:
-        """Bound the cost to the goal and to the start, at the same time; None if no way leads from one to the other."""
+        """
+        Bound the cost to the goal and to the start, at the same time; None if no way leads from one to the other.
+
+        In `turns`, one after the other: where the first one is good enough, it stands for both, as no tube is needed.
+        """
         if charge:
             # before threads start: a cached property has one lock for all grids, and a block has a grid of its own
             _ = self.corners
-        race = _Race() if len(self.mesh.columns) > LARGE else None
+        race = _Race() if len(self.mesh.columns) > LARGE and not turns else None
         bound = partial(self.bound, aim=aim, charge=charge, known=known, wanted=wanted, race=race)
+        if turns:
+            first = bound(to_goal=True)
+            second = first if first is None or first.bound >= wanted else bound(to_goal=False)
+            return None if first is None or second is None else (first, second)
         # kernels let other threads run
         with ThreadPoolExecutor(1) as thread:
             other = thread.submit(bound, to_goal=False)

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from matplotlib import colormaps, patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -11,6 +12,7 @@ from matplotlib.colors import Colormap, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
+from cgla_graph._text import at_most
 from cgla_graph._text import figure as digits
 from cgla_graph.people.units import risk_unit
 from cgla_graph.plots.map import BaseMap, map_figure
@@ -20,6 +22,7 @@ from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.trade_off.front import Front, FrontPoint
 
 _SIZE = (3.6, 3.2)  # inches: the plot of risk against length
+_GAP_SIZE = (8.0, 1.1)  # inches: the plot of the proven gap
 _BAR = 0.13  # inches: thickness of the colour bar
 
 
@@ -38,7 +41,8 @@ def pareto_figure(scenario: Scenario, front: Front) -> Figure:
     -------
     figure
         Lengths are map units, or kilometres where the map has longitudes and latitudes; risk is in the map's own units.
-        Colours say from which risk weight on a path is the cheapest.
+        Colours say from which risk weight on a path is the cheapest. With a proof, what no path reaches is filled, and
+        a plot below shows the gap over the weight.
 
     Examples
     --------
@@ -75,8 +79,13 @@ def pareto_figure(scenario: Scenario, front: Front) -> Figure:
         parts = [Part.of(base.figure, axes, _SIZE)]
         if norm is not None:
             parts.append(Part.of(base.figure, _weight_bar(base.figure, colours, norm).ax, (_BAR, _SIZE[1])))
+        rows = [[*parts, *base.parts, legend]]
+        if front.bounds is not None and math.isfinite(front.gap):
+            below = base.figure.add_axes((0.0, 0.0, 0.5, 0.2))
+            _draw_gap(below, front)
+            rows.append([Part.of(base.figure, below, _GAP_SIZE)])
         name = f"{plain(scenario.name, 48)},  {len(front)} paths"
-        arrange(base.figure, (name, plain(scenario.title, 160)), [[*parts, *base.parts, legend]])
+        arrange(base.figure, (name, plain(scenario.title, 160)), rows)
     return base.figure
 
 
@@ -99,6 +108,7 @@ def _draw_front(axes: Axes, front: Front, colours: Colormap, norm: LogNorm | Non
     risks, lengths = [point.risk for point in front], [point.length * scale for point in front]
     (hull,) = axes.plot(risks, lengths, color="0.45", linewidth=0.9, zorder=2)
     handles: dict[str, Artist] = {"lower left hull": hull}
+    handles |= _draw_bounds(axes, front, scale)
     for point, risk, length in zip(front, risks, lengths, strict=True):
         colour = _colour(point, colours, norm)
         dot = draw_mark(axes, (risk, length), "o", 4.2, colour, color=colour, zorder=3)
@@ -116,6 +126,47 @@ def _draw_front(axes: Axes, front: Front, colours: Colormap, norm: LogNorm | Non
         axes.set_xlim(-0.05, max(2.0 * risks[0], 1.0))
         axes.set_ylim(0.0, 2.0 * max(lengths[0], math.ulp(1.0)))
     return handles
+
+
+def _draw_bounds(axes: Axes, front: Front, scale: float) -> dict[str, Artist]:
+    """Fill what no path reaches, and draw paths and bounds within budgets; return the legend's rows."""
+    if front.bounds is None or not math.isfinite(front.gap):
+        return {}
+    handles: dict[str, Artist] = {}
+    most, longest = front.points[0].risk, front.points[-1].length * scale
+    risks = np.linspace(0.0, 1.02 * most, 400)
+    least = front.least_length(risks) * scale
+    lowest = front.points[0].length * scale - 0.05 * (longest - front.points[0].length * scale)
+    shown = least < longest + 0.05 * (longest - lowest)
+    area = axes.fill_between(risks[shown], lowest, least[shown], color="0.85", linewidth=0.0, zorder=1)
+    handles[f"no path (proven; gap at most {at_most(front.gap)})"] = area
+    for plan in front.budgets:
+        bound = plan.lower_bound * scale
+        if plan.status.has_path and math.isfinite(bound):
+            bar = axes.plot(
+                [plan.budget] * 2, [bound, plan.solution.length * scale], color="black", linewidth=1.4, zorder=4
+            )
+            handles.setdefault("best within a budget: from bound to path", bar[0])
+    return handles
+
+
+def _draw_gap(axes: Axes, front: Front) -> None:
+    """Draw the proven gap over the risk weight."""
+    if front.bounds is None:
+        return
+    known = front.bounds.weights[front.bounds.weights > 0.0]
+    first = min([front.k_max, *known.tolist(), *(point.k_low for point in front if point.k_low > 0.0)]) / 3.0
+    weights = np.unique(np.concatenate([np.geomspace(first, front.k_max, 500), known]))
+    axes.plot(weights, [100.0 * front.gap_at(k) for k in weights], color="0.25", linewidth=0.9)
+    axes.plot(known, [100.0 * front.gap_at(k) for k in known], "o", color="black", markersize=3.0)
+    axes.set_xscale("log")
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda k, _: f"{k:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_ylim(0.0, 120.0 * front.gap or 1.0)
+    axes.set_xlabel("k")
+    axes.set_ylabel("gap at most, %")
+    axes.grid(color="0.9", linewidth=0.5)
+    axes.set_axisbelow(True)
 
 
 def _weight_bar(figure: Figure, colours: Colormap, norm: LogNorm) -> Colorbar:

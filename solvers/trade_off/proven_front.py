@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
+import shapely
 
 from cgla_graph._progress import Tell
 from cgla_graph._types import FloatArray
@@ -23,13 +24,14 @@ from cgla_graph.solvers.trade_off.reweighing import Reweighed
 from cgla_graph.solvers.trade_off.weight_bounds import WeightBounds
 
 #: Parts of the tolerance: for each proof, and for the paths between those that are known.
-OF_PROOF, OF_PATHS = 0.4, 0.2
+OF_PROOF, OF_PATHS = 0.7, 0.2
 #: Weights at which a solver searches for paths of any class; the other paths are refined neighbours.
-SEARCHED = 6
+SEARCHED = 4
 #: Proofs, at most, and weights among which the next one is chosen.
 MOST_PROOFS, CHOICES = 60, 400
-#: Loss that a refined path may have, relative to its cost: on the way, and before a proof.
-ROUGH, FINE = 1e-4, 1e-5
+#: Stages of refined paths end when they gain less than this, relative to the cost (the loss is far less). Paths are of
+#: different classes if they are farther apart than this part of the distance from start to goal.
+ROUGH, APART = 1e-4, 0.1
 #: Another proof has to gain this part of the tolerance.
 WORTH = 0.1
 
@@ -77,7 +79,7 @@ class ProvenSearch:
             chosen = self._next()
             if math.isnan(chosen):
                 return
-            self.bend(chosen, FINE)
+            self.bend(chosen)
             self.prove(chosen)
 
     def remark(self, gap: float) -> str:
@@ -112,15 +114,17 @@ class ProvenSearch:
         if found.status.has_path:
             self.known.append((k, found))
 
-    def bend(self, k: float, tolerance: float) -> None:
-        """Refine the paths that are cheapest under a weight: the second one too if the first one gains nothing."""
+    def bend(self, k: float) -> None:
+        """Refine the path that is cheapest under a weight, and the next one if it is of another class."""
         problem = dataclasses.replace(self.reweighed.problem, k=k)
-        before = self.costs(np.array([k]))[0]
         order = sorted(self.known, key=lambda pair: (pair[1].length + k * pair[1].risk, abs(pair[0] - k)))
-        for _, path in order[:2]:
-            self.offer(k, refine_path(problem, path.path, tolerance=tolerance).path)
-            if self.costs(np.array([k]))[0] < before * (1.0 - tolerance):
-                return
+        first, *others = (path for _, path in order[:2])
+        self.offer(k, refine_path(problem, first.path, tolerance=ROUGH).path)
+        near = APART * math.dist(problem.start, problem.goal)
+        line = shapely.LineString(first.path)
+        for other in others:
+            if shapely.LineString(other.path).hausdorff_distance(line) > near:
+                self.offer(k, refine_path(problem, other.path, tolerance=ROUGH).path)
 
     def offer(self, k: float, path: FloatArray) -> None:
         """Take a path if it is cheaper under a weight than the known ones."""
@@ -136,7 +140,12 @@ class ProvenSearch:
         best = min(self.known, key=lambda pair: pair[1].length + k * pair[1].risk, default=None)
         path = None if best is None else best[1].path
         proof = prove(
-            problem, path, tolerance=OF_PROOF * self.tolerance, max_cells=usual_cells(problem), keeps_path=False
+            problem,
+            path,
+            tolerance=OF_PROOF * self.tolerance,
+            max_cells=usual_cells(problem),
+            keeps_path=False,
+            in_turns=True,
         )
         self.proofs[k] = proof
         if proof.path is not None and proof.path is not path:
@@ -160,7 +169,7 @@ class ProvenSearch:
             if len(self.reweighed.solved) < SEARCHED:
                 self.search(k)
             else:
-                self.bend(k, ROUGH)
+                self.bend(k)
 
     def _next(self) -> float:
         """

@@ -278,3 +278,19 @@ def test_pareto_with_a_proof(cgla: Call, tmp_path: Path) -> None:
     cgla("pareto", "small.toml", "--budgets", "0.1").refused("proven=True")
     cgla("pareto", "small.toml", "--proven", "--k-max", "0").refused("k_max is 0")
     cgla("pareto", "small.toml", "--proven", "--corridor", "1").refused("leave out --proven")
+
+
+def test_the_picture_of_a_proven_front_shows_what_no_path_reaches() -> None:
+    scenario = load_scenario("small.toml")
+    front = cg.pareto(scenario.problem, proven=True, k_max=5.0, tolerance=0.02, budgets=[0.05])
+    figure = pareto_figure(scenario, front)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert "gap at most, %" in labels
+    shown = figure.axes[labels.index("length")]
+    legend = shown.get_legend()
+    assert legend is not None
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert any("no path (proven" in text for text in texts)
+    assert any("within a budget" in text for text in texts)
+    (line,) = [one for one in figure.axes[labels.index("gap at most, %")].lines if len(one.get_xdata()) > 100]  # type: ignore[arg-type]
+    assert max(line.get_ydata()) <= 100.0 * front.gap * (1.0 + 1e-9)  # type: ignore[arg-type, operator]
