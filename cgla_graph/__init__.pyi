@@ -16,6 +16,7 @@ from cgla_graph.airspace.volumes.volumes import volumes as volumes
 from cgla_graph.airspace.zones.ground import read_ground as read_ground
 from cgla_graph.airspace.zones.reading import read_zones as read_zones
 from cgla_graph.certificate.certificate import Certificate as Certificate
+from cgla_graph.certificate.corridor import Corridor as Corridor
 from cgla_graph.certificate.proof_file import save_proof as save_proof
 from cgla_graph.certificate.proof_file import verify_proof as verify_proof
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix as CostMatrix

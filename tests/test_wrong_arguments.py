@@ -275,7 +275,14 @@ def test_a_wrong_argument_has_one_line_that_names_the_remedy(
 
 def test_every_public_function_is_called() -> None:
     """Only those that take anything, and classes that the library makes, are left out."""
-    called = {call for call, _ in CALLS.values()} | {cg.plot, cg.Certificate, cg.CostMatrix, cg.Evaluation, cg.Flight}
+    called = {call for call, _ in CALLS.values()} | {
+        cg.plot,
+        cg.Certificate,
+        cg.Corridor,
+        cg.CostMatrix,
+        cg.Evaluation,
+        cg.Flight,
+    }
     kinds = (cg.Scenario, cg.Status, cg.MissionStatus, cg.CglaError, cg.GeometricGraph)
     public = [getattr(cg, name) for name in cg.__all__]
     assert [one for one in public if callable(one) and one not in called and one not in kinds] == []

@@ -35,8 +35,9 @@ from cgla_graph._progress import Tell, showing
 from cgla_graph._text import json_number, shown
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
-from cgla_graph.certificate import cell_proof, corners
+from cgla_graph.certificate import cell_proof, corners, corridor
 from cgla_graph.certificate.cell_proof import CellProof
+from cgla_graph.certificate.corridor import Corridor
 from cgla_graph.certificate.costs import LEAST_SCALE, LEAST_SHRINK, least_scale, rounding, scale_at
 from cgla_graph.certificate.subsolution import (
     FIRST_CELLS,
@@ -253,6 +254,45 @@ class Certificate(Plottable):
             )
             raise ProblemError(msg)
         return save_proof(self.problem, file, self.path, tolerance=self.tolerance, known=self.known)
+
+    def corridor(
+        self, delta: float = 0.01, *, max_cells: int = corridor.MOST_CELLS, most_ways: int = corridor.MOST_WAYS
+    ) -> Corridor:
+        """
+        Return polygons that contain every path within a part of the optimum, and the ways that lead through them.
+
+        Parameters
+        ----------
+        delta
+            Paths that cost at most ``1 + delta`` times the optimum are meant; at least 0.
+        max_cells
+            Cells of a grid, at most: more of them make a narrower corridor.
+        most_ways
+            Ways around areas and other holes of the corridor that are listed, at most: 1 to 1000.
+
+        Returns
+        -------
+        corridor
+            The corridor. It is all of the map where no bound or no path is known, and empty where there is no path.
+
+        Raises
+        ------
+        ProblemError
+            If a setting is out of range, or the certificate has no map: it is from another process, a file or a graph.
+
+        Examples
+        --------
+        >>> import cgla_graph as cg
+        >>> box = shapely.box(0.4, 0.4, 0.6, 0.62)
+        >>> proof = cg.lower_bound(cg.Problem((0.1, 0.5), (0.9, 0.5), no_fly=box))
+        >>> [f"{way.passes}: {way.cost:.3f}" for way in proof.corridor(0.05).ways.known]
+        ['below 1: 0.832', 'above 1: 0.846']
+        """
+        if not isinstance(self.problem, Problem):
+            msg = "this certificate has no map: it is from a file or of a graph; prove one with cgla_graph.lower_bound"
+            raise ProblemError(msg)
+        settings: dict[str, int] = {"max_cells": max_cells, "most_ways": most_ways}
+        return corridor.corridor_around(self.problem, self.path, self.lower_bound, delta, **settings)
 
     def document(self) -> dict[str, Any]:
         """Return the proof as JSON, without path and grids; numbers that are not finite are None."""

@@ -23,6 +23,9 @@ block that a path meets before ``x`` and after ``x`` counts twice.
   ends have the cell in their blocks, both formulas do.
 - Everywhere, no path is shorter than the two straight lines from ``x`` to the ends.
 
+**Parts of the map.** A path that costs less than a limit passes only cells whose bound is below the limit, and these
+are joined with the start. Others need no list: no path through them costs less than the limit.
+
 **The tube.** On a grid that covers a part of the map, the sum bounds the paths inside that part. If each path that
 leaves it costs at least a limit, the lesser of sum and limit is a bound for all paths.
 
@@ -32,12 +35,15 @@ On a map of the Earth the bounds count on the Earth, as that of `certificate` do
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import ndimage
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from cgla_graph._types import Bounds, FloatArray, Point, WholeArray
+from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph._validate import point_array, positive_number
 from cgla_graph.certificate import certificate_kernels, corner_kernels
 from cgla_graph.certificate.corners import CornerBlock
@@ -53,7 +59,7 @@ from cgla_graph.certificate.subsolution import (
 )
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
-from cgla_graph.eikonal.mesh import bezier_values
+from cgla_graph.eikonal.mesh import SplineMesh, bezier_values
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.earth import GEODESIC_ERROR
 from cgla_graph.model.problem import Problem
@@ -216,6 +222,50 @@ def refined_bounds(
     >>> [(one.last[0], len(one.least) < one.cells) for one in grids][:2]
     [(128, True), (256, True)]
     """
+    for laid in grids_through(problem, limit=limit, last=last, path=path, tolerance=tolerance, max_cells=max_cells):
+        yield laid.through
+
+
+class GridThrough(NamedTuple):
+    """
+    A grid, its bounds to goal and start (None if no path stays on its cells), and what they say of each place.
+
+    `pieces` are the listed pieces of its mesh, in the order of `Through.least`.
+    """
+
+    through: Through
+    level: Level
+    bounds: tuple[Subsolution, Subsolution] | None
+    pieces: WholeArray
+
+
+def grids_through(
+    problem: Problem,
+    *,
+    limit: float = math.inf,
+    last: tuple[int, int] | None = None,
+    path: ArrayLike | None = None,
+    tolerance: float = TOLERANCE,
+    max_cells: int = MOST_CELLS,
+) -> Iterator[GridThrough]:
+    """
+    Lay finer and finer grids as `refined_bounds` does.
+
+    Yields
+    ------
+    grid
+        With its bounds.
+
+    Raises
+    ------
+    ProblemError
+        As `bounds_through`.
+
+    Examples
+    --------
+    >>> [grid.through.last for grid in grids_through(Problem((0.1, 0.5), (0.9, 0.5)), last=(50, 50))]
+    [(50, 50)]
+    """
     if not problem.field.is_proper:
         msg = f"no bound: {NEGATIVE_WEIGHTS}"
         raise ProblemError(msg)
@@ -233,7 +283,8 @@ def refined_bounds(
             # no path stays inside the cells of this grid
             none, no_cells = np.empty(0), np.empty(0, dtype=np.int32)
             bound = min(limit, cost)
-            yield Through(problem, grid, no_cells, no_cells, none, limit, bound, waypoints, cost, len(level.bounds))
+            nothing = Through(problem, grid, no_cells, no_cells, none, limit, bound, waypoints, cost, len(level.bounds))
+            yield GridThrough(nothing, level, None, no_cells)
             return
         if waypoints is None:
             waypoints, cost = _descended(problem, level, pair[0])
@@ -244,14 +295,42 @@ def refined_bounds(
             least = np.maximum(least, least_through(level, *pair) * shrink - 2.0 * less)
         least = np.minimum(np.maximum(least, best), limit)
         keep = mesh.matters & ~(least >= limit)
+        keep[keep] = joined_with(problem.start, mesh, keep)
         columns, rows = mesh.columns[keep], mesh.rows[keep]
-        yield Through(problem, grid, columns, rows, least[keep], limit, best, waypoints, cost, len(mesh.columns))
+        found = problem, grid, columns, rows, least[keep], limit, best, waypoints, cost
+        yield GridThrough(Through(*found, len(mesh.columns)), level, pair, np.flatnonzero(keep))
         if grid == last or not keep.any():
             return
         grid, runs = finer_grid(problem, grid, cell_runs.runs_of(columns, rows), 2.0, max_cells)
         if last is not None and (grid[0] > last[0] or grid[1] > last[1]):
             runs = cell_runs.refined(cell_runs.runs_of(columns, rows), mesh.last, last)
             grid = last
+
+
+def joined_with(start: Point, mesh: SplineMesh, keep: BoolArray) -> BoolArray:
+    """
+    Tell which of the kept pieces are in cells joined with that of the start, over kept cells: shape ``(n,)``.
+
+    A path that costs less than the limit passes kept cells only, from the start on.
+    """
+    width = mesh.last[0] + 3
+    keys = mesh.rows[keep].astype(np.int64) * width + mesh.columns[keep]
+    cells, cell = np.unique(keys, return_inverse=True)
+    column, row = np.rint((np.array(start) - mesh.origin) / mesh.spacing).astype(np.int64).tolist()
+    first = int(np.searchsorted(cells, row * width + column))
+    if first == len(cells) or cells[first] != row * width + column:
+        # no path costs less than the limit
+        return np.zeros(len(keys), dtype=np.bool_)
+    pairs = []
+    for step in (1, width - 1, width, width + 1):
+        other = np.minimum(np.searchsorted(cells, cells + step), len(cells) - 1)
+        touching = np.flatnonzero(cells[other] == cells + step)
+        pairs.append((touching, other[touching]))
+    one, two = (np.concatenate(side) for side in zip(*pairs, strict=True))
+    _, labels = connected_components(
+        coo_array((np.ones(len(one)), (one, two)), shape=(len(cells),) * 2), directed=False
+    )
+    return np.asarray(labels[cell] == labels[first])
 
 
 def _off_on_earth(problem: Problem) -> float:
@@ -341,6 +420,39 @@ def least_through(level: Level, to_goal: Subsolution, to_start: Subsolution) -> 
         least[pieces] = _in_block(level, block, other, pieces)
     both = np.flatnonzero(mesh.matters & level.start_block.holds & level.goal_block.holds)
     least[both] = sum(_to_end(level, block, both) for block in (level.start_block, level.goal_block))
+    return np.where(np.isnan(least), -math.inf, least)
+
+
+def costs_to_end(level: Level, one: Subsolution, block: Block) -> FloatArray:
+    """
+    Bound the cost from each piece of a grid to one end from below, on paths that stay on its cells, without rounding.
+
+    Parameters
+    ----------
+    level
+        The grid.
+    one
+        Its bound to this end.
+    block
+        The block around this end.
+
+    Returns
+    -------
+    least
+        Shape ``(m,)``, map units; minus infinity where nothing is known.
+
+    Examples
+    --------
+    >>> level = Level.lay(Problem((0.1, 0.5), (0.9, 0.5)), (64, 64), cell_runs.rectangle((64, 64)))
+    >>> to_goal, _ = level.both(0.01)
+    >>> bool(0.75 < costs_to_end(level, to_goal, level.goal_block)[level.mesh.ends[0]] < 0.8)
+    True
+    """
+    least = _lowest(level, one, np.arange(len(level.mesh.columns)))
+    for corner in one.corners:
+        least[corner.pieces] = _in_corner(level, corner, one)
+    pieces = np.flatnonzero(block.holds)
+    least[pieces] = _to_end(level, block, pieces)
     return np.where(np.isnan(least), -math.inf, least)
 
 

@@ -16,6 +16,7 @@ from cgla_graph._text import at_most, rounded_down
 from cgla_graph._text import figure as digits_of
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate.certificate import Certificate, Grid
+from cgla_graph.certificate.corridor import cells_outline
 from cgla_graph.certificate.verdict import verdict
 from cgla_graph.model.problem import Problem
 from cgla_graph.plots.looks import COLOURS, LabelledPath
@@ -123,16 +124,7 @@ def _corners(problem: Problem, grids: Sequence[Grid]) -> list[FloatArray]:
 
 def _tube(problem: Problem, grid: Grid) -> BaseGeometry:
     """Return the cells of a grid inside the bounds, map units."""
-    low, high = np.reshape(problem.bounds, (2, 2))
-    steps = (high - low) / np.array(grid.last)
-    rows, first, end = grid.runs.T
-    boxes = shapely.box(
-        low[0] + (first - 0.5) * steps[0],
-        low[1] + (rows - 0.5) * steps[1],
-        low[0] + (end - 0.5) * steps[0],
-        low[1] + (rows + 0.5) * steps[1],
-    )
-    return shapely.intersection(shapely.union_all(boxes), shapely.box(*problem.bounds))
+    return cells_outline(problem.bounds, grid.last, grid.runs)
 
 
 def _draw_bracket(axes: Axes, proof: Certificate, problem: Problem, *, with_path: bool) -> None:

@@ -19,6 +19,7 @@ from cgla_graph._text import figure as digits
 from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.airspace.volumes.volumes import Volumes
 from cgla_graph.certificate.certificate import Certificate
+from cgla_graph.certificate.corridor import Corridor
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix
 from cgla_graph.errors import OutputError, ProblemError
 from cgla_graph.mission.records import Flight
@@ -31,6 +32,7 @@ from cgla_graph.plots.animation_file import animate as write_animation
 from cgla_graph.plots.animation_file import frame_milliseconds
 from cgla_graph.plots.certificate import certificate_figure, draw_certificate
 from cgla_graph.plots.check import check_figure, draw_check
+from cgla_graph.plots.corridor import corridor_figure, draw_corridor
 from cgla_graph.plots.flight import LabelledFlight, draw_flight, flight_figure
 from cgla_graph.plots.graph import draw_graph, draw_node, drawn_nodes
 from cgla_graph.plots.looks import COLOURS, LabelledPath, labelled_paths
@@ -46,7 +48,7 @@ from cgla_graph.scenarios.scenario import Scenario
 @singledispatch
 def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution] = ()) -> Any:  # noqa: ANN401 - axes, one or two
     """
-    Draw a problem, scenario, graph, cost matrix, solution, certificate, mission, flight, checked plan or volumes.
+    Draw a problem, scenario, graph, cost matrix, solution, certificate, corridor, mission, flight, plan check, volumes.
 
     Parameters
     ----------
@@ -79,8 +81,8 @@ def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution]
     ['straight-line: 1.1314', 'start', 'goal']
     """
     del ax, solutions
-    known = "problem, scenario, graph, cost matrix, solution, certificate, mission, flight, checked plan or volumes"
-    msg = f"a {type(thing).__name__} has no picture; give a {known}"
+    known = "problem, scenario, graph, cost matrix, solution, certificate, corridor, mission, flight, checked plan"
+    msg = f"a {type(thing).__name__} has no picture; give a {known} or volumes"
     raise ProblemError(msg)
 
 
@@ -127,6 +129,15 @@ def _(certificate: Certificate, ax: Axes | None = None) -> Any:  # noqa: ANN401 
     both = [_axes(one) for one in np.ravel(np.array(ax, dtype=object))]
     draw_certificate(both, TitledProblem(problem), certificate, paths)
     return ax
+
+
+@plot.register
+def _(corridor: Corridor, ax: Axes | None = None) -> Axes:
+    shown = TitledProblem(corridor.problem)
+    if ax is not None:
+        draw_corridor(_axes(ax), shown, corridor)
+        return ax
+    return corridor_figure(shown, corridor, figure=_figure()).axes[0]
 
 
 @plot.register

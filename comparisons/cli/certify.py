@@ -22,6 +22,7 @@ from cgla_graph.comparisons.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from cgla_graph.certificate.corridor import Corridor
     from cgla_graph.comparisons.study.runner import Run
     from cgla_graph.scenarios.scenario import Scenario
 
@@ -39,6 +40,9 @@ def certify(
     ] = None,
     tolerance: Annotated[float, option("--tolerance R", "wanted gap")] = 0.001,
     max_cells: Annotated[int, option("--max-cells N", "cells of a grid, at most; about 300 bytes each")] = 2_500_000,
+    within: Annotated[
+        str | None, option("--within P%", "polygons that contain every path within so much of the best possible")
+    ] = None,
     write: Annotated[
         Path | None, option("--write FILE", "write the proof, for cgla verify and other checkers", "--proof")
     ] = None,
@@ -47,7 +51,9 @@ def certify(
     Prove how far a path is from the best possible.
 
     Prints a bracket of the least cost of any path, for each grid until it is tight; with --out, writes it and a
-    picture (NAME-SOLVER-certificate.*). With --path, the path may be that of any planner.
+    picture (NAME-SOLVER-certificate.*). With --path, the path may be that of any planner. With --within 1%, also the
+    corridor of all paths that cost at most 1 % more than the best possible, and the ways through it
+    (NAME-SOLVER-corridor.*).
     """
     from cgla_graph.comparisons.cli import ground as on_ground
     from cgla_graph.comparisons.study.proofs import check_provable, proof_of_run, read_proof
@@ -60,19 +66,26 @@ def certify(
     check_provable("--write", write, opened.problem.field, opened.problem.start, opened.problem.goal)
     kinds, folder = output.pictures("png", "svg"), output.folder()
     zoned = zones.report([opened], as_json=output.as_json)
+    delta = None if within is None else share_of(within)
     with console.running_solvers([opened.problem.model]):
         run = certified(opened, path, tolerance=tolerance, max_cells=max_cells)
+        corridor = None if delta is None else proof_of(run).corridor(delta)
     proof = proof_of(run)
     people = on_ground.exposed(run, ground)
     written = _written(folder, run, kinds) if folder else []
+    if folder and corridor is not None:
+        written += _written_corridor(folder, run, corridor, kinds)
     in_file = None if write is None else proof_of_run(write, run, tolerance)
     if output.as_json:
         below = {} if people is None else {"ground": people.document()}
         files = [str(file) for file in [*written, *(() if in_file is None else in_file.files)]]
         below |= {} if in_file is None else {"proof_file": in_file.document()}
+        below |= {} if corridor is None else {"corridor": corridor.document()}
         console.out_json({**plan_document(run), "grids": grid_rows(proof), "files": files, **below, **zoned})
     else:
         _print(run, {} if people is None else people.lines())
+        if corridor is not None:
+            _print_corridor(run, corridor)
         console.out_lines({} if in_file is None else in_file.lines())
         console.out_files([*written, *(() if in_file is None else in_file.files)])
     is_missing = not math.isfinite(proof.upper_bound) or math.isnan(proof.lower_bound)
@@ -119,6 +132,74 @@ def certified(
     bounded = dataclasses.replace(solution, lower_bound=proof.lower_bound, certificate_seconds=proof.seconds)
     name = "hybrid" if file is None else file.name
     return Run(scenario, name, None, exact=False, solution=bounded, certificate=proof)
+
+
+def share_of(text: str) -> float:
+    """
+    Read a part of one: ``1%``, ``1 %`` or ``0.01``.
+
+    Raises
+    ------
+    CglaError
+        If it is something else.
+
+    Examples
+    --------
+    >>> share_of("1%"), share_of("0.01"), share_of("0")
+    (0.01, 0.01, 0.0)
+    """
+    from cgla_graph.errors import CglaError
+
+    number = text.strip().removesuffix("%")
+    try:
+        share = float(number) / (100.0 if number != text.strip() else 1.0)
+    except ValueError:
+        share = math.nan
+    if not 0.0 <= share < math.inf:
+        msg = f"--within is {text!r}; give a percentage such as 1%, or a part such as 0.01"
+        raise CglaError(msg)
+    return share
+
+
+def _print_corridor(run: "Run", corridor: "Corridor") -> None:
+    """Print the size of a corridor, and a table of its ways."""
+    from cgla_graph._text import at_most, figure, percent, rounded_down
+    from cgla_graph.comparisons.tables.fitted_table import FittedTable
+
+    unit = " m" if run.on_map.projection else ""
+    share = "none of the map" if corridor.outer.is_empty else f"{at_most(corridor.share)} of the map"
+    certain = f"; paths certainly within it pass {100.0 * corridor.inner.area / corridor.outer.area:.0f} % of that"
+    console.out_lines({
+        "corridor": f"every path within {100.0 * corridor.delta:g} % of the best possible stays in {share}"
+        + (certain if corridor.shown else ""),
+        "settled": corridor.message,
+        "ways": corridor.ways_text(),
+    })  # fmt: skip
+    ways = (*corridor.ways.known, *corridor.ways.undecided)
+    if len(ways) > 1:
+        columns = {
+            "way": lambda way: str(ways.index(way) + 1),
+            f"cost{unit and ' in m'}": lambda way: figure(way.cost, 7),
+            "than the best": lambda way: percent(way.cost / corridor.upper_bound - 1.0),
+            "at least": lambda way: rounded_down(way.lower_bound, 7),
+            "passes": lambda way: way.passes,
+        }
+        notes = ("passes: on which side of each hole of the corridor, above is at greater y",)
+        console.out_table(FittedTable.of("", ways, {}, columns, ("at least",), notes))
+
+
+def _written_corridor(folder: Path, run: "Run", corridor: "Corridor", formats: Sequence[str]) -> list[Path]:
+    """Write ``NAME-SOLVER-corridor.geojson``, ``.kml`` on a map in degrees, ``.csv`` with the ways, and the picture."""
+    from cgla_graph.certificate.corridor_files import save_corridor
+    from cgla_graph.comparisons import files
+    from cgla_graph.plots import pictures
+    from cgla_graph.plots.corridor import corridor_figure
+    from cgla_graph.plots.scene import TitledProblem
+
+    stem = files.stem_of(folder, run.on_map, run.solver.removesuffix(".csv"), "corridor")
+    endings = (".geojson", ".csv", *((".kml",) if corridor.problem.projection else ()))
+    written = [save_corridor(corridor, stem.with_name(stem.name + one), run.on_map.name) for one in endings]
+    return [*written, *pictures.save_all(corridor_figure(TitledProblem.of(run.on_map), corridor), stem, formats)]
 
 
 def _print(run: "Run", more: Mapping[str, str]) -> None:
