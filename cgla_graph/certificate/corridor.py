@@ -9,7 +9,7 @@ the area settles.
 **What is certain.** The corridor also holds places through which no such path leads, as a bound is not the cost. Where
 a path is *shown* that costs at most ``(1 + delta) L``, with the proven lower bound ``L``, the path is within delta of
 the optimum for certain. Such paths are sought through as many places as possible: down the bounds to both ends from
-there, refined where that is too dear. Their cost is that of `Problem.evaluate`.
+there, refined where that costs too much. Their cost is that of `Problem.evaluate`.
 
 **Ways** around the holes of the corridor are in `ways`.
 
@@ -33,7 +33,7 @@ from cgla_graph._text import at_most, json_number
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph._validate import non_negative_number, whole_number
 from cgla_graph.certificate.through import GridThrough, grids_through
-from cgla_graph.certificate.ways import Ways, ways_of
+from cgla_graph.certificate.ways import Way, Ways, ways_of
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
 from cgla_graph.errors import CglaError
@@ -47,7 +47,7 @@ MOST_CELLS = 250_000
 SETTLED = 0.02
 #: Cells along the longer side of the map on which places are shown; tries to show a path; waypoints of one, at most.
 SHOWN, TRIES, POINTS = 100, 80, 128
-#: A path that is dearer than wanted is refined if it is at most so many times as dear.
+#: A path that costs more than wanted is refined if it costs at most so many times as much.
 REFINED = 1.05
 #: Rounding of places, relative to the longer side of the map: polygons are wider by it.
 WIDER = 1e-9
@@ -123,7 +123,7 @@ class Corridor(Plottable):
         """Say in a line how many ways there are."""
         known, undecided = len(self.ways.known), len(self.ways.undecided)
         if not known:
-            return "none is known" if self.path is None else "none"
+            return "none" if self.outer.is_empty else "none is known"
         least = "at least " if self.ways.has_more or undecided else ""
         left = f"; {undecided} more are not excluded" if undecided else ""
         return f"{least}{known}{left}"
@@ -200,6 +200,12 @@ def corridor_around(
     if not problem.field.is_proper or math.isnan(lower_bound):
         why = f"no bound, so that no place is ruled out: {NEGATIVE_WEIGHTS}"
         return _without_grids(problem, delta, math.nan, free_map(problem), why)
+    if problem.start == problem.goal:
+        here = shapely.buffer(shapely.Point(problem.start), _wider(problem))
+        stays = np.array([problem.start])
+        one = _without_grids(problem, delta, 0.0, here, "start and goal are the same place: to stay costs nothing")
+        ways = Ways((Way(stays, 0.0, 0.0, ()),), (), False, np.empty((0, 2)))  # noqa: FBT003 - as its fields are
+        return replace(one, limit=0.0, upper_bound=0.0, path=stays, ways=ways)
     limit = math.inf
     if path is not None:
         # rounded up, so that no path within delta is lost to rounding

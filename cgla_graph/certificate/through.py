@@ -277,7 +277,8 @@ def grids_through(
     shrink, less = 1.0 - rounding(problem), _off_on_earth(problem)
     while with_halo(problem, runs, grid) <= max_cells and max(grid) <= MOST_ALONG:
         missing = min(cost - best, best)
-        level = Level.lay(closed, grid, runs, max(FRACTION * tolerance * best, WORTH * missing), waypoints)
+        along = waypoints if waypoints is not None and len(waypoints) > 1 else None
+        level = Level.lay(closed, grid, runs, max(FRACTION * tolerance * best, WORTH * missing), along)
         pair = level.both(FRACTION * tolerance, charge=True, known=cost)
         if pair is None:
             # no path stays inside the cells of this grid

@@ -168,7 +168,8 @@ def _print_corridor(run: "Run", corridor: "Corridor") -> None:
 
     unit = " m" if run.on_map.projection else ""
     share = "none of the map" if corridor.outer.is_empty else f"{at_most(corridor.share)} of the map"
-    certain = f"; paths certainly within it pass {100.0 * corridor.inner.area / corridor.outer.area:.0f} % of that"
+    part = corridor.inner.area / (corridor.outer.area or math.nan)
+    certain = f"; paths certainly within it pass {100.0 * part:.0f} % of that"
     console.out_lines({
         "corridor": f"every path within {100.0 * corridor.delta:g} % of the best possible stays in {share}"
         + (certain if corridor.shown else ""),

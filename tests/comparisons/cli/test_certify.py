@@ -20,7 +20,7 @@ from matplotlib.patches import PathPatch
 
 import cgla_graph as cg
 from cgla_graph.certificate.certificate import Grid
-from cgla_graph.comparisons import files
+from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.cli.certify import certified
 from cgla_graph.comparisons.plots.runs import certificate_of_run
 from cgla_graph.comparisons.study.runner import Run
@@ -353,3 +353,34 @@ def test_a_bound_without_a_path_is_drawn(run: Run) -> None:
 def test_a_run_without_a_certificate_is_refused(run: Run) -> None:
     with pytest.raises(cg.CglaError, match="has no certificate"):
         certificate_of_run(replace(run, certificate=None))
+
+
+# the corridor
+
+
+def test_certify_tells_of_the_corridor(cgla: Call) -> None:
+    answer = cgla("certify", "wall.toml", "--within", "10%", "--out", "out")
+    assert (answer.code, answer.err) == (0, "")
+    said = lines_of(answer)
+    assert said["corridor"].startswith("every path within 10 % of the best possible stays in ")
+    assert said["ways"] == "1"
+    names = {file.name for file in Path("out").iterdir() if "corridor" in file.name}
+    assert names == {f"wall-hybrid-corridor.{ending}" for ending in ("geojson", "csv", "png", "svg")}
+    found = cgla("certify", "wall.toml", "--within", "0.1", "--json").document()["corridor"]
+    own = cg.lower_bound(load_scenario("wall.toml").problem, 0.001).corridor(0.1).document()
+    assert {key: value for key, value in found.items() if key != "seconds"} == {
+        key: value for key, value in own.items() if key != "seconds"
+    }
+
+
+def test_certify_of_a_map_without_a_path_has_an_empty_corridor(cgla: Call) -> None:
+    answer = cgla("certify", "shut.toml", "--within", "1%")
+    assert answer.code == console.MISSING
+    assert lines_of(answer)["corridor"].endswith("stays in none of the map")
+
+
+@pytest.mark.parametrize("share", ["-1%", "x", "nan", "%", "inf"])
+def test_certify_refuses_shares_that_are_none(cgla: Call, share: str) -> None:
+    answer = cgla("certify", "small.toml", f"--within={share}")
+    assert answer.code == 2
+    assert "give a percentage such as 1%" in answer.err
