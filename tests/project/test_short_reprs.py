@@ -76,6 +76,7 @@ def instances() -> dict[str, Any]:
         cg.FailureModel(1e-3, 20.0, 6.5),
         *(cg.GraphProblem(grid, 0, 1599), cg.CostModel(field, 10.0, area), cg.NoFlyArea(area)),
         *(problem.evaluate(path), cg.cost_matrix(grid, target=0), cg.lower_bound(simple, 0.05), mission.fly()),
+        cg.lower_bound(simple, 0.05).corridor(0.1, max_cells=20_000),
         *(cg.Sharing(), cg.VirtualObstacle(), cg.Status.FOUND, cg.MissionStatus.ARRIVED, cg.CglaError("wrong")),
         *(scenario, entrant, comparisons.Run(scenario, "hybrid", None, exact=False, solution=solution)),
         comparisons.Study([scenario] * 30, [entrant] * 30),
