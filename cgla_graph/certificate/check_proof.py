@@ -786,12 +786,15 @@ class Surface:
         #: What a difference of two values may be above the cost of a path between the places or, with an end, what a
         #: value may be above the cost of a path to the end.
         self.loss = 0.0
+        #: What is charged for, and what it is.
+        self.charges: list[tuple[float, str]] = []
         around = [(one, None) for one in described["blocks"]] + ([(described["end"], end)] if end else [])
         for one, its_end in around:
             pieces, charge = block(one, array, self, level, its_end)
             demand(not self.in_block[pieces].any(), "two blocks overlap")
             self.in_block[pieces] = True
             self.loss = float(up(self.loss + charge))
+            self.charges.append((charge, f"the block of cells {one['cells']} of {grid.last[0]} loses {charge:.3g}"))
         self.steepness = self._measured()
         self.steepness[self.in_block] = 0.0
         wrong = ~np.isfinite(self.steepness)
@@ -801,7 +804,14 @@ class Surface:
             values = bezier(self.controls[steep])
             spans = (values.max(axis=(1, 2)) - values.min(axis=(1, 2))) * self.unit
             lost = Interval(up(math.fsum(up(spans).tolist()))) * (1.0 - Interval(1.0) / steepest)
-            self.loss = float(up(self.loss + lost.hi))
+            self.loss, lost = float(up(self.loss + lost.hi)), float(lost.hi)
+            name = f"{grid.name(int(self.steepness.argmax()))} is {steepest:.12g} times as steep as the cost"
+            self.charges.append((lost, f"{name}, and {len(steep)} such cells lose {lost:.3g}"))
+
+    def fault(self) -> str:
+        """Tell what is lost on pieces that are too steep, and in the block that loses most."""
+        blocks, steep = ([one for one in self.charges if one[1].startswith("cell") == way] for way in (False, True))
+        return "; ".join(text for charge, text in [*steep, *sorted(blocks)[-1:]] if charge > 0.0)
 
     def _measured(self) -> Floats:
         """Bound how steep the surface is against the cost on each piece."""
@@ -1300,17 +1310,17 @@ def bound_over_cells(described: dict[str, Any], array: Reader, problem: Problem,
 # --- The bounds -------------------------------------------------------------------------------------------------------
 
 
-def lower_bound(described: dict[str, Any], array: Reader, problem: Problem) -> float:
+def lower_bound(described: dict[str, Any], array: Reader, problem: Problem) -> tuple[float, str]:
     """
-    Return a bound of the cost of all paths, infinite if there are none.
+    Return a bound of the cost of all paths, infinite if there are none, and what has kept it from being greater.
 
     From each grid to the next, pieces are dropped that no path passes that costs less than the limit.
     """
     limit = math.inf if described["limit"] is None else number_of(described["limit"])
     demand(described["grids"], "there is no grid")
-    bound, most, grid = -math.inf, math.inf, None
+    bound, fault, most, grid = -math.inf, "", math.inf, None
     surfaces: list[Surface] = []
-    for one in described["grids"]:
+    for number, one in enumerate(described["grids"], 1):
         last, parts = [whole_of(side) for side in one["last"]], whole_of(one["parts"])
         demand(len(last) == 2, "a grid has other sides than two")
         if grid is None:
@@ -1319,13 +1329,15 @@ def lower_bound(described: dict[str, Any], array: Reader, problem: Problem) -> f
             demand(len(surfaces) == 2, "a grid that is made finer has one surface")
             most, grid = limit, grid.finer(kept(surfaces[0], surfaces[1], limit), last, parts)
         if not grid.leads():
-            return most
+            return most, "the limit is less"
         surfaces = []
         for name, end, other in (("to_goal", problem.goal, problem.start), ("to_start", problem.start, problem.goal)):
             if name in one:
                 surfaces.append(Surface(one[name], array, grid, end))
-                bound = max(bound, min(most, surfaces[-1].bound(other)))
-    return bound
+                found = min(most, surfaces[-1].bound(other))
+                if found > bound:
+                    bound, fault = found, f"on grid {number}, {name}: {surfaces[-1].fault() or 'it is not higher'}"
+    return bound, fault
 
 
 def kept(to_goal: Surface, to_start: Surface, limit: float) -> Truths:
@@ -1533,10 +1545,10 @@ def proven(described: dict[str, Any], array: Reader) -> Result:
     lower = math.inf if described["lower"] is None else number_of(described["lower"])
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         if "cells" in described:
-            bound = bound_over_cells(described["cells"], array, problem, lower)
+            bound, fault = bound_over_cells(described["cells"], array, problem, lower), "the values are not higher"
         else:
-            bound = lower_bound(described, array, problem)
-        demand(bound >= lower, f"the surfaces prove {bound!r}, which is less than {lower!r}")
+            bound, fault = lower_bound(described, array, problem)
+        demand(bound >= lower, lambda: f"the surfaces prove {bound!r}, which is less than {lower!r}: {fault}")
         upper = upper_bound(problem, array(described["path"], "f", 2)) if "path" in described else math.inf
     return {"lower": lower, "upper": upper, "problem": digest(described["problem"], array)}
 

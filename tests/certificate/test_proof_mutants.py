@@ -93,7 +93,7 @@ def flattened(one: Described, arrays: Arrays, draw: Draw) -> None:
     share = draw.uniform(0.5, 0.999)
     for surface in surfaces_of(one):
         put_values(surface, arrays, share * values_of(surface, arrays), surface["exponent"] + 12)
-    one["lower"] *= 0.99 * share
+    one["lower"] *= 0.9 * share
 
 
 def finer_numbers(one: Described, arrays: Arrays, draw: Draw) -> None:
@@ -103,7 +103,7 @@ def finer_numbers(one: Described, arrays: Arrays, draw: Draw) -> None:
 
 def without_finer_grids(one: Described, arrays: Arrays, draw: Draw) -> None:
     del (one.get("grids") or one["cells"]["levels"])[1:]
-    one["lower"] *= 0.97
+    one["lower"] *= 0.9
 
 
 def without_the_path(one: Described, arrays: Arrays, draw: Draw) -> None:
@@ -120,7 +120,7 @@ def costlier(one: Described, arrays: Arrays, draw: Draw) -> None:
     one["problem"]["k"] *= 1.0 + 10.0 ** draw.uniform(-6.0, -2.0)
     if "grids" in one:
         del one["grids"][1:]
-        one["lower"] *= 0.97
+        one["lower"] *= 0.9
 
 
 def more_in_the_file(one: Described, arrays: Arrays, draw: Draw) -> None:
@@ -143,7 +143,7 @@ def anything_inside_of_blocks(one: Described, arrays: Arrays, draw: Draw) -> Non
     """Change the value in the middle of blocks around ends, which only cells of the block see."""
     grid = one.get("grids", [{}])[0]
     del one.get("grids", [])[1:]
-    one["lower"] *= 0.97 if grid else 1.0
+    one["lower"] *= 0.9 if grid else 1.0
     for name in ("to_goal", "to_start"):
         if name in grid and not grid["parts"]:
             west, east, south, north = grid[name]["end"]["cells"]
