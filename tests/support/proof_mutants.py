@@ -11,7 +11,6 @@ import numpy as np
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate import check_proof as checker
-
 from tests.support.proofs import (
     Arrays,
     Described,

@@ -135,7 +135,9 @@ def whole_of(surface: dict[str, Any], arrays: Arrays) -> Any:  # noqa: ANN401 - 
 
 def put_whole(surface: dict[str, Any], arrays: Arrays, whole: Any) -> None:  # noqa: ANN401 - an array
     """Replace the whole numbers that the values of a surface are."""
-    arrays[surface["values"]] = np.diff(whole, 2 if "blocks" in surface else 1, prepend=[0, 0][: 1 + ("blocks" in surface)])
+    arrays[surface["values"]] = np.diff(
+        whole, 2 if "blocks" in surface else 1, prepend=[0, 0][: 1 + ("blocks" in surface)]
+    )
 
 
 def values_of(surface: dict[str, Any], arrays: Arrays) -> FloatArray:
