@@ -284,7 +284,10 @@ def keys_of(table: dict[str, Any]) -> set[str]:
         ),
         pytest.param([one.key for one in rows.EXPORTED], id="columns of runs"),
         pytest.param([*flight_run.COLUMNS, *files.TRACE_COLUMNS], id="columns of flights"),
-        pytest.param([*certificate.COLUMNS, *fronts.COLUMNS], id="columns of proofs and fronts"),
+        pytest.param(
+            [*certificate.COLUMNS, *fronts.COLUMNS, *fronts.PROVEN_COLUMNS, *fronts.BUDGET_COLUMNS],
+            id="columns of proofs and fronts",
+        ),
         pytest.param(
             [re.sub("_(low|high)$", "", one) for one in performance.PERFORMANCE_COLUMNS], id="columns of summaries"
         ),

@@ -281,7 +281,7 @@ def test_pareto_with_a_proof(cgla: Call, tmp_path: Path) -> None:
 
 
 def test_the_picture_of_a_proven_front_shows_what_no_path_reaches() -> None:
-    scenario = load_scenario("small.toml")
+    scenario = load_scenario("one-threat")
     front = cg.pareto(scenario.problem, proven=True, k_max=5.0, tolerance=0.02, budgets=[0.05])
     figure = pareto_figure(scenario, front)
     labels = [axes.get_ylabel() for axes in figure.axes]
