@@ -137,6 +137,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
          "tolerance": None, "refine": False},
     ),
     "Map": (cg.Map, {"problem": PROBLEM}),
+    "read_pairs": (cg.read_pairs, {"file": "pairs.csv", "problem": PROBLEM}),
     "Map.solve": (
         cg.Map(PROBLEM).solve,
         {"starts": [PROBLEM.goal], "goals": None, "names": None, "tolerance": 0.5},

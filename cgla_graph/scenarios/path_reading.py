@@ -72,7 +72,10 @@ def read_path(file: str | os.PathLike[str], problem: Problem) -> FloatArray:
     wanted = _columns(heads, problem.projection, name)
     if problem.projection is not None and any(part in head for head in heads for part in SHAPES):
         _require_straight(read_plan(file), name)
-    places = [_numbers(line, [heads.index(column) for column in wanted], f"{name}: line {n}") for n, line in lines[1:]]
+    places = [
+        numbers_in(line, [heads.index(column) for column in wanted], f"{name}: line {n}", "a waypoint")
+        for n, line in lines[1:]
+    ]
     if not places:
         msg = f"{name}: there are no waypoints below the line {','.join(heads)}; give start, goal and points between"
         raise ScenarioError(msg)
@@ -119,14 +122,36 @@ def _columns(heads: list[str], projection: LocalProjection | None, name: str) ->
     raise ScenarioError(msg)
 
 
-def _numbers(line: list[str], places: list[int], where: str) -> list[float]:
+def numbers_in(line: list[str], places: list[int], where: str, what: str) -> list[float]:
+    """
+    Read the numbers of some columns of a line.
+
+    Parameters
+    ----------
+    line
+        Its cells.
+    places
+        Numbers of the columns, from 0.
+    where, what
+        The line and what the numbers are, for the message of an error.
+
+    Raises
+    ------
+    ScenarioError
+        If one is no finite number.
+
+    Examples
+    --------
+    >>> numbers_in(["a", "0.5", "1"], [1, 2], "line 2", "a place")
+    [0.5, 1.0]
+    """
     cells = [line[place].strip() if place < len(line) else "" for place in places]
     try:
         numbers = [decimal(cell) for cell in cells]
     except ValueError:
         numbers = [math.nan]
     if not all(map(math.isfinite, numbers)):
-        msg = f"{where} holds {shown(','.join(cells))}; a waypoint is two finite numbers"
+        msg = f"{where} holds {shown(','.join(cells))}; {what} is two finite numbers"
         raise ScenarioError(msg)
     return numbers
 

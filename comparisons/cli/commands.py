@@ -15,8 +15,8 @@ from cgla_graph.comparisons import console
 
 _BY_NAME = inspect.Parameter.KEYWORD_ONLY
 #: Options of graphs in version 0.1, where `plan` took their files; of `compare`, which passes them on.
-_OF_GRAPHS = {"--from", "--to", "--pairs", "--weight", "--directed"}
-_OF_PAIRS = {*_OF_GRAPHS, "--source", "--target"}
+_OF_GRAPHS = {"--from", "--to", "--weight", "--directed"}
+_OF_PAIRS = {*_OF_GRAPHS, "--pairs", "--source", "--target"}
 #: Place of a command: its module and function; of a group of commands, its help and the commands.
 Place: TypeAlias = "str | tuple[str, dict[str, Place]]"
 COMMANDS: "dict[str, Place]" = {

@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -68,6 +68,9 @@ def plan(
     profile: Annotated[
         Path | None, option("--profile FILE", "write risk and cost along the path: .csv, or .png, .svg, .pdf")
     ] = None,
+    pairs: Annotated[
+        Path | None, option("--pairs FILE", "plan from each start to each goal of a CSV file, with shared work")
+    ] = None,
 ) -> None:
     """
     Plan one path.
@@ -81,8 +84,17 @@ def plan(
     With --volumes, flight geography, contingency volume and ground risk buffer are laid around it, and people below
     them are counted.
     With --altitudes, it plans at each of them and takes the best.
+    With --pairs, it answers each line of a table: start_x,start_y,goal_x,goal_y (start_longitude,... on lon/lat maps).
     For the file of a graph, use cgla graph plan.
     """
+    if pairs is not None:
+        _plan_pairs(
+            pairs,
+            lambda: open_map("plan", scenario, maps, zones, raster, aircraft),
+            (proof, output, zones),
+            (tour, budget, heights, flyable, times, ground, volume, export),
+            {"profile": profile, "refine": refine, "proof": proof_file, "solver": solver},
+        )
     from cgla_graph.comparisons.cli import ground as on_ground
     from cgla_graph.comparisons.cli.altitudes import at_best, read_altitudes
     from cgla_graph.comparisons.study.options import read_entrant, read_tolerance
@@ -115,8 +127,7 @@ def plan(
         as_json=output.as_json,
     )
     endurance = _endurance(times, export, profile, curved=flyable.turn_radius is not None)
-    flying = _flying(flyable, budget, endurance)
-    laying = _laying(volume, zones, export)
+    flying, laying = _flying(flyable, budget, endurance), _laying(volume, zones, export)
     counts = endurance is not None or laying is not None or any(zones.may_count(one, maps) for one in scenario)
     exported = _exports(export, zoned=counts)
     without_limit, opened = maps_at(zones.altitude)
@@ -182,6 +193,20 @@ def _proof_of(file: Path, run: "Run", tolerance: float) -> "ProofLine":
     from cgla_graph.comparisons.study.proofs import proof_of_run
 
     return proof_of_run(file, run, tolerance)
+
+
+def _plan_pairs(
+    file: Path,
+    opened: "Callable[[], Scenario]",
+    taken: tuple[ProofOptions, OutputOptions, ZoneOptions],
+    groups: Sequence[Any],
+    options: Mapping[str, Any],
+) -> NoReturn:
+    """Answer the questions of a file, and end; `groups` and `options` are those that it does not take."""
+    from cgla_graph.comparisons.cli.tour import check_alone, plan_pairs
+
+    check_alone(groups, options)
+    raise typer.Exit(plan_pairs(opened(), file, *taken))
 
 
 def _planned(

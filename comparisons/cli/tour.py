@@ -1,10 +1,11 @@
-"""Option ``--via``: a path that visits places, in order or in the best order."""
+"""Options ``--via``, a path that visits places, and ``--pairs``, many questions to one map."""
 
+import dataclasses
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import shapely
@@ -12,7 +13,15 @@ import shapely
 from cgla_graph._text import counted, figure, percent, shown
 from cgla_graph._types import FloatArray
 from cgla_graph.airspace.terrain.area import NAME as TERRAIN
-from cgla_graph.comparisons.cli.options import BudgetOptions, FlyableOptions, TourOptions
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.cli.options import (
+    BudgetOptions,
+    FlyableOptions,
+    OutputOptions,
+    ProofOptions,
+    TourOptions,
+    ZoneOptions,
+)
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError, ProblemError
@@ -24,9 +33,15 @@ from cgla_graph.scenarios.terrain_tables import MapTerrain
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.trade_off.tour import ORDERS, Order, Tour, tour
 
+if TYPE_CHECKING:
+    from cgla_graph.comparisons.tables.fitted_table import FittedTable
+    from cgla_graph.solvers.answers import Answers
+
 _MOST_LONGITUDE = 180.0
 #: Places widen the bounds of a map of areas by this at most, metres, as its ends do.
 WIDEST = 1e5
+#: Answers in a table on the terminal, at most.
+SHOWN = 30
 
 
 @dataclass(frozen=True)
@@ -212,3 +227,93 @@ def _place(text: str) -> tuple[float, float]:
         msg = f"--via is {shown(text)}; give two numbers, X,Y (longitude and latitude on such maps)"
         raise CglaError(msg) from error
     return x, y
+
+
+def check_alone(groups: Sequence[Any], options: Mapping[str, object]) -> None:
+    """
+    Check that no option is given that plans of many pairs do not have.
+
+    Parameters
+    ----------
+    groups
+        Groups of options that may not be given.
+    options
+        Other options by name; None, False, or the usual solver where they are not given.
+
+    Raises
+    ------
+    CglaError
+        If one is given.
+
+    Examples
+    --------
+    >>> check_alone([ProofOptions()], {"profile": None})
+    """
+    usual = {"solver": "hybrid"} | {
+        field.name: field.default for group in groups for field in dataclasses.fields(group)
+    }
+    given = {name: value for group in groups for name, value in vars(group).items()} | {**options}
+    for name, value in given.items():
+        if value != usual.get(name) and value not in (None, False, []):
+            msg = f"--pairs with --{name.replace('_', '-')}: many paths are planned without it; leave one out"
+            raise CglaError(msg)
+
+
+def plan_pairs(scenario: Scenario, file: Path, proof: ProofOptions, output: OutputOptions, zones: ZoneOptions) -> int:
+    """
+    Answer the questions of a file, by `cgla_graph.Map.solve`, and print them; with --out, write a table and paths.
+
+    Returns
+    -------
+    code
+        The exit code: 1 where a question has no path.
+
+    Raises
+    ------
+    CglaError
+        If the file or an option is not valid.
+    """
+    from cgla_graph.scenarios.pairs_reading import read_pairs
+    from cgla_graph.solvers.questions import TOLERANCE, Map
+
+    if proof.no_certificate or proof.tolerance == 0.0:
+        msg = "--pairs proves each path; leave --no-certificate out, and give a --tolerance above 0"
+        raise CglaError(msg)
+    asked = read_pairs(file, scenario.problem)
+    folder = output.folder()
+    zoned = zones.report([scenario], as_json=output.as_json)
+    tolerance = TOLERANCE if proof.tolerance is None else proof.tolerance
+    with console.running_solvers([scenario.problem.model]):
+        answers = Map(scenario.problem).solve(asked.starts, asked.goals, names=asked.names, tolerance=tolerance)
+    written = []
+    if folder is not None:
+        written.append(answers.to_csv(folder / f"{scenario.name}-pairs.csv"))
+        if answers.projection is not None:
+            written.append(answers.to_geojson(folder / f"{scenario.name}-pairs.geojson"))
+    if output.as_json:
+        files = [str(one) for one in written]
+        console.out_json({"scenario": scenario.name, **answers.document(), "files": files, **zoned})
+    else:
+        console.out_table(_table(scenario, answers))
+        console.out_files(written)
+    return 0 if all(one.status.has_path for one in answers) else console.MISSING
+
+
+def _table(scenario: Scenario, answers: "Answers") -> "FittedTable":
+    """Show the first answers, a line each."""
+    from cgla_graph.comparisons.tables.fitted_table import FittedTable
+
+    left, right = ("name", "start", "goal", "status"), ("cost", "gap", "length", "risk")
+    rows: list[Sequence[str]] = []
+    for row in answers.rows()[:SHOWN]:
+        places = list(row.values())[1:5]
+        start, goal = (",".join(f"{value:.6g}" for value in pair) for pair in (places[:2], places[2:]))
+        numbers = [_number(row["cost"]), "-" if row["gap"] is None else percent(row["gap"])]
+        rows.append([row["name"], start, goal, row["status"], *numbers, _number(row["length"]), _number(row["risk"])])
+    more = len(answers) - len(rows)
+    notes = [answers.message, *([f"{counted(more, 'further question')}: --out or --json has all"] if more else [])]
+    return FittedTable(scenario.full_title, left, right, ("risk", "length", "goal", "start"), notes, rows)
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else figure(value, 6)

@@ -1,0 +1,122 @@
+"""Reader of tables of starts and goals: many questions to one map."""
+
+import csv
+import io
+import os
+from typing import NamedTuple
+
+import numpy as np
+
+from cgla_graph._text import shown
+from cgla_graph._types import FloatArray
+from cgla_graph._validate import file_path, instance
+from cgla_graph.errors import ScenarioError
+from cgla_graph.model.problem import Problem, problem_wanted
+from cgla_graph.scenarios.path_reading import numbers_in
+from cgla_graph.scenarios.text_files import read_text, scenario_errors
+
+#: The axes of a table, in the plane and in degrees.
+AXES = (("x", "y"), ("longitude", "latitude"))
+ENDS = ("start", "goal")
+
+
+class Pairs(NamedTuple):
+    """
+    Questions to a map, as `cgla_graph.Map.solve` takes them.
+
+    Attributes
+    ----------
+    starts, goals
+        Shape ``(n, 2)``, map units.
+    names
+        Their names; None without a column of names.
+    """
+
+    starts: FloatArray
+    goals: FloatArray
+    names: list[str] | None
+
+
+def read_pairs(file: str | os.PathLike[str], problem: Problem) -> Pairs:
+    """
+    Read starts and goals from a CSV file.
+
+    Parameters
+    ----------
+    file
+        Columns ``start_x``, ``start_y``, ``goal_x``, ``goal_y``, map units; on a lon/lat map ``start_longitude``,
+        ``start_latitude``, ``goal_longitude``, ``goal_latitude``, degrees, or those. Both columns of the starts may be
+        left out, or both of the goals: then it is that of the problem. A column ``name`` is optional; others are
+        ignored.
+    problem
+        The problem of the map.
+
+    Returns
+    -------
+    pairs
+        One for each line, in order.
+
+    Raises
+    ------
+    ScenarioError
+        If the file does not exist, lacks a column, or a coordinate is no finite number; the message says in which line.
+
+    Examples
+    --------
+    >>> import cgla_graph as cg
+    >>> read_pairs("bases.csv", cg.Problem((0.1, 0.1), (0.9, 0.1)))
+    Traceback (most recent call last):
+        ...
+    cgla_graph.errors.ScenarioError: bases.csv: there is no such file: check the name and the folder
+    """
+    file = file_path("file", file, ScenarioError)
+    instance("problem", problem, Problem, problem_wanted, ScenarioError)
+    name = str(file)
+    reader = csv.reader(io.StringIO(read_text(file, name, "a CSV file of starts and goals"), newline=""), strict=True)
+    try:
+        lines = [(reader.line_num, line) for line in reader if line]
+    except csv.Error as error:
+        msg = f"{name}: line {reader.line_num} is no CSV ({error}); give a table of starts and goals"
+        raise ScenarioError(msg) from error
+    heads = [head.strip().lower() for head in lines[0][1]] if lines else []
+    found = [_ends(end, heads, lines[1:], problem, name) for end in ENDS]
+    if all(one is None for one in found):
+        got = f"the first line says {shown(','.join(heads))}" if heads else "it is empty"
+        axes = AXES[:1] if problem.projection is None else AXES
+        allowed = " or ".join(",".join(f"{end}_{axis}" for end in ENDS for axis in pair) for pair in axes)
+        msg = f"{name}: {got}; the first line has to name the columns {allowed}, or those of one end"
+        raise ScenarioError(msg)
+    ends = (problem.start, problem.goal)
+    starts, goals = (
+        np.tile(end, (len(lines) - 1, 1)).reshape(-1, 2) if one is None else one
+        for one, end in zip(found, ends, strict=True)
+    )
+    column = heads.index("name") if "name" in heads else None
+    names = None if column is None else [line[column].strip() if column < len(line) else "" for _, line in lines[1:]]
+    return Pairs(starts, goals, names)
+
+
+def _ends(
+    end: str, heads: list[str], lines: list[tuple[int, list[str]]], problem: Problem, name: str
+) -> FloatArray | None:
+    """Read the starts or the goals, map units; None if there are no columns for them."""
+    projection = problem.projection
+    for axes in AXES[: 1 if projection is None else 2]:
+        columns = [f"{end}_{axis}" for axis in axes]
+        known = [column for column in columns if column in heads]
+        if not known:
+            continue
+        if len(known) == 1:
+            lacking = next(column for column in columns if column not in heads)
+            msg = f"{name}: there is a column {known[0]}, but no column {lacking}; give both, or neither"
+            raise ScenarioError(msg)
+        numbers = [
+            numbers_in(line, [heads.index(column) for column in columns], f"{name}: line {number}", "a place")
+            for number, line in lines
+        ]
+        places = np.array(numbers, dtype=np.float64).reshape(-1, 2)
+        if axes[0] == "x" or projection is None or not len(places):
+            return places
+        with scenario_errors(name):
+            return projection.forward(places)
+    return None
