@@ -424,7 +424,7 @@ def batches(n: int, size: int = 1) -> list[slice]:
 
 def all_cells(west: int, east: int, south: int, north: int) -> tuple[Wholes, Wholes]:
     """Return columns and rows of all cells of a rectangle, row by row."""
-    demand(0 <= (east - west) * (north - south) < MOST_CELLS // 4, "a grid or a block is too large")
+    demand(0 <= (east - west) * (north - south) < MOST_CELLS // 8, "a grid or a block is too large")
     columns, rows = np.meshgrid(np.arange(west, east), np.arange(south, north))
     return columns.ravel(), rows.ravel()
 
@@ -454,7 +454,7 @@ def gaps(edges: Floats, low: tuple[int, int], high: tuple[int, int]) -> tuple[Wh
     blur = 2.0**-40 * max(1.0, np.abs(edges).max())
     demand(blur < 0.01, "an area is too far away, or a grid too fine")
     (ax, ay, bx, by), width = edges.T, high[0] - low[0] + 4
-    demand(0 < (high[1] - low[1]) * width < 1 << 44, "a grid is too fine")
+    demand(high[1] - low[1] < MOST_CELLS and (high[1] - low[1]) * width < 1 << 44, "a grid is too fine")
     level = np.abs(by - ay) < 2.0**-10
     rise = np.where(level, 1.0, by - ay)
     # the rows that an edge meets, and from where to where: a quotient is off by less than 2^-10 times blur over rise
@@ -523,6 +523,7 @@ class Grid:
         self.units = [one * self.parts for one in last]
         demand(max(self.units) < 1 << 30, "a grid is too fine")
         order = np.unique(rows * (last[0] + 1) + columns)
+        demand(len(order) < MOST_CELLS // 8, "a grid has too many cells")
         #: Columns and rows of the cell of each piece, in order.
         self.columns, self.rows = order % (last[0] + 1), order // (last[0] + 1)
         #: Pairs of pieces that touch, those between cells that are not cut apart; None if no cell is cut.
@@ -712,10 +713,11 @@ class Grid:
         """Lay a finer grid over the cells of some pieces."""
         first, final = [], []
         for axis, index in enumerate((self.columns[kept], self.rows[kept])):
-            demand(self.last[axis] <= last[axis] <= 8 * self.last[axis], "a grid is not finer, or by too much")
+            demand(self.last[axis] <= last[axis] <= 4 * self.last[axis], "a grid is not finer, or by too much")
             size, side = 2 * self.last[axis], last[axis]
             first.append(np.maximum(((2 * index - 1) * side + self.last[axis]) // size, 0))
             final.append(np.minimum(-((-(2 * index + 1) * side - self.last[axis]) // size) - 1, side))
+        demand(36 * len(first[0]) < 4 * MOST_CELLS, "a grid has too many cells")
         some = list(offsets((first[0], final[0]), (first[1], final[1])))
         columns, rows = (np.concatenate([one[axis] for one in some]) for axis in range(2))
         return Grid(self.problem, last, parts, columns, rows)

@@ -346,7 +346,8 @@ class _Writer:
                 places = [_rectangle(level.mesh, corner, (0, 0)) for corner in bound.corners]
                 inside = partial(self.around_corners, sheet, places, AROUND_CORNERS)
                 height = cost if math.isfinite(cost) else bound.bound
-                one[name], surface = self.surface(sheet, bound.values, end, height, held, places, inside)
+                one[name] = self.surface(sheet, bound.values, height, held, places, inside)
+                surface = checker.Surface(one[name], self.archive.array, grid, end)
                 surfaces.append(surface)
                 best = max(best, min(cost, surface.bound(other)))
             described.append(one)
@@ -363,14 +364,13 @@ class _Writer:
         self,
         sheet: _Sheet,
         values: FloatArray,
-        end: Point | None,
         height: float,
         around_end: dict[str, Any] | None,
         places: Sequence[Rectangle] = (),
         inside: _Blocks = lambda _: [],
-    ) -> tuple[dict[str, Any], checker.Surface]:
+    ) -> dict[str, Any]:
         """
-        Describe a spline, scaled so that it loses least; return also what the checker makes of it.
+        Describe a spline, scaled so that it loses least.
 
         `height` is about the greatest difference of values that matters. There are blocks `around_end` and at `places`;
         once the values are known, `inside` describes the latter.
@@ -389,10 +389,8 @@ class _Writer:
         controls = checker.bezier(tried.controls)
         spans = (controls.max(axis=(1, 2)) - controls.min(axis=(1, 2))) * tried.unit
         scale = _least_loss(steepness, spans, height)
-        done = described(scale, inside(np.append(finite / scale, math.inf))) | (
-            {"end": around_end} if around_end else {}
-        )
-        return done, checker.Surface(done, self.archive.array, sheet.grid, end)
+        held = {"end": around_end} if around_end else {}
+        return described(scale, inside(np.append(finite / scale, math.inf))) | held
 
     def around_end(self, outer: _Sheet, cells: Rectangle, end: Point, levels: int) -> dict[str, Any]:
         """Describe a surface around an end, without areas, for a block of an outer grid."""
@@ -415,7 +413,7 @@ class _Writer:
         if levels > 1:
             block["inside"] = self.around_end(sheet, block["cells"], end, levels - 1)
         height = float(np.max(found.values[:-1], where=np.isfinite(found.values[:-1]), initial=0.0))
-        surface, _ = self.surface(sheet, found.values, end, height, block)
+        surface = self.surface(sheet, found.values, height, block)
         return {"finer": FINER, "parts": 0, "box": box, "surface": surface}
 
     def around_corners(
@@ -459,7 +457,7 @@ class _Writer:
         base, height = float(known.min()), float(known.max() - known.min())
         places = [_rectangle(mesh, one, first) for one in held]
         inside = partial(self.around_corners, sheet, places, levels - 1)
-        surface, _ = self.surface(sheet, spline - base, None, height, None, places, inside)
+        surface = self.surface(sheet, spline - base, height, None, places, inside)
         return {"finer": FINER, "parts": sheet.grid.parts if mesh.has_walls else 0, "box": box, "surface": surface}
 
     def solved(

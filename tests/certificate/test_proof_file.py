@@ -536,3 +536,33 @@ def test_closed_units_are_inside_areas(points: list[tuple[int, int]], turn: floa
     for piece, *sides in zip(grid.owners, west, east, south, north, strict=True):
         taken[sides[2] : sides[3], sides[0] : sides[1]] += piece + 1
     assert ((taken.ravel() == 0) == found).all()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"last": [2, 1 << 29]},
+        {"last": [1 << 20, 1 << 20]},
+        {"last": [1 << 49, 2]},
+        {"last": [2, 2, 2]},
+        {"parts": 1 << 40},
+        {"parts": 3},
+    ],
+)
+def test_hostile_grids_are_refused(change: dict[str, Any]) -> None:
+    described, archive = by_hand(cone, [22, 27, 14, 19])
+    described["grids"][0] |= change
+    with pytest.raises(checker.Refused):
+        checker.check(io.BytesIO(archive.packed(described)))
+
+
+@pytest.mark.parametrize(("box", "parts"), [([0, 1, 0, 160], 4096), ([80, 81, 0, 1 << 40], 2), ([9, 3, 9, 3], 0)])
+def test_hostile_blocks_are_refused(box: list[int], parts: int) -> None:
+    described, archive = by_hand(cone, [22, 27, 14, 19])
+    ring = np.array([(0.4, 0.1), (0.4 + 1e-9, 0.1), (0.4, 0.9)])
+    described["problem"]["rings"] = [archive.add(ring, "ring")]
+    surface = described["grids"][0]["to_goal"]
+    inside = {"finer": 5, "parts": parts, "box": box, "surface": copy.deepcopy(surface)}
+    surface["blocks"] = [{"cells": [3, 6, 3, 6], "inside": inside}]
+    with pytest.raises(checker.Refused):
+        checker.check(io.BytesIO(archive.packed(described)))
