@@ -254,8 +254,8 @@ class Problem:
 
         With ``q = 1 / s^2``, at d from a point, ``1 - f_i <= u_i = 1 - f_i(0) + f_i(0) q_i (r_i . d + d^2 / 2)``, as
         ``exp t >= 1 + t``; values and slopes of both sides are equal at d = 0. So ``F(d) >= F(0) + grad F(0) . d - M
-        d^2 / 2``, where no eigenvalue of the Hessian of ``prod u_i`` is above ``M = R (sum f_i q_i + sum |grad u_i|
-        |grad u_j|)`` over all i and j that differ; R is the product of those u_i that are above 1.
+        d^2 / 2``, where no eigenvalue of the Hessian of ``prod u_i`` is above ``M = prod u_i (sum f_i q_i / u_i + sum
+        |grad u_i| |grad u_j| / (u_i u_j))`` over all i and j that differ, with the greatest values within reach.
         """
         n = len(reach)
         risk, slope_x, slope_y, clear = (Interval(np.full(n, one), np.full(n, one)) for one in (0.0, 0.0, 0.0, 1.0))
@@ -267,11 +267,10 @@ class Problem:
             q, square, before = Interval(1.0) / Interval(spread).square(), dx.square() + dy.square(), clear[near]
             value = exp(square * q * -0.5) * peak
             share, away, rest = value * q, square.root(), 1.0 - value
-            slope = (share * (away + around)).hi
-            shares[near], slopes[near] = up(shares[near] + share.hi), up(slopes[near] + slope)
-            squares[near] = down(squares[near] + down(slope * slope))
             factor = (rest + share * around * (away + around * 0.5)).hi
-            product[near] = up(product[near] * np.maximum(factor, 1.0))
+            slope = up((share * (away + around)).hi / factor)
+            shares[near], slopes[near] = up(shares[near] + up(share.hi / factor)), up(slopes[near] + slope)
+            squares[near], product[near] = down(squares[near] + down(slope * slope)), up(product[near] * factor)
             slope_x.put(near, slope_x[near] * rest - share * dx * before)
             slope_y.put(near, slope_y[near] * rest - share * dy * before)
             risk.put(near, risk[near] + before * value)
