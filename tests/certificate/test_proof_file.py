@@ -536,6 +536,31 @@ def test_closed_units_are_inside_areas(points: list[tuple[int, int]], turn: floa
     for piece, *sides in zip(grid.owners, west, east, south, north, strict=True):
         taken[sides[2] : sides[3], sides[0] : sides[1]] += piece + 1
     assert ((taken.ravel() == 0) == found).all()
+    # squares that touch are of one piece, or of pieces of two cells that share the values around both
+    padded = np.pad(taken, 1) - 1
+    places = (grid.rows[:, None] + np.arange(9) // 3) * (n + 3) + grid.columns[:, None] + np.arange(9) % 3
+    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        one = padded[1:-1, 1:-1].ravel()
+        other = padded[1 + down : 2 * n + 1 + down, 1 + right : 2 * n + 1 + right].ravel()
+        touch = (one >= 0) & (other >= 0) & (one != other)
+        a, b = np.unique(np.column_stack([one[touch], other[touch]]), axis=0).T
+        both = places[a][:, :, None] == places[b][:, None, :]
+        assert (both.sum(axis=(1, 2)) < 9).all()
+        assert (both.sum(axis=(1, 2)) >= 4).all()
+        assert (grid.controls[a][:, :, None] == grid.controls[b][:, None, :])[both].all()
+
+
+def test_a_wall_has_other_values_on_both_sides() -> None:
+    archive = Archive()
+    ring = archive.add(np.array([(0.501, -0.1), (0.502, -0.1), (0.502, 0.62), (0.501, 0.62)]), "ring")
+    described, _ = by_hand(cone, [22, 27, 14, 19])
+    problem = described["problem"] | {"rings": [ring], "threats": archive.add(np.empty((0, 4)), "threats")}
+    grid = whole_grid(checker.Problem(problem, archive.array), 16, 128)
+    west, east = (grid.pieces_at((x, 0.3)) for x in (0.45, 0.55))
+    assert not set(grid.controls[west].ravel()) & set(grid.controls[east].ravel())
+    above = grid.pieces_at((0.5, 0.75))
+    assert len(above) >= 1
+    assert grid.leads()
 
 
 @pytest.mark.parametrize(
