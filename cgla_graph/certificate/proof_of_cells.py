@@ -19,7 +19,6 @@ from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.certificate import check_proof as checker
 from cgla_graph.certificate.cell_proof import CellProof
 from cgla_graph.eikonal import cell_runs
-from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster_kernels import NEAR_X
 from cgla_graph.regions import bound
@@ -36,6 +35,8 @@ NEAR = 4.0 * SAME
 MAX_CELLS = 1_000_000
 #: Paths along lines are moved by up to so many ulps.
 BESIDE = 2
+#: Cells are left out if all paths there cost so many times as much as a known one: the checker rounds down.
+MORE = 1.0 + 1e-12
 #: A level has to close so much of the gap, or no further one is made.
 LEAST_GAIN = 0.1
 
@@ -70,20 +71,23 @@ def describe_cells(
     Returns
     -------
     described, bound, is_loose
-        For the file; the bound, map units; and whether an area cuts cells, so that a spline may prove more. None where
-        the cost is not constant on cells.
+        For the file; the bound, map units, at most the cost; and whether an area cuts cells, so that a spline may prove
+        more. None where the cost is not constant on cells, or the checker refuses them.
     """
     proof = CellProof.begin(problem, MAX_CELLS)
     if proof is None:
         return None
-    writer = _CellWriter.begin(problem, checked, archive, proof, tolerance)
+    try:
+        writer = _CellWriter.begin(problem, checked, archive, proof, tolerance)
+    except checker.Refused:
+        return None
     if apart := writer.apart():
         return {**writer.lines, "levels": [apart]}, math.inf, False
     best, levels = 0.0, []
     while (level := writer.level(cost)) is not None:
         described, found, needed = level
         levels.append(described)
-        before, best = best, max(best, found)
+        before, best = best, min(max(best, found), cost)
         if not best * (1.0 + tolerance) < cost < math.inf or cost - best > (1.0 - LEAST_GAIN) * (cost - before):
             break
         proof.cells = proof.cells.without(~needed)
@@ -163,16 +167,19 @@ class _CellWriter:
             of_ends = (height, 0.0) if number else (0.0, height)
             corners = values[: points.n_corners][net.corner.ravel() >= 0]
             whole = np.concatenate([of_ends, corners, values[points.n_corners :]])
-            described[name], heights = self.heights(whole, net, number)
+            found = self.heights(whole, net, number)
+            if found is None:
+                return None
+            described[name], heights = found
             best = max(best, float((heights.at(1 - number) - heights.at(number)).lo))
             total += heights.whole * heights.unit - heights.at(number).hi
-        return described, best, (net.least(total) < cost) | self.around_ends()
+        return described, best, (net.least(total) < MORE * cost) | self.around_ends()
 
-    def heights(self, values: FloatArray, net: checker.Net, end: int) -> tuple[dict[str, Any], checker.Heights]:
-        """Describe values at points and at both ends, as high as the checker takes them."""
+    def heights(self, values: FloatArray, net: checker.Net, end: int) -> tuple[dict[str, Any], checker.Heights] | None:
+        """Describe values at points and at both ends, as high as the checker takes them; None if it takes none."""
         least = float(np.diff(net.parts).min()) * min(float(size.min()) for size in self.cells.sizes)
         exponent = -math.floor(math.log2(least * self.tolerance * STEP))
-        for n, less in enumerate(LESS):
+        for less in LESS:
             numbers = np.rint(np.ldexp(values / (1.0 + less * self.tolerance), exponent)).astype(np.int64)
             # (an end is not rounded the wrong way)
             numbers[end] += 1
@@ -180,13 +187,9 @@ class _CellWriter:
             described = self.values(numbers, exponent)
             try:
                 return described, checker.Heights(described, self.archive.array, net, 1 - end)
-            except checker.Refused as error:
-                if n + 1 == len(LESS):
-                    msg = (
-                        f"no proof of this problem fits into a file: {error}; `certify` without a file may know a bound"
-                    )
-                    raise ProblemError(msg) from error
-        raise AssertionError
+            except checker.Refused:
+                continue
+        return None
 
     def values(self, numbers: WholeArray, exponent: int) -> dict[str, Any]:
         """Describe whole numbers as values."""

@@ -18,6 +18,7 @@ from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph.certificate import check_proof as checker
+from cgla_graph.certificate import proof_of_cells
 from cgla_graph.certificate.certificate import prove
 from cgla_graph.certificate.proof_file import Archive, describe_problem
 from cgla_graph.certificate.proof_of_cells import beside_lines
@@ -338,3 +339,17 @@ def test_no_path_costs_less(seed: int) -> None:
     for count, exact in itertools.product((0, 1, 2, 4, 8), (True, False)):
         some = rng.integers(0, n + 1, (count, 2)) / n if exact else rng.random((count, 2))
         assert lower <= checker.upper_bound(held, np.vstack([start, some, goal]))
+
+
+def test_a_known_cost_caps_the_bound(tmp_path: Path) -> None:
+    """A cost that no path has: cells are left out by it, and the bound is no greater."""
+    _, lower, best = proof_of(noise())
+    found = cg.save_proof(noise(), tmp_path / "one.proof", best.path, tolerance=0.01, known=0.9 * lower)
+    assert found["lower"] == 0.9 * lower
+
+
+def test_where_the_checker_refuses_cells_a_grid_is_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    archive = Archive()
+    checked_problem = checker.Problem(describe_problem(noise(), archive), archive.array)
+    monkeypatch.setattr(proof_of_cells, "LESS", (-10.0,))
+    assert proof_of_cells.describe_cells(noise(), checked_problem, archive, 0.01, math.inf) is None
