@@ -25,7 +25,6 @@ from typing import Any
 
 import numpy as np
 import shapely
-from scipy import ndimage
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._display import Plottable
@@ -358,6 +357,8 @@ class _Shown:
 
     def found(self, path: FloatArray, cost: float) -> tuple[list[FloatArray], BaseGeometry]:
         """Show paths through as many cells as possible; return them, and the cells."""
+        from scipy import ndimage  # noqa: PLC0415 - slow to import, and few proofs need it
+
         shown: list[FloatArray] = []
         if cost <= self.most:
             shown.append(path)

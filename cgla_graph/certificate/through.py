@@ -39,9 +39,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import ndimage
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph._validate import point_array, positive_number
@@ -314,6 +311,9 @@ def joined_with(start: Point, mesh: SplineMesh, keep: BoolArray) -> BoolArray:
 
     A path that costs less than the limit passes kept cells only, from the start on.
     """
+    from scipy.sparse import coo_array  # noqa: PLC0415 - slow to import, and few proofs need it
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415 - the same
+
     width = mesh.last[0] + 3
     keys = mesh.rows[keep].astype(np.int64) * width + mesh.columns[keep]
     cells, cell = np.unique(keys, return_inverse=True)
@@ -544,6 +544,8 @@ def bottleneck(least: FloatArray, bounds: Bounds, start: Point, goal: Point) -> 
     >>> bottleneck(wall, (0, 0, 2, 2), (0, 0), (2, 0))
     3.0
     """
+    from scipy import ndimage  # noqa: PLC0415 - slow to import, and few proofs need it
+
     rows, columns = least.shape
     low, size = np.array(bounds[:2]), np.subtract(bounds[2:], bounds[:2])
     ends = []

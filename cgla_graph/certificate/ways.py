@@ -28,7 +28,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_array, csgraph
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import json_number
@@ -46,7 +45,7 @@ Passed: TypeAlias = tuple[tuple[int, int], ...]
 #: Holes that count, at most: the largest ones. Lists of gates that are looked at, at most.
 MOST_HOLES, MOST_LISTS = 40, 20_000
 #: Classes for which a path is sought, for each way that may be listed.
-SOUGHT = 4
+SOUGHT = 2
 #: Paths are refined if they cost at most so many times the limit: on a lattice, they may be longer by that. How closely
 #: they are refined.
 STEPPED, REFINED, POINTS = 1.1, 1e-5, 128
@@ -163,7 +162,7 @@ def ways_of(
     >>> [(way.passes, round(way.cost, 4)) for way in found.known], found.has_more
     ([('below 1', 0.8325), ('above 1', 0.8462)], False)
     """
-    gates = _Gates.of(problem, grid, outer, lower_bound)
+    gates = Gates.of(problem, grid, outer, lower_bound)
     costs: dict[Passed, tuple[float, FloatArray]] = {}
     none: tuple[float, FloatArray | None] = (math.inf, None)
 
@@ -179,7 +178,7 @@ def ways_of(
     classes, has_more = gates.classes(limit, SOUGHT * most)
     lattice = _Lattice(problem, gates)
     for passed in classes:
-        if passed not in costs and (found := lattice.path(passed)) is not None:
+        if passed not in costs and (found := lattice.path(passed, STEPPED * limit)) is not None:
             offer(found)
     # (those of other classes wind around a hole)
     near = [passed for passed in sorted(costs, key=lambda one: costs[one][0]) if costs[passed][0] <= STEPPED * limit]
@@ -197,7 +196,7 @@ def ways_of(
 
 
 @dataclass(frozen=True, eq=False)
-class _Gates:
+class Gates:
     """
     The pieces of a corridor between vertical lines, and the gates between them.
 
@@ -221,7 +220,7 @@ class _Gates:
     goal: int
 
     @classmethod
-    def of(cls, problem: Problem, grid: GridThrough, outer: BaseGeometry, lower_bound: float) -> "_Gates":
+    def of(cls, problem: Problem, grid: GridThrough, outer: BaseGeometry, lower_bound: float) -> "Gates":
         """Cut a corridor."""
         parts = shapely.get_parts(outer)
         holes, more = _holes(list(parts))
@@ -368,7 +367,7 @@ def _holes(parts: Sequence[BaseGeometry]) -> tuple[FloatArray, bool]:
 def _bounds_of(
     problem: Problem, grid: GridThrough, lines: FloatArray, line: WholeArray, ends: FloatArray
 ) -> tuple[float, FloatArray]:
-    """Return the least cost of a unit of length, and the bounds of each gate (`_Gates`): the least of its cells."""
+    """Return the least cost of a unit of length, and the bounds of each gate (`Gates`): the least of its cells."""
     through, level, found = grid.through, grid.level, np.zeros((len(line), 3))
     shrink, less = 1.0 - rounding(problem), 0.0 if problem.projection is None else GEODESIC_ERROR
     least = level.bounds[grid.pieces][:, :, certificate_kernels.LEAST].min(initial=math.inf)
@@ -393,7 +392,7 @@ class _Lattice:
     """Points in a corridor and the segments between neighbours, which paths of a class are sought on."""
 
     problem: Problem
-    gates: _Gates
+    gates: Gates
 
     @cached_property
     def _lines(self) -> tuple[FloatArray, FloatArray]:
@@ -468,8 +467,10 @@ class _Lattice:
             found[segment] = (self.gates.gate_at(number, at) + 1) * (1 if to_x > x else -1)
         return found
 
-    def path(self, passed: Passed) -> FloatArray | None:
-        """Find the best path over the lattice that passes just these gates; None if there is none."""
+    def path(self, passed: Passed, most: float) -> FloatArray | None:
+        """Find the best path over the lattice that passes just these gates; None if there is none below a cost."""
+        from scipy.sparse import coo_array, csgraph  # noqa: PLC0415 - slow to import, and few proofs need it
+
         n = len(self.points)
         layers = list(self._layers(passed))
         one, other, cost = (np.concatenate(column) for column in zip(*layers, strict=True))
@@ -479,7 +480,7 @@ class _Lattice:
             return None
         graph = coo_array((cost, (index[: len(one)], index[len(one) :])), shape=(len(used), len(used))).tocsr()
         search: Any = csgraph.dijkstra
-        costs, before = search(graph, indices=int(ends[0]), return_predecessors=True)
+        costs, before = search(graph, indices=int(ends[0]), return_predecessors=True, limit=most)
         if not np.isfinite(costs[ends[1]]):
             return None
         nodes = [int(ends[1])]

@@ -21,6 +21,8 @@ from test_through import DRAWS, best_through
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate.corridor_files import save_corridor
+from cgla_graph.certificate.through import grids_through
+from cgla_graph.certificate.ways import Gates
 from cgla_graph.errors import OutputError, ProblemError
 from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.refine.refine import refine_path
@@ -125,6 +127,49 @@ def test_two_ways_around_an_area_are_two_classes() -> None:
     assert not found.ways.undecided
     assert not found.ways.has_more
     assert found.ways_text() == "2"
+
+
+def check_classes(problem: cg.Problem, seed: int, delta: float) -> int:
+    """See that paths cost no less than the bound of their class, and that their class is listed; return how many."""
+    best = cg.lower_bound(problem, 0.01, max_cells=20_000)
+    found = best.corridor(delta, max_cells=FEW)
+    above = math.nextafter(found.limit, math.inf)
+    *_, grid = grids_through(problem, limit=above, path=best.path, max_cells=FEW)
+    gates = Gates.of(problem, grid, found.outer, found.lower_bound)
+    classes, more = gates.classes(found.limit, 64)
+    checked = 0
+    for path in near_paths(problem, found, np.random.default_rng(seed), 4):
+        judged = problem.evaluate(path)
+        if not judged.feasible or judged.cost > found.limit:
+            continue
+        passed = gates.passed_by(path)
+        assert passed is not None
+        assert min(gates.bound(passed), found.limit) <= judged.cost * (1.0 + 1e-9)
+        # (those that wind around a hole pass a gate twice)
+        assert more or passed in classes or len(set(passed)) < len(passed)
+        checked += 1
+    return checked
+
+
+def boxes(seed: int) -> cg.Problem:
+    """Draw up to six boxes and five threats between start and goal."""
+    rng = np.random.default_rng(seed)
+    low, sides = rng.uniform(0.15, 0.8, (6, 2)), 10.0 ** rng.uniform(-2.5, -0.6, (6, 2))
+    drawn_boxes = shapely.box(*low.T, *(low + sides).T)
+    places = rng.uniform(0.1, 0.9, (int(rng.integers(0, 6)), 2)).tolist()
+    field = cg.RiskField([cg.Threat(x, y, spread=float(10.0 ** rng.uniform(-1.7, -0.7))) for x, y in places])
+    ends = rng.uniform(0.2, 0.8, 2).tolist()
+    area = shapely.union_all(drawn_boxes[: rng.integers(1, 7)])
+    return cg.Problem((0.05, ends[0]), (0.95, ends[1]), field, float(rng.choice([0.0, 2.0, 10.0])), no_fly=area)
+
+
+def test_no_path_costs_less_than_the_bound_of_its_class() -> None:
+    assert check_classes(boxes(1), 1, 0.2) > 5
+
+
+@pytest.mark.slow
+def test_none_of_many_paths_costs_less_than_the_bound_of_its_class() -> None:
+    assert sum(check_classes(boxes(seed), seed, (0.01, 0.05, 0.2, 0.5)[seed % 4]) for seed in range(2, 60)) > 500
 
 
 def test_a_way_that_is_too_long_is_none() -> None:
