@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cgla_graph._progress import showing
+from cgla_graph._text import shown
 from cgla_graph._validate import instance, truth_value
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.cost_model import MapKind
@@ -24,6 +25,7 @@ from cgla_graph.solvers.warm_up import warm_up, warm_up_restricted
 
 if TYPE_CHECKING:
     from cgla_graph.certificate.certificate import Certificate
+    from cgla_graph.solvers.uncertain.outlook import Objective
 
 
 def solve(
@@ -34,10 +36,14 @@ def solve(
     on: GraphProblem | None = None,
     refine: bool = False,
     isolated: bool = False,
+    objective: "Objective | None" = None,
+    alpha: float | None = None,
     **settings: Any,  # noqa: ANN401 - each solver has settings of its own
 ) -> Solution:
     """
     Solve a problem and have the oracle judge the answer.
+
+    If the field is an `UncertainField`, the cost is the expected one, unless an objective says otherwise.
 
     Parameters
     ----------
@@ -58,6 +64,14 @@ def solve(
         Whether to run the solver in a process of its own, to which it and the problem are sent, so that it may crash or
         hang. OMPL's, and plug-ins given by name, run there in any case. A solver of yours runs in your process, where
         you can debug it; then the problem is compared with what it was.
+    objective
+        For uncertain risk: ``expected``, ``cvar`` (the mean cost in the worst ``1 - alpha`` of all cases) or ``worst``
+        (the costliest scenario). The answer is then an `UncertainSolution`, which proves the objective. A solver of the
+        plane finds candidates under several weights of the scenarios, and these are refined; a graph solver plans on
+        its lattice, and an exact one is followed by an exact search. The setting ``tolerance`` is the gap that the
+        proof aims at in the plane, 0.01 by default; None: no proof. None: the expected cost, as for any problem.
+    alpha
+        For ``cvar``: from 0, the expectation, to 1, the worst case; None: 0.9.
     **settings
         Settings of a solver given by name, or of the default one.
 
@@ -87,7 +101,19 @@ def solve(
     >>> best = cg.solve(problem)
     >>> best.solver, best.status.label, bool(best.lower_bound <= best.cost < on_lattice.cost)
     ('hybrid', 'found', True)
+
+    Where the threat is, is uncertain; the path is the best in the worse of the two cases.
+
+    >>> elsewhere = cg.RiskField([cg.Threat(x=0.5, y=0.6, spread=0.1, peak=0.9)])
+    >>> uncertain = dataclasses.replace(problem, field=cg.UncertainField([field, elsewhere]))
+    >>> worst = cg.solve(uncertain, objective="worst")
+    >>> bool(worst.lower_bound <= worst.cost == worst.costs.max() < uncertain.field.costs(uncertain, best.path).max())
+    True
     """
+    if alpha is not None and objective is None:
+        msg = f"alpha is {shown(alpha)}, and there is no objective; give objective='cvar'"
+        raise ProblemError(msg)
+    proof = settings.get("tolerance", 0.01)
     if solver is None:
         solver = "cgla" if isinstance(problem, GraphProblem) else "hybrid"
     chosen = registry.ready(solver, settings)
@@ -103,6 +129,11 @@ def solve(
     with showing(f"planning with {chosen.traits.name}"):
         kind = MapKind.of(problem.graph.model if isinstance(problem, GraphProblem) else problem.model)
         warm_up(chosen, kind, refine=refine)
+        if objective is not None:
+            from cgla_graph.solvers.uncertain.under_objective import solve_under  # noqa: PLC0415 - rarely needed
+
+            options = {"resolution": resolution, "on": on, "refine": refine, "isolated": isolated, "tolerance": proof}
+            return solve_under(problem, chosen, objective, alpha, **options)
         if isinstance(problem, GraphProblem):
             warm_up_restricted(chosen, problem.graph.n_nodes, kind)
             return run(chosen, problem, apart=isolated)
