@@ -113,7 +113,8 @@ def solve(
     if alpha is not None and objective is None:
         msg = f"alpha is {shown(alpha)}, and there is no objective; give objective='cvar'"
         raise ProblemError(msg)
-    proof = settings.get("tolerance", 0.01)
+    # (under an objective, it is the proof's, whichever solver finds the paths)
+    proof = settings.pop("tolerance", 0.01) if objective is not None else None
     if solver is None:
         solver = "cgla" if isinstance(problem, GraphProblem) else "hybrid"
     chosen = registry.ready(solver, settings)
