@@ -133,7 +133,13 @@ def solve(
         if objective is not None:
             from cgla_graph.solvers.uncertain.under_objective import solve_under  # noqa: PLC0415 - rarely needed
 
-            options = {"resolution": resolution, "on": on, "refine": refine, "isolated": isolated, "tolerance": proof}
+            options: dict[str, Any] = {
+                "resolution": resolution,
+                "on": on,
+                "refine": refine,
+                "isolated": isolated,
+                "tolerance": proof,
+            }
             return solve_under(problem, chosen, objective, alpha, **options)
         if isinstance(problem, GraphProblem):
             warm_up_restricted(chosen, problem.graph.n_nodes, kind)
