@@ -58,6 +58,7 @@ from cgla_graph.plots.drawing import plot as plot
 from cgla_graph.scenarios.mission_file import load_mission as load_mission
 from cgla_graph.scenarios.pairs_reading import read_pairs as read_pairs
 from cgla_graph.scenarios.path_reading import read_path as read_path
+from cgla_graph.scenarios.risk_scenarios import read_scenarios as read_scenarios
 from cgla_graph.scenarios.scenario import Scenario as Scenario
 from cgla_graph.scenarios.scenario import load_scenario as load_scenario
 from cgla_graph.scenarios.writing import write_scenario as write_scenario

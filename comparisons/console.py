@@ -205,7 +205,7 @@ def _compiling_beside(models: "Sequence[CostModel]") -> Iterator[None]:
     ends = np.empty((1, 2))
     walls = any(not model.area.is_empty for model in models)
     of_field = next((model.field for model in models if model.field.rasters), models[0].field)
-    are_kept = is_kept(risk_kernels.segment_risks, ends, ends, of_field.kernel_field(), np.empty(1))
+    are_kept = is_kept(risk_kernels.segment_risks, ends, ends, of_field.kernel_field(mixed=True), np.empty(1))
     if are_kept and is_kept(certificate_kernels.steepness) and (not walls or is_kept(corner_kernels.charge)):
         yield
         return

@@ -64,6 +64,13 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
          "nodata": 0.0},
     ),
     "from_file": (cg.RasterRisk.from_file, {"path": "a.csv", "bounds": (0, 0, 1, 1), "kind": "density", "nodata": 0.0}),
+    "UncertainField": (cg.UncertainField, {"scenarios": [FIELD, FIELD], "probabilities": [0.5, 0.5], "sampler": None}),
+    "sample_field": (
+        cg.sample_field,
+        {"problem": PROBLEM, "count": 2, "place": 0.1, "spread": 0.1, "peak": 0.1, "rasters": None,
+         "probabilities": None, "seed": 0},
+    ),
+    "read_scenarios": (cg.read_scenarios, {"files": "no.toml", "problem": PROBLEM}),
     "NoFlyArea": (cg.NoFlyArea, {"geometry": shapely.box(0, 0, 1, 1)}),
     "CostModel": (cg.CostModel, {"field": FIELD, "k": 1.0, "no_fly": None}),
     "Problem": (
@@ -115,6 +122,9 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "solve": (
         cg.solve,
         {"problem": PROBLEM, "solver": "dijkstra", "resolution": 3, "on": None, "refine": False, "isolated": False},
+    ),
+    "solve under an objective": (
+        cg.solve, {"problem": PROBLEM, "solver": "dijkstra", "resolution": 3, "objective": "cvar", "alpha": 0.5},
     ),
     "solve on a graph": (cg.solve, {"problem": ON_GRAPH, "solver": "cgla"}),
     "lower_bound": (cg.lower_bound, {"problem": None, "tolerance": 0.5, "path": STRAIGHT.path, "max_cells": 20_000}),

@@ -433,6 +433,23 @@ class BudgetOptions:
 
 
 @dataclass(frozen=True, repr=False)
+class UncertainOptions:
+    """Uncertain risk: several scenarios of it."""
+
+    scenarios: Annotated[
+        list[Path] | None,
+        option("--scenarios FILE", "TOML file of [[scenarios]] of the risk, or a [sample] of it; may be repeated"),
+    ] = None
+    objective: Annotated[
+        str, option("--objective NAME", "expected (default), cvar: the mean of the worst costs, or worst: the greatest")
+    ] = "expected"
+    alpha: Annotated[
+        Number, option("--alpha A", "of cvar: the worst 1 - A of all cases count, from 0 to 1 (default: 0.9)")
+    ] = None
+    exceeds: Annotated[Number, option("--exceeds C", "also tell the probability of a cost above C")] = None
+
+
+@dataclass(frozen=True, repr=False)
 class TourOptions:
     """Places to visit."""
 

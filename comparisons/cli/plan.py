@@ -27,6 +27,7 @@ from cgla_graph.comparisons.cli.options import (
     ScenarioArg,
     SolverOption,
     TourOptions,
+    UncertainOptions,
     VolumeOptions,
     ZoneOptions,
     open_map,
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from cgla_graph.comparisons.cli.flight_time import Endurance
     from cgla_graph.comparisons.cli.flyable import Flying
     from cgla_graph.comparisons.cli.tour import Touring
+    from cgla_graph.comparisons.cli.uncertain import Uncertain
     from cgla_graph.comparisons.cli.volumes import Laid, Laying
     from cgla_graph.comparisons.study.entrant import Entrant
     from cgla_graph.comparisons.study.proofs import ProofLine
@@ -51,6 +53,7 @@ def plan(
     maps: MapOptions,
     tour: TourOptions,
     budget: BudgetOptions,
+    uncertain: UncertainOptions,
     zones: ZoneOptions,
     heights: AltitudesOptions,
     flyable: FlyableOptions,
@@ -83,7 +86,8 @@ def plan(
     flight takes, with --power its energy, with --battery whether the battery lasts.
     With --volumes, flight geography, contingency volume and ground risk buffer are laid around it, and people below
     them are counted.
-    With --altitudes, it plans at each of them and takes the best.
+    With --altitudes, it plans at each of them and takes the best. With --scenarios, the risk is uncertain, and
+    --objective chooses between the expected cost, the mean of the worst costs and the worst one.
     With --pairs, it answers each line of a table: start_x,start_y,goal_x,goal_y (start_longitude,... on lon/lat maps).
     For the file of a graph, use cgla graph plan.
     """
@@ -92,7 +96,7 @@ def plan(
             pairs,
             lambda: open_map("plan", scenario, maps, zones, raster, aircraft),
             (proof, output, zones),
-            (tour, budget, heights, flyable, times, ground, volume, export),
+            (tour, budget, uncertain, heights, flyable, times, ground, volume, export),
             {"profile": profile, "refine": refine, "proof": proof_file, "solver": solver},
         )
     from cgla_graph.comparisons.cli import ground as on_ground
@@ -102,6 +106,12 @@ def plan(
     certify, entrant = not proof.no_certificate, read_entrant(solver, refine=refine)
     tolerance = read_tolerance(proof.tolerance, certify=certify)
     in_file = _proof_target(proof_file, flyable, budget, tour, proven=tolerance is not None)
+    unsure = _unsure(
+        uncertain,
+        (budget, tour, flyable, heights),
+        {"--max-density": ground.max_density, "--profile": profile, "--proof": proof_file},
+        is_default=proof.tolerance is None,
+    )
     k, planned = on_ground.weight_of(scenario, maps.k, ground, budget), bool(export.export)
     ground = _with_corridor(ground, volume, zones, export)
 
@@ -115,9 +125,9 @@ def plan(
         """Open the map at an altitude, without and with the limit of density."""
         at = dataclasses.replace(zones, altitude=altitude)
         opened = _with_places(tour, lambda bounds: open_with(at, bounds=bounds), maps.bounds, scenario)
-        return on_ground.asked_of(opened, ground)
+        return on_ground.asked_of(opened if unsure is None else unsure.on(opened), ground)
 
-    solved = cache(lambda one: _solved(one, entrant, tolerance))
+    solved = cache(lambda one: (_solved if unsure is None else unsure.solved)(one, entrant, tolerance))
     zones, export, best = at_best(
         read_altitudes(heights, zones, {**vars(budget), "turn_radius": flyable.turn_radius, "via": tour.via}),
         zones,
@@ -148,10 +158,15 @@ def plan(
     people = on_ground.exposed(run, ground, bounded=budget == BudgetOptions() and touring is None)
     laid = None if laying is None else laying.around_run(run, without_limit, export, flying)
     written, plans = _written(run, folder, kinds, profile, flying, endurance, exported, laid)
-    parts: dict[str, Any] = {"ground": people, "flyable": flying, "tour": touring, "flight": flight, "volumes": laid}
     in_proof = None if in_file is None or tolerance is None else _proof_of(in_file, run, tolerance)
     written += [] if in_proof is None else [in_proof.files]
-    parts |= {"exported": plans, "within": within, "proof_file": in_proof}
+    parts: dict[str, Any] = {
+        "ground": people,
+        "flyable": flying,
+        "tour": touring,
+        "flight": flight,
+        "volumes": laid,
+    } | {"exported": plans, "within": within, "proof_file": in_proof, "uncertain": unsure}
     _tell(run, parts, written, zoned, as_json=output.as_json, windy=times.wind is not None)
     missed = any(one.faults for one in (flight, people, plans) if one is not None)
     missed |= in_proof is not None and in_proof.found is None
@@ -259,7 +274,7 @@ def _of_options(run: "Run", parts: Mapping[str, Any], *, windy: bool) -> tuple[d
         if part is None:
             continue
         # (settings tell of a run)
-        of_run = (run,) if name in {"flyable", "tour"} else ()
+        of_run = (run,) if name in {"flyable", "tour", "uncertain"} else ()
         more[name] = part.document(*of_run)
         if name == "within":
             from cgla_graph.comparisons.cli.budget import status_within
@@ -324,6 +339,18 @@ def _flying(flyable: FlyableOptions, budget: BudgetOptions, endurance: "Enduranc
 
     aircraft = None if endurance is None else endurance.aircraft
     return read_flying(flyable, limited=budget != BudgetOptions(), aircraft=aircraft)
+
+
+def _unsure(
+    uncertain: UncertainOptions, groups: Sequence[object], others: Mapping[str, object], *, is_default: bool
+) -> "Uncertain | None":
+    """Read the options of uncertain risk; None without any."""
+    if uncertain == UncertainOptions():
+        return None
+    from cgla_graph.comparisons.cli.uncertain import read_uncertain
+
+    named = {f"--{name.replace('_', '-')}": one for group in groups for name, one in vars(group).items()}
+    return read_uncertain(uncertain, {**named, **others}, is_default=is_default)
 
 
 def _with_corridor(
