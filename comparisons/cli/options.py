@@ -436,7 +436,7 @@ class BudgetOptions:
 class UncertainOptions:
     """Uncertain risk: several scenarios of it."""
 
-    scenarios: Annotated[
+    risk_scenarios: Annotated[
         list[Path] | None,
         option("--scenarios FILE", "TOML file of [[scenarios]] of the risk, or a [sample] of it; may be repeated"),
     ] = None

@@ -35,11 +35,11 @@ from cgla_graph.comparisons.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from cgla_graph.comparisons.cli.budget import Uncertain
     from cgla_graph.comparisons.cli.export import Export, Exported
     from cgla_graph.comparisons.cli.flight_time import Endurance
     from cgla_graph.comparisons.cli.flyable import Flying
     from cgla_graph.comparisons.cli.tour import Touring
-    from cgla_graph.comparisons.cli.uncertain import Uncertain
     from cgla_graph.comparisons.cli.volumes import Laid, Laying
     from cgla_graph.comparisons.study.entrant import Entrant
     from cgla_graph.comparisons.study.proofs import ProofLine
@@ -347,7 +347,7 @@ def _unsure(
     """Read the options of uncertain risk; None without any."""
     if uncertain == UncertainOptions():
         return None
-    from cgla_graph.comparisons.cli.uncertain import read_uncertain
+    from cgla_graph.comparisons.cli.budget import read_uncertain
 
     named = {f"--{name.replace('_', '-')}": one for group in groups for name, one in vars(group).items()}
     return read_uncertain(uncertain, {**named, **others}, is_default=is_default)

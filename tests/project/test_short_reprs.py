@@ -63,6 +63,7 @@ def instances() -> dict[str, Any]:
             threats[0],
             raster,
             field,
+            cg.UncertainField([field] * 50, [0.51, *[0.01] * 49]),
             problem,
             solution,
             lattice,

@@ -108,9 +108,11 @@ class UncertainField(MixedField):
         """Integrate the risk of each scenario along a path, shape ``(m, 2)``: shape ``(n,)``."""
         points = point_array("path", path)
         known: dict[RiskField, float] = {}
+        # (under a great risk weight, fainter risk counts)
+        weight = getattr(self, "_weight", 0.0)
         for field in self.fields:
             if field not in known:
-                known[field] = float(field.line_integral(points[:-1], points[1:]).sum())
+                known[field] = float(field.for_weight(weight).line_integral(points[:-1], points[1:]).sum())
         return np.array([known[field] for field in self.fields])
 
     def costs(self, problem: Problem, path: ArrayLike) -> FloatArray:
