@@ -104,9 +104,10 @@ claims: $(INSTALLED)
 	$(BIN)/python -m cgla_graph.comparisons.claims.summary results/claims/claims.json docs/claims.md README.md \
 		results/claims/quick-*.json
 
-# minutes: the instances of the conformance suite, with what is proven of them
+# minutes: the instances of the conformance suite, with what is proven of them; and proof files of that
 conformance: $(INSTALLED)
 	$(BIN)/python -m cgla_graph.comparisons.conformance.make comparisons/conformance/instances.json
+	$(BIN)/python -m cgla_graph.comparisons.conformance.proof_files comparisons/conformance
 
 $(INSTALLED): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed: make PYTHON=…" if sys.version_info < (3, 11) else 0)'

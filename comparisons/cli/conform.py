@@ -13,7 +13,10 @@ from cgla_graph.comparisons.cli.options import JsonOption, RefineOption, SolverO
 def conform(
     planner: Annotated[
         list[str] | None,
-        typer.Argument(metavar="-- COMMAND", help="a planner: reads a problem as JSON, writes a path as JSON"),
+        typer.Argument(
+            metavar="-- COMMAND | verify [FOLDER] | prove FOLDER",
+            help="a planner: reads a problem as JSON, writes a path as JSON; or what to do with proof files",
+        ),
     ] = None,
     instances: Annotated[str | None, option("--instances A,B", "names or families of instances (default: all)")] = None,
     timeout: Annotated[float, option("--timeout S", "time limit of an instance, seconds")] = 60.0,
@@ -35,6 +38,9 @@ def conform(
     JSON. Each path is evaluated here (problem.evaluate); the table shows how far it is from the best possible. If a
     planner hangs, crashes, writes too much or reports a wrong cost, its row says so. Exits with 1 unless all answers
     are right.
+
+    cgla conform verify checks the proof files of the suite's bounds: those that are stored, and those in FOLDER, which
+    cgla conform prove FOLDER writes. (A planner of that name is ./verify.)
     """
     from cgla_graph._validate import non_negative_number
     from cgla_graph.comparisons import files
@@ -42,6 +48,9 @@ def conform(
 
     if as_list or show is not None or schema:
         _show_conformance(show, schema=schema, as_json=as_json)
+        return
+    if planner and planner[0] in {"verify", "prove"}:
+        _proofs(planner, instances, as_json=as_json)
         return
     allowed = math.inf if tolerance is None else non_negative_number("--tolerance", tolerance)
     command, asked = planner or [], suite.picked(instances)
@@ -60,6 +69,42 @@ def conform(
         msg = f"{len(results)} of {len(asked)} instances are done"
         raise console.InterruptedRunError(msg)
     if not suite.passes(results, allowed):
+        raise typer.Exit(console.MISSING)
+
+
+def _proofs(words: list[str], names: str | None, *, as_json: bool) -> None:
+    """Write or check proof files of instances, and print a line for each."""
+    from cgla_graph.comparisons.conformance import proof_files
+    from cgla_graph.comparisons.conformance.report import picked
+    from cgla_graph.errors import CglaError
+
+    folder, is_known, rest = None, True, iter(words[1:])
+    # (options behind the command of a planner are the planner's: they end up among the words)
+    for word in rest:
+        if word == "--json":
+            as_json = True
+        elif word == "--instances":
+            names = next(rest, "")
+        else:
+            is_known = is_known and folder is None and not word.startswith("-")
+            folder = Path(word)
+    if not is_known or (words[0] == "prove" and folder is None):
+        usage = "cgla conform verify [FOLDER]" if words[0] == "verify" else "cgla conform prove FOLDER"
+        msg = f"cgla conform {' '.join(words)}: write {usage}, with --instances A,B for some of them, or --json"
+        raise CglaError(msg)
+    asked = picked(names)
+    is_made = words[0] == "prove"
+    lines = proof_files.prove_suite(asked, folder) if folder and is_made else proof_files.verify_suite(asked, folder)
+    found = []
+    for one in lines:
+        missing = not one.found and not one.fault
+        text = proof_files.without_file(one.file.name) if missing else one.text()
+        found.append({**one.document(), **({"verified": None, "remedy": text} if missing else {})})
+        word = ("written" if is_made else "verified") if one.found else "no file" if missing else "refused"
+        console.out_lines({} if as_json else {word: text})
+    if as_json:
+        console.out_json({"proofs": found})
+    if any(one.get("fault") for one in found):
         raise typer.Exit(console.MISSING)
 
 
