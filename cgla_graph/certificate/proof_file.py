@@ -179,11 +179,23 @@ def verify_proof(file: str | os.PathLike[str], problem: Problem | None = None) -
         raise ProblemError(msg) from error
     if problem is not None:
         instance("problem", problem, Problem, problem_wanted)
-        archive = Archive()
-        if checker.digest(describe_problem(problem.relaxed(), archive), archive.array) != result["problem"]:
+        if problem_digest(problem) != result["problem"]:
             msg = f"{place(name)}: the proof is true, but about another problem; give the map that it was made for"
             raise ProblemError(msg)
     return {**result, "note": ON_EARTH if is_on_earth(name) else ""}
+
+
+def problem_digest(problem: Problem) -> str:
+    """
+    Return the digest of a problem in proof files.
+
+    Examples
+    --------
+    >>> problem_digest(Problem((0.1, 0.5), (0.9, 0.5))) == problem_digest(Problem((0.1, 0.5), (0.9, 0.5), k=1.0))
+    False
+    """
+    archive = Archive()
+    return checker.digest(describe_problem(problem.relaxed(), archive), archive.array)
 
 
 class Archive:

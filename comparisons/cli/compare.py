@@ -3,6 +3,7 @@
 import dataclasses
 import shlex
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -41,6 +42,9 @@ def compare(
     comparison: ComparisonOptions,
     scenarios: MissionsArg = None,
     refine: RefineOption = False,
+    proofs: Annotated[
+        Path | None, option("--proofs DIR", "write a proof of each map's bound, which the report links")
+    ] = None,
     example: Annotated[bool, option("--example", "print an example of a study file")] = False,
     schema: Annotated[bool, option("--schema", "print the JSON schema of study files")] = False,
     as_json: JsonOption = False,
@@ -63,7 +67,7 @@ def compare(
         return
     from cgla_graph.comparisons.results import study_run
 
-    how = run_options(study)
+    how = dataclasses.replace(run_options(study), proofs=proofs)
     with naming_graphs("compare", scenarios or ()):
         asked = study_run.Settings(
             specs=scenarios or (),
@@ -103,10 +107,14 @@ def run_and_print(
         files.make_folder(how.folder)
     done = study_run.compare_all(request, how)
     if as_json:
-        console.out_json({**study_run.comparison_document(done), **(more or {})})
+        in_files = {"proofs": [one.document() for one in done.proofs]} if how.proofs else {}
+        console.out_json({**study_run.comparison_document(done), **in_files, **(more or {})})
     else:
         study_run.print_compared(request, done)
+        for one in done.proofs:
+            console.out_lines(one.lines())
         console.out_files(done.written, how.folder)
+        console.out_files([file for one in done.proofs for file in one.files])
     if done.failure is not None:
         console.say(f"cgla: {done.failure}")
         raise typer.Exit(console.MISSING)
@@ -114,5 +122,5 @@ def run_and_print(
         raise console.InterruptedRunError(study_run.kept_note(request, how, done))
     if done.left:
         console.say(study_run.left_note(how, done))
-    if strict and not done.all_found:
+    if (strict and not done.all_found) or any(one.found is None for one in done.proofs):
         raise typer.Exit(console.MISSING)

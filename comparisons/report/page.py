@@ -30,6 +30,7 @@ from cgla_graph.comparisons.report.payload import (
     thinned,
 )
 from cgla_graph.comparisons.statistics.ranking import ranking
+from cgla_graph.comparisons.study.proofs import linked_proofs
 from cgla_graph.comparisons.study.provenance import Session
 from cgla_graph.comparisons.study.rows import by_scenario, by_solver
 from cgla_graph.comparisons.study.runner import Run
@@ -139,7 +140,7 @@ def _document(stored: Stored, found: Sequence[LeaderboardRow], *, live: bool) ->
         "names": names,
         "statuses": statuses_document(),
         "rerun": rerun_command(stored.folder),
-        **scenarios_document(groups, solvers),
+        **scenarios_document(groups, solvers, linked_proofs(stored.folder, stored.scenarios)),
         "columns": columns_document(runs),
         "rows": rows_document(runs, names, solvers),
         "success": _success(runs, places),

@@ -2,9 +2,10 @@
 
 import math
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 
@@ -26,7 +27,9 @@ _FINEST = 1e-4  # of the spread of the values: below what a screen shows
 _COST_DIGITS = 8
 
 
-def scenarios_document(groups: Sequence[Sequence[Run]], solvers: Sequence[str]) -> dict[str, Any]:
+def scenarios_document(
+    groups: Sequence[Sequence[Run]], solvers: Sequence[str], proofs: Mapping[str, Mapping[str, Any]] | None = None
+) -> dict[str, Any]:
     """
     Describe the scenarios: what each looks like, and what each solver did there.
 
@@ -36,6 +39,8 @@ def scenarios_document(groups: Sequence[Sequence[Run]], solvers: Sequence[str]) 
         The runs, a group a scenario.
     solvers
         All labels; documents name a solver by its place here.
+    proofs
+        The proof files of brackets, by scenario; None for none.
 
     Returns
     -------
@@ -55,7 +60,9 @@ def scenarios_document(groups: Sequence[Sequence[Run]], solvers: Sequence[str]) 
             maps.append(
                 map_document(scenario) if isinstance(scenario, Scenario) else graph_document(scenario.problem.graph)
             )
-        scenarios.append(_scenario(scenario, runs, places, keys[key]))
+        in_file = (proofs or {}).get(scenario.name)
+        link = {} if in_file is None else {"proof_file": {**in_file, "href": quote(in_file["href"])}}
+        scenarios.append({**_scenario(scenario, runs, places, keys[key]), **link})
     return {"scenarios": scenarios, "maps": maps}
 
 

@@ -1,7 +1,7 @@
 """Studies from the command line: reading, running, storing and printing."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +17,7 @@ from cgla_graph.comparisons.results.lookup import print_leaderboard
 from cgla_graph.comparisons.study import execution, options
 from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun
 from cgla_graph.comparisons.study.metric import read_metrics
+from cgla_graph.comparisons.study.proofs import ProofLine, proofs_of_runs, targets_of
 from cgla_graph.comparisons.study.rows import by_scenario, certificate_document, rows_of
 from cgla_graph.comparisons.study.runner import Run, with_refuted_claims
 from cgla_graph.comparisons.study.store import FILE, PROOF, Stored, StudyStore, load, load_study
@@ -77,6 +78,8 @@ class RunOptions:
         Of a Dask cluster, or None.
     command
         The command line.
+    proofs
+        Folder of proof files to write, one a map; None for none.
     """
 
     folder: Path | None = None
@@ -85,6 +88,7 @@ class RunOptions:
     workers: int = field(default_factory=n_cores)
     scheduler: str | None = None
     command: str = ""
+    proofs: Path | None = None
 
 
 @dataclass(eq=False)
@@ -106,6 +110,8 @@ class Compared:
         Number of runs and flights that the study in the folder still lacks.
     failure
         Why runs could not be made, which says nothing of their solvers; None if all were made.
+    proofs
+        What the proof files prove, if any were to be written.
     """
 
     runs: list[Run] = field(default_factory=list)
@@ -115,6 +121,7 @@ class Compared:
     interrupted: bool = False
     left: int = 0
     failure: WorkerError | None = None
+    proofs: list[ProofLine] = field(default_factory=list)
 
     @property
     def all_found(self) -> bool:
@@ -297,6 +304,7 @@ def compare_all(request: Request, how: RunOptions) -> Compared:
         If the study that is there is another one, or nothing could be made, as without a cluster that can be reached.
     """
     done, study = Compared(), request.study
+    targets = {} if how.proofs is None else targets_of(study, how.proofs)
     cells, flights = list(study.cells()), list(study.flights())
     workers = min(how.workers, len(cells) + len(flights))
     with _store(study, how, workers) or nullcontext() as store:
@@ -332,6 +340,7 @@ def compare_all(request: Request, how: RunOptions) -> Compared:
         stored = load(how.folder)
         done.runs, done.missions, done.flights = stored.runs, stored.missions, stored.flights
         done.left = stored.n_cells + stored.n_flights - len(stored.runs) - len(stored.flights)
+        done.proofs = _proofs(stored.runs, targets, study, how.folder, done)
         done.written += [how.folder / FILE, *study_output.write_study(stored)]
         if not done.interrupted:
             done.written += study_output.write_all_pictures(
@@ -344,7 +353,17 @@ def compare_all(request: Request, how: RunOptions) -> Compared:
             sorted(done.runs, key=lambda run: order[run.scenario.name, run.solver, run.seed])
         )
         done.flights.sort(key=lambda one: order[one.mission, one.variant, one.solver, one.seed])
+        done.proofs = _proofs(done.runs, targets, study, None, done)
     return done
+
+
+def _proofs(
+    runs: Sequence[Run], targets: Mapping[str, Path], study: Study, home: Path | None, done: Compared
+) -> list[ProofLine]:
+    """Write the proof files of a comparison; none if it was interrupted."""
+    if not targets or study.tolerance is None or done.interrupted:
+        return []
+    return proofs_of_runs(by_scenario(runs), targets, study.tolerance, home)
 
 
 def write_study(
@@ -356,6 +375,7 @@ def write_study(
     workers: int | None = None,
     scheduler: str | None = None,
     pictures: int = PICTURES,
+    proofs: str | os.PathLike[str] | None = None,
 ) -> Stored:
     """
     Make the runs of a study, and write the files of ``cgla compare --out``: runs, report, rows, tables and pictures.
@@ -374,6 +394,8 @@ def write_study(
         Address of a Dask scheduler whose cluster makes the runs instead.
     pictures
         Scenarios with pictures of their own, at most.
+    proofs
+        Folder of proof files to write, one a map, which the report links; None for none.
 
     Returns
     -------
@@ -401,6 +423,7 @@ def write_study(
     """
     home = files.make_folder(Path(folder))
     options_of_run: dict[str, Any] = {} if workers is None else {"workers": workers}
+    options_of_run |= {"proofs": None if proofs is None else Path(proofs)}
     how = RunOptions(home, resume=resume, overwrite=overwrite, scheduler=scheduler, **options_of_run)
     done = compare_all(Request(study, pictures), how)
     if done.failure is not None:

@@ -271,6 +271,11 @@
     for (const box of all('.legend input')) box.checked = state.shown.has(box.value);
     redraw();
   }
+  function proofOf(here) { // a page that is served has no other files
+    const { href, command, lower_bound: least } = here.proof_file;
+    const bound = isNumber(least) ? `of the bound ${figure(least, 6)} ${here.unit}`.trim() : 'that there is no path';
+    return [state.data.live ? 'proof' : el('a', { href }, 'proof'), ` ${bound}, checked by `, el('code', {}, command)];
+  }
   function setScenario(name) {
     state.scenario = name;
     const list = state.data.scenarios, place = list.findIndex(one => one.name === name), here = list[place];
@@ -280,6 +285,7 @@
     $('#scenario-facts').textContent = !here ? '' : [here.title, isNumber(here.k) && `k = ${figure(here.k, 4).replace(/\.?0+$/, '')}`,
       here.unit_of_risk && `risk in ${here.unit_of_risk}`,
       here.unsolvable ? 'proven to have no path' : isNumber(here.bound) ? `lower bound ${figure(here.bound, 6)} ${here.unit}`.trim() : 'no lower bound', here.claims].filter(Boolean).join(' · ');
+    if (here && here.proof_file) $('#scenario-facts').append(' · ', ...proofOf(here));
     fillLegends();
     redraw('map', 'curves');
     if (here && !state.data.maps[here.map].bounds) $('[data-numbers="map"]').open = true;

@@ -3,6 +3,7 @@
 import copy
 import math
 from functools import cache
+from importlib import resources
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -10,8 +11,15 @@ import pytest
 from command_line import Call, caller
 
 import cgla_graph as cg
+from cgla_graph.certificate.proof_file import problem_digest
 from cgla_graph.certificate.proof_target import ON_EARTH
+from cgla_graph.comparisons.conformance import proof_files
+from cgla_graph.comparisons.conformance.proof_files import FOLDER
+from cgla_graph.comparisons.conformance.suite import chosen, suite
+from cgla_graph.comparisons.study import runner
+from cgla_graph.comparisons.study.proofs import linked_proofs
 from cgla_graph.errors import OutputError, ProblemError
+from cgla_graph.scenarios.scenario import load_scenario
 
 MAP = """
 start = [0.2, 0.5]
@@ -131,6 +139,7 @@ def test_a_map_in_degrees_says_what_is_not_checked(call: Call) -> None:
         (("certify", "one.toml", "--goal", "0.2,0.5"), "start and goal are one place"),
         (("check", "round.csv", "one.toml"), "start and goal are one place"),
         (("check", "round.csv", "one.toml", "--no-certificate"), "there is no proof to write"),
+        (("plan", "fig8"), "fig8"),
         (("fly", "fig8"), "no such option"),
         (("pareto", "one.toml"), "no such option"),
     ],
@@ -140,6 +149,7 @@ def test_what_has_no_file_is_refused_before_any_work(
     words: tuple[str, ...], why: str, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Path("round.csv").write_text("x,y\n0.2,0.5\n0.8,0.5\n0.2,0.5\n", encoding="utf-8")
+    assert runner.solve  # (imported before the name is replaced)
     monkeypatch.setattr("cgla_graph.solvers.solving.solve", lambda *_, **__: pytest.fail("work"))
     call(*words, "--proof", "one.proof").refused(why)
     assert not Path("one.proof").exists()
@@ -182,6 +192,96 @@ def test_files_are_checked_before_the_proof(tmp_path: Path) -> None:
         cg.save_proof(PROBLEM, empty, [(0.2, 0.5), (3.0, 3.0), (0.8, 0.5)])
     assert empty.read_bytes() == before
     assert sorted(one.name for one in tmp_path.iterdir()) == ["empty", "mine.txt"]
+
+
+# comparisons
+
+
+def test_a_report_links_the_proofs_of_its_brackets(call: Call) -> None:
+    words = ("compare", "one.toml", "--solvers", "straight-line", "--pictures", "0", "--tolerance", "0.5")
+    answer = call(*words, "--proofs", "proofs", "--out", "study", "--json")
+    (proof,) = answer.document()["proofs"]
+    assert proof["file"] == str(Path("proofs/one.proof"))
+    assert cg.verify_proof("proofs/one.proof", PROBLEM)["lower"] == proof["lower_bound"]
+    page = Path("study/report.html").read_text(encoding="utf-8")
+    assert '"href":"../proofs/one.proof","command":"cgla verify proofs/one.proof"' in page
+    Path("proofs/one.proof").rename("proofs/other.proof")
+    assert linked_proofs(Path("study"), [load_scenario("one.toml")]) == {}
+    Path("proofs/other.proof").rename("proofs/one.proof")
+    assert set(linked_proofs(Path("study"), [load_scenario("one.toml")])) == {"one"}
+    Path("one.toml").write_text(MAP.replace("k = 1", "k = 2"), encoding="utf-8")
+    assert linked_proofs(Path("study"), [load_scenario("one.toml")]) == {}
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (("one.toml", "--no-certificate"), "leave out --no-certificate or --proofs"),
+        (("fig8",), "only maps have proof files, and fig8 is none"),
+        (("one.toml", "fig8"), "only maps have proof files"),
+        (("one.toml", "--goal", "0.2,0.5"), "start and goal are one place"),
+    ],
+    ids=lambda value: "-".join(value) if isinstance(value, tuple) else "",
+)
+def test_comparisons_without_proof_files_are_refused(words: tuple[str, ...], why: str, call: Call) -> None:
+    call("compare", *words, "--solvers", "straight-line", "--proofs", "proofs").refused(why)
+
+
+def test_other_files_are_kept_in_a_folder_of_proofs(call: Call) -> None:
+    Path("one.proof").write_text("mine", encoding="utf-8")
+    call("compare", "one.toml", "--solvers", "straight-line", "--proofs", ".").refused("one.proof", "is no proof file")
+    assert Path("one.proof").read_text(encoding="utf-8") == "mine"
+
+
+# the conformance suite
+
+
+def test_the_suite_verifies_its_proofs(call: Call) -> None:
+    answer = call("conform", "verify", "--instances", "open-straight,infeasible-wall,maze-large")
+    assert answer.code == 0
+    assert [line.split()[:2] for line in answer.out.splitlines()] == [
+        ["verified", "open-straight:"], ["no", "file"], ["verified", "infeasible-wall:"],
+    ]  # fmt: skip
+    assert "cgla conform prove FOLDER --instances maze-large" in answer.out
+    Path("mine").mkdir()
+    Path("mine/open-straight.proof").write_bytes(coarse_proof())
+    answer = call("conform", "verify", "mine", "--instances", "open-straight", "--json")
+    assert answer.code == 1
+    (proof,) = answer.document()["proofs"]
+    assert "another problem" in proof["fault"]
+    call("conform", "verify", "none").refused("no such folder")
+    call("conform", "prove").refused("write cgla conform prove FOLDER")
+    call("conform", "verify", "mine", "more").refused("write cgla conform verify [FOLDER]")
+
+
+def test_the_suite_proves_an_instance_again(call: Call) -> None:
+    answer = call("conform", "prove", "mine", "--instances", "open-straight")
+    assert (answer.code, answer.out.split()[0]) == (0, "written")
+    assert call("conform", "verify", "mine", "--instances", "open-straight").code == 0
+
+
+def test_records_name_the_files_that_are_stored() -> None:
+    stored = {
+        one.name.removesuffix(".proof"): one
+        for one in resources.files(proof_files.__package__).joinpath(FOLDER).iterdir()
+    }
+    known = proof_files.records()
+    assert set(stored) == {name for name, one in known.items() if one.is_stored}
+    assert set(known) <= {one.name for one in suite()}
+    for name, file in stored.items():
+        assert len(file.read_bytes()) == known[name].bytes
+    for one in chosen(["open", "lonlat", "infeasible"]):
+        assert known[one.name].problem == problem_digest(one.problem.build())
+    assert sum(len(file.read_bytes()) for file in stored.values()) < 800_000
+
+
+@pytest.mark.slow
+def test_every_stored_proof_of_the_suite_is_true() -> None:
+    for one in proof_files.verify_suite():
+        assert not one.fault
+        known = proof_files.records().get(one.file.name)
+        if one.found is not None and known is not None:
+            assert one.found["lower"] == (math.inf if known.lower_bound is None else known.lower_bound)
 
 
 # verify
