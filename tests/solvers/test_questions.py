@@ -33,12 +33,12 @@ def places(problem: cg.Problem, count: int, random: Rng) -> FloatArray:
     return found[:count]
 
 
-def random_map(random: Rng, *, mixed: bool = False) -> cg.Problem:
-    """Draw threats or a raster among areas of all shapes; `mixed`: threats beside rasters read as `nearest` too."""
+def random_map(random: Rng) -> cg.Problem:
+    """Draw threats or a raster among areas of all shapes."""
     kind = int(random.integers(4))
     threats = [
         cg.Threat(*random.random(2).tolist(), spread=10.0 ** random.uniform(-1.7, -0.7), peak=random.uniform(0.2, 1.0))
-        for _ in range(int(random.integers(0, 15)) if kind or mixed else 0)
+        for _ in range(int(random.integers(0, 15)) if kind else 0)
     ]
     cells = tuple(random.integers(2, 30, 2).tolist())
     rasters = [cg.RasterRisk(random.random(cells) ** 3, (0, 0, 1, 1), interpolation=["nearest", "bilinear"][kind % 2])]
@@ -85,17 +85,17 @@ def test_no_path_costs_less_than_a_bound(number: int) -> None:
     random = np.random.default_rng([1, number])
     problem = random_map(random)
     base = cg.Map(problem)
-    assert faults(problem, base.solve(starts=places(problem, 12, random)), 1) == []
+    assert faults(problem, base.solve(starts=places(problem, 12, random), tolerance=0.1), 1) == []
     pairs = places(problem, 4, random), places(problem, 4, random)
-    assert faults(problem, base.solve(*pairs, tolerance=0.03), 1) == []
+    assert faults(problem, base.solve(*pairs, tolerance=0.1), 0) == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", range(25))
+@pytest.mark.parametrize("number", range(50))
 def test_no_path_costs_less_than_a_bound_of_1000_questions(number: int) -> None:
     random = np.random.default_rng([2, number])
-    problem = random_map(random, mixed=True)
-    assert faults(problem, cg.Map(problem).solve(starts=places(problem, 40, random)), 3) == []
+    problem = random_map(random)
+    assert faults(problem, cg.Map(problem).solve(starts=places(problem, 20, random), tolerance=0.05), 1) == []
 
 
 @pytest.mark.parametrize("kind", ["threats", "areas", "raster"])
