@@ -89,7 +89,7 @@ def without_corner_blocks() -> Iterator[None]:
     """Lay no block around a corner."""
     original = Level.lay
 
-    def lay(problem: Any, last: Any, runs: Any, worth: float, *rest: Any, **more: Any) -> Level:  # noqa: ANN401 - passed on
+    def lay(problem: Any, last: Any, runs: Any, worth: float = math.inf, *rest: Any, **more: Any) -> Level:  # noqa: ANN401 - passed on
         return original(problem, last, runs, math.inf, *rest, **more)
 
     with patch.object(Level, "lay", lay):
