@@ -4,6 +4,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any, ClassVar
 
 import igraph
@@ -295,7 +296,8 @@ def test_every_public_function_is_called() -> None:
         cg.Flight,
     }
     kinds = (cg.Scenario, cg.Status, cg.MissionStatus, cg.CglaError, cg.GeometricGraph)
-    public = [getattr(cg, name) for name in cg.__all__]
+    # (a test of old names may have imported a module named like a function)
+    public = [one for one in (getattr(cg, name) for name in cg.__all__) if not isinstance(one, ModuleType)]
     assert [one for one in public if callable(one) and one not in called and one not in kinds] == []
 
 

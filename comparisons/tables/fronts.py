@@ -49,19 +49,21 @@ def front_table(scenario: Scenario, entrant: Entrant, front: Front) -> FittedTab
         ]
         for point in front
     ]
-    what = "proven on the lattice" if front.status.label == "optimal" else "if the solver's paths are the best"
-    solves = f"{len(front)} paths by {front.n_solves} solves, k up to {figure(front.k_max, 4)}"
-    note = f"{solves}; between them, no path is cheaper by more than {100.0 * front.error:.2g} %: {what}"
-    if proven:
-        note = proven_note(front)
     flat = distortion_note(scenario.projection, [point.path for point in front])
     unit_of_risk = risk_unit(scenario.problem.field)
     notes = [
-        proven_note(front) if proven else note,
+        proven_note(front) if proven else _note(front),
         *([f"risk in {unit_of_risk}"] if unit_of_risk else []),
         *([flat] if flat else []),
     ]
     return FittedTable(title, (), heads, ("less risk", "longer", "knee", "gap"), notes, rows)
+
+
+def _note(front: Front) -> str:
+    """State in one sentence how good a front without a proof is."""
+    what = "proven on the lattice" if front.status.label == "optimal" else "if the solver's paths are the best"
+    solves = f"{len(front)} paths by {front.n_solves} solves, k up to {figure(front.k_max, 4)}"
+    return f"{solves}; between them, no path is cheaper by more than {100.0 * front.error:.2g} %: {what}"
 
 
 def budgets_table(scenario: Scenario, front: Front) -> FittedTable:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from cgla_graph._progress import Tell, showing
-from cgla_graph._validate import non_negative_number, positive_number, truth_value
+from cgla_graph._validate import items, non_negative_number, positive_number, truth_value
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
@@ -105,7 +105,7 @@ def pareto(
     [(0.0, 1.0, 0.251), (0.55, 1.118, 0.036), (3.66, 1.207, 0.011)]
     """
     truth_value("proven", proven)
-    risks = [non_negative_number("budgets", budget) for budget in budgets]
+    risks = [non_negative_number("budgets", budget) for budget in items("budgets", budgets, "a list of numbers")]
     if proven:
         front, reweighed = _proven(problem, solver, resolution, tolerance, max_points, k_max, settings)
         return dataclasses.replace(front, budgets=tuple(_within(front, reweighed, risk) for risk in risks))

@@ -65,6 +65,7 @@ def instances() -> dict[str, Any]:
             field,
             cg.UncertainField([field] * 50, [0.51, *[0.01] * 49]),
             problem,
+            cg.Map(problem),
             solution,
             lattice,
             graph,
