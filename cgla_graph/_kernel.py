@@ -85,6 +85,20 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     return cast("Callable[P, R]", _Kernel(function))
 
 
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """
+    Compile a `kernel` whose text is put into that of each kernel that calls it.
+
+    A call with arrays takes some 20 ns, which counts where the kernel itself takes 50.
+
+    Examples
+    --------
+    >>> inlined(lambda x: 2.0 * x)(3.0)
+    6.0
+    """
+    return cast("Callable[P, R]", _Kernel(function, inline="always"))
+
+
 def _no_fingerprint(_: object) -> NoReturn:
     raise NotImplementedError
 
@@ -101,9 +115,9 @@ class _Kernel:
     Numba is imported only for the latter.
     """
 
-    def __init__(self, function: Callable[..., object]) -> None:
+    def __init__(self, function: Callable[..., object], **options: str) -> None:
         update_wrapper(self, function)
-        self._function = function
+        self._function, self._options = function, options
         self._folder = _folder(Path(function.__code__.co_filename))
         # (by the types of arguments; the numbers are those of arrays)
         self._runs: dict[bytes, tuple[Callable[..., Any], tuple[int, ...]]] = {}
@@ -139,7 +153,7 @@ class _Kernel:
     @cached_property
     def compiled(self) -> Any:  # noqa: ANN401 - numba has no hints
         """Numba's dispatcher."""
-        return _compiled(self._function, self._folder)
+        return _compiled(self._function, self._folder, **self._options)
 
     def _first_call(self, arguments: tuple[Any, ...]) -> Any:  # noqa: ANN401 - any kernel's
         """Call the kernel with types of arguments that are new here."""
@@ -195,9 +209,9 @@ def _folder(source: Path) -> Path:
     return Path(kept or source.parent / "__pycache__", f"kernels-{_digest(source)[:16]}")
 
 
-def _compiled(function: Callable[..., object], folder: Path) -> Any:  # noqa: ANN401 - numba has no hints
+def _compiled(function: Callable[..., object], folder: Path, **options: str) -> Any:  # noqa: ANN401 - numba's
     """Return numba's dispatcher of a kernel."""
-    compiled = _dispatcher(function, folder)
+    compiled = _dispatcher(function, folder, **options)
 
     @cache
     def called() -> Any:  # noqa: ANN401 - numba has no hints
@@ -215,7 +229,7 @@ def _compiled(function: Callable[..., object], folder: Path) -> Any:  # noqa: AN
     return compiled
 
 
-def _dispatcher(function: Callable[..., object], folder: Path, **options: bool) -> Any:  # noqa: ANN401 - the same
+def _dispatcher(function: Callable[..., object], folder: Path, **options: bool | str) -> Any:  # noqa: ANN401 - the same
     """Return numba's dispatcher of a function, which stores its code in a folder."""
     with _uninterrupted(), _settings_lock:
         numba = _numba()

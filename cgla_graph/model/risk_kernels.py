@@ -23,7 +23,7 @@ from typing import Any, TypeAlias, cast
 
 import numpy as np
 
-from cgla_graph._kernel import Intrinsic, kernel
+from cgla_graph._kernel import Intrinsic, inlined, kernel
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.model.risk_raster_kernels import Rasters, raster_risk
 
@@ -608,7 +608,7 @@ def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field, most:
     return _risk_of_one(x1, y1, ux, uy, length, table, scratch, improper, most - of_rasters) + of_rasters
 
 
-@kernel
+@inlined
 def _risk_of_one(
     x1: float,
     y1: float,
