@@ -135,6 +135,23 @@ def test_pictures_and_units_take_the_expectation() -> None:
     assert [one.values.max() for one in mixed] == pytest.approx([50.0, 150.0])
 
 
+def test_a_path_along_a_line_has_the_cheaper_side_in_each_scenario() -> None:
+    """Sums of nearest rasters do not take one side for all scenarios, and bounds hold along lines."""
+    south, north, faint = (
+        cg.RasterRisk(values, (0, 0, 1, 1), interpolation="nearest", origin="lower")
+        for values in ([[1.0], [0.0]], [[0.0], [1.0]], [[0.25], [0.0]])
+    )
+    field = cg.UncertainField([cg.RiskField(rasters=[one]) for one in (south, north, faint)])
+    assert len(field.rasters) == 2, "alike ones are summed"
+    problem = cg.Problem((0.1, 0.5), (0.9, 0.5), field, k=10.0)
+    line = [problem.start, problem.goal]
+    assert field.costs(problem, line).tolist() == pytest.approx([0.8] * 3)
+    assert problem.evaluate(line).cost == pytest.approx(0.8)
+    for objective in ("expected", "worst"):
+        found = cg.solve(problem, objective=objective)  # type: ignore[arg-type] # of a list
+        assert found.lower_bound <= found.cost == pytest.approx(0.8)
+
+
 @pytest.mark.parametrize(
     ("scenarios", "probabilities", "words"),
     [

@@ -16,8 +16,8 @@ from cgla_graph.model import risk_kernels
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 
-#: Sums of rasters are made so much smaller that rounding never makes them greater.
-SMALLER = 1.0 - 2.0**-46
+#: Sets of nearest rasters on one grid that another one is compared with, at most, before it stands alone.
+MOST_SETS = 8
 
 
 class MixedField(RiskField):
@@ -113,7 +113,7 @@ class MixedField(RiskField):
 
     @cached_property
     def rasters(self) -> tuple[RasterRisk, ...]:
-        """The weighted rasters; those on one grid without gaps are summed to one."""
+        """The weighted rasters; those on one grid without gaps are summed to one, if no path on their lines differs."""
         sums: dict[RasterRisk, Fraction] = {}
         for field, weight in zip(self.fields, self.weights, strict=True):
             for raster in field.rasters if weight > 0.0 else ():
@@ -124,7 +124,7 @@ class MixedField(RiskField):
             people = raster.unit, raster.scale, raster.failures, raster.system
             grid = (raster.bounds, raster.shape, raster.interpolation, *people) if plain else number
             grids.setdefault(grid, []).append((raster, rounded_down(exact)))
-        return tuple(_summed(members) for members in grids.values())
+        return tuple(_summed(members) for grid in grids.values() for members in _alike(grid))
 
     @cached_property
     def mixed_table(self) -> FloatArray:
@@ -219,14 +219,43 @@ def rounded_down(exact: Fraction) -> float:
     return near if Fraction(near) <= exact else math.nextafter(near, 0.0)
 
 
+def _alike(members: list[tuple[RasterRisk, float]]) -> list[list[tuple[RasterRisk, float]]]:
+    """
+    Split rasters on one grid into sets whose sums cost what they cost together, on the lines between cells too.
+
+    A path along a line between cells of nearest values has the risk of the cheaper side, **in each scenario**. So such
+    rasters are summed only if none has its cheaper side where another has its dearer one.
+    """
+    if members[0][0].interpolation != "nearest":
+        return [members]
+    sets: list[tuple[list[tuple[RasterRisk, float]], list[FloatArray]]] = []
+    for raster, weight in members:
+        values = _upwards(raster)
+        steps = [np.sign(np.diff(values, axis=axis)) for axis in range(2)]
+        for others, theirs in sets[:MOST_SETS]:
+            if all((one * other >= 0.0).all() for one, other in zip(steps, theirs, strict=True)):
+                others.append((raster, weight))
+                theirs[:] = [np.where(other == 0.0, one, other) for one, other in zip(steps, theirs, strict=True)]
+                break
+        else:
+            sets.append(([(raster, weight)], steps))
+    return [others for others, _ in sets]
+
+
+def _upwards(raster: RasterRisk) -> FloatArray:
+    """Return the values with the lowest row first."""
+    return raster.values if raster.origin == "lower" else raster.values[::-1]
+
+
 def _summed(members: list[tuple[RasterRisk, float]]) -> RasterRisk:
-    """Add up weighted rasters on one grid."""
+    """Add up weighted rasters on one grid, so much smaller that rounding never makes the sum greater."""
+    smaller = 1.0 - 2.0**-52 * (64.0 + len(members))
     if len(members) == 1:
         ((raster, weight),) = members
-        return raster if weight == 1.0 else raster.times(weight * SMALLER)
+        return raster if weight == 1.0 else raster.times(weight * smaller)
     values = np.zeros(members[0][0].shape)
     for raster, weight in members:
-        values += weight * (raster.values if raster.origin == "lower" else raster.values[::-1])
+        values += weight * _upwards(raster)
     first = members[0][0]
     settings = {**first.settings, "origin": "lower", "nodata": None}
-    return RasterRisk(values * SMALLER, first.bounds, **settings)
+    return RasterRisk(values * smaller, first.bounds, **settings)
