@@ -38,8 +38,8 @@ class SampleTable(Table):
     count: int = Field(50, ge=1, le=10_000)
     seed: int = Field(0, ge=0)
     place: float = Field(0.0, ge=0, description="standard deviation of places along each axis, map units")
-    spread: float = Field(0.0, ge=0, description="standard deviation of the logarithm of spreads")
-    peak: float = Field(0.0, ge=0, description="standard deviation of the logarithm of peaks")
+    spread: float = Field(0.0, ge=0, le=10, description="standard deviation of the logarithm of spreads")
+    peak: float = Field(0.0, ge=0, le=10, description="standard deviation of the logarithm of peaks")
 
 
 class RiskScenariosTable(Table):

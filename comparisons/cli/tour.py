@@ -255,7 +255,8 @@ def check_alone(groups: Sequence[Any], options: Mapping[str, object]) -> None:
     given = {name: value for group in groups for name, value in vars(group).items()} | {**options}
     for name, value in given.items():
         if value != usual.get(name) and value not in (None, False, []):
-            msg = f"--pairs with --{name.replace('_', '-')}: many paths are planned without it; leave one out"
+            option = "scenarios" if name == "risk_scenarios" else name.replace("_", "-")
+            msg = f"--pairs with --{option}: many paths are planned without it; leave one out"
             raise CglaError(msg)
 
 

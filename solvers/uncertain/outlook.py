@@ -10,6 +10,7 @@ from cgla_graph._text import json_number
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import finite_number, whole_number
 from cgla_graph.errors import ProblemError
+from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.uncertain.field import FieldSampler
 from cgla_graph.model.uncertain.tail_mean import TailMean
@@ -178,12 +179,17 @@ class UncertainSolution(Solution):
             If the scenarios were given, not drawn, or there is no path or no problem at hand.
         """
         whole_number("count", count, at_least=1, at_most=1_000_000)
-        if self.sampler is None or self.problem is None or not len(self.costs):
+        if self.sampler is None or not len(self.costs):
             msg = "there are no other samples of given scenarios; draw them by sample_field, and find a path"
             raise ProblemError(msg)
+        if self.problem is None:
+            msg = "the answer was stored, and its problem is not at hand; solve the problem again"
+            raise ProblemError(msg)
+        # (that of a graph is on the graph)
+        model: Any = (self.problem.graph if isinstance(self.problem, GraphProblem) else self.problem).model
         starts, ends = self.path[:-1], self.path[1:]
-        risks = [float(one.line_integral(starts, ends).sum()) for one in self.sampler.draw(int(count))]
-        costs = self.length + self.problem.k * np.array(risks)
+        drawn = (one.for_weight(model.k) for one in self.sampler.draw(int(count)))
+        costs = self.length + model.k * np.array([float(one.line_integral(starts, ends).sum()) for one in drawn])
         return HeldOut(np.sort(costs), self.alpha, self.sampler.seed)
 
     def outlook(self, budget: float | None = None) -> dict[str, Any]:

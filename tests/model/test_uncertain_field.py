@@ -1,5 +1,6 @@
 """Uncertain risk fields: exact expectations, one rule for every door, and means of the worst costs."""
 
+import dataclasses
 import math
 import pickle
 from fractions import Fraction
@@ -135,6 +136,16 @@ def test_pictures_and_units_take_the_expectation() -> None:
     assert [one.values.max() for one in mixed] == pytest.approx([50.0, 150.0])
 
 
+def test_costs_are_those_under_the_weight_of_the_problem() -> None:
+    """Under a great weight fainter risk counts, whether the field is asked or that of its problem."""
+    problem = cg.Problem((0.1, 0.1), (0.9, 0.1), FIELD, k=1e12)
+    line = [problem.start, problem.goal]
+    costs = FIELD.costs(problem, line)
+    assert costs.tolist() == problem.field.costs(problem, line).tolist()  # type: ignore[attr-defined] # uncertain
+    plain = [dataclasses.replace(problem, field=one).evaluate(line).cost for one in FIELD.scenarios]
+    assert costs == pytest.approx(plain, rel=1e-9)
+
+
 def test_a_path_along_a_line_has_the_cheaper_side_in_each_scenario() -> None:
     """Sums of nearest rasters do not take one side for all scenarios, and bounds hold along lines."""
     south, north, faint = (
@@ -257,6 +268,8 @@ def test_alternative_rasters_are_scenarios_themselves() -> None:
         ({}, "nothing is uncertain"),
         ({"place": -1.0}, "place is -1"),
         ({"place": [0.1, 0.2]}, "one for each of 1 threat"),
+        ({"peak": 1000.0}, "give at most 10"),
+        ({"spread": [1e300]}, "give at most 10"),
         ({"count": 0, "place": 0.1}, "count"),
         ({"rasters": []}, "rasters are empty"),
         ({"rasters": [day, night], "probabilities": [1.0]}, "1 probabilities for 2 alternatives"),

@@ -21,6 +21,8 @@ from cgla_graph.model.uncertain.tail_mean import TailMean, checked_probabilities
 
 #: Scenarios of a field, at most.
 MOST_SCENARIOS = 10_000
+#: Standard deviation of a logarithm, at most: a factor of 22,000.
+MOST_LOGARITHM = 10.0
 #: Streams of random numbers: one for the scenarios that a path is planned on, one for those it is judged by.
 PLANNED, HELD_OUT = 0, 1
 
@@ -106,19 +108,20 @@ class UncertainField(MixedField):
 
     def risks(self, path: ArrayLike) -> FloatArray:
         """Integrate the risk of each scenario along a path, shape ``(m, 2)``: shape ``(n,)``."""
-        points = point_array("path", path)
-        known: dict[RiskField, float] = {}
         # (under a great risk weight, fainter risk counts)
-        weight = getattr(self, "_weight", 0.0)
-        for field in self.fields:
-            if field not in known:
-                known[field] = float(field.for_weight(weight).line_integral(points[:-1], points[1:]).sum())
-        return np.array([known[field] for field in self.fields])
+        return self._risks(point_array("path", path), getattr(self, "_weight", 0.0))
 
     def costs(self, problem: Problem, path: ArrayLike) -> FloatArray:
         """Return the cost of a path in each scenario, under the weight `k` of a problem: shape ``(n,)``, map units."""
         points = point_array("path", path)
-        return float(np.hypot(*np.diff(points, axis=0).T).sum()) + problem.k * self.risks(points)
+        return float(np.hypot(*np.diff(points, axis=0).T).sum()) + problem.k * self._risks(points, problem.k)
+
+    def _risks(self, points: FloatArray, weight: float) -> FloatArray:
+        known: dict[RiskField, float] = {}
+        for field in self.fields:
+            if field not in known:
+                known[field] = float(field.for_weight(weight).line_integral(points[:-1], points[1:]).sum())
+        return np.array([known[field] for field in self.fields])
 
     def __repr__(self) -> str:
         """Name the number of scenarios and their probabilities."""
@@ -224,8 +227,8 @@ def sample_field(
         Standard deviation of the error of a threat's place along each axis, map units (metres on a map in degrees):
         one number for all threats, or one for each.
     spread, peak
-        Standard deviation of the natural logarithm: 0.2 means about 20 %. The given value is the median; a peak above
-        1 counts as 1. One number for all threats, or one for each.
+        Standard deviation of the natural logarithm, at most 10: 0.2 means about 20 %. The given value is the median; a
+        peak above 1 counts as 1. One number for all threats, or one for each.
     rasters
         Alternatives, as a raster of the day and one of the night, or of quantiles: rasters, or lists of rasters that
         hold together. None: the field's own. If no threat is uncertain, they are the scenarios, and none is drawn.
@@ -255,8 +258,8 @@ def sample_field(
     (known,) = checked_fields([field], "fields")
     whole_number("count", count, at_least=1, at_most=MOST_SCENARIOS)
     whole_number("seed", seed, at_least=0, at_most=2**63)
-    named = (("place", place), ("spread", spread), ("peak", peak))
-    places, spreads, peaks = (_for_each(name, given, len(known.threats)) for name, given in named)
+    named = (("place", place, math.inf), ("spread", spread, MOST_LOGARITHM), ("peak", peak, MOST_LOGARITHM))
+    places, spreads, peaks = (_for_each(name, given, len(known.threats), most) for name, given, most in named)
     sets = [known.rasters] if rasters is None else [_listed(one) for one in items("rasters", rasters, "rasters")]
     if rasters is not None and (not sets or known.rasters):
         wrong = "rasters are empty" if not sets else "rasters are given, and the field has its own"
@@ -275,11 +278,14 @@ def sample_field(
     return UncertainField(sampler.draw(int(count), stream=PLANNED), sampler=sampler)
 
 
-def _for_each(name: str, given: object, count: int) -> tuple[float, ...]:
-    """Return one number of at least 0 for each threat."""
+def _for_each(name: str, given: object, count: int, most: float) -> tuple[float, ...]:
+    """Return one number of at least 0 for each threat, none greater than a limit."""
     numbers = np.asarray(number_array(name, given))  # type: ignore[arg-type] # it says what is wrong
     if numbers.shape not in {(), (count,)} or not (np.isfinite(numbers) & (numbers >= 0.0)).all():
         msg = f"{name} is {shown(given)}; give a number of at least 0, or one for each of {counted(count, 'threat')}"
+        raise ProblemError(msg)
+    if (numbers > most).any():
+        msg = f"{name} is {shown(given)}, a standard deviation of the logarithm; give at most {most:g} (0.2 is 20 %)"
         raise ProblemError(msg)
     return tuple(np.broadcast_to(numbers, (count,)).tolist())
 

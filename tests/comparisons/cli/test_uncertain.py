@@ -55,6 +55,7 @@ def test_the_command_prints_what_python_finds(folder: Path, cgla: Call) -> None:
         ("", "neither; give one of the two"),
         ("[sample]\nplace = 0.1\n[[scenarios]]\n", "both"),
         ("[sample]\n", "nothing is uncertain"),
+        ("[sample]\npeak = 1000.0\n", "sample.peak: give at most 10"),
         ("[[scenarios]]\nprobability = 0.5\n[[scenarios]]\n", "1 of 2 scenarios have a probability"),
         ("[[scenarios]]\nprobability = 0.5\n", "which add up to 0.5"),
         ("coordinates = 'lonlat'\n[[scenarios]]\n", "the map is in the plane"),
@@ -92,6 +93,7 @@ def test_added_and_drawn_scenarios(folder: Path) -> None:
     ("options", "words"),
     [
         (["--objective", "cvar"], "give its scenarios"),
+        (["--scenarios", "two.toml", "--pairs", "map.toml"], "--pairs with --scenarios"),
         (["--scenarios", "two.toml", "--objective", "best"], "expected, cvar, worst"),
         (["--scenarios", "two.toml", "--alpha", "0.5"], "--alpha is for --objective cvar"),
         (["--scenarios", "two.toml", "--max-risk", "1"], "--max-risk does not go with"),

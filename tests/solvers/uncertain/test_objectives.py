@@ -218,6 +218,11 @@ def test_held_out_samples_tell_of_a_path() -> None:
     assert told["chance_above"] == found.chance_above(1.0)
     with pytest.raises(ProblemError, match="no other samples"):
         solved(CORRIDORS, "dijkstra", objective="worst", resolution=4).held_out()
+    on_graph = solved(problem.on_lattice(5), objective="cvar", alpha=0.8)
+    as_planned = solved(problem, "cgla", objective="cvar", alpha=0.8, resolution=5)
+    assert on_graph.outlook()["held_out"] == as_planned.outlook()["held_out"]
+    with pytest.raises(ProblemError, match="its problem is not at hand"):
+        dataclasses.replace(found, problem=None).held_out()
 
 
 def test_intervals_of_held_out_costs_cover_the_mean_of_the_tail() -> None:
