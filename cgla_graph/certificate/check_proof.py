@@ -32,8 +32,11 @@ Point: TypeAlias = tuple[float, float]
 Reader: TypeAlias = Callable[[str, str, int], Any]
 
 FORMAT, VERSION = "path-cost-proof", 2
-#: Bytes of one array, and of a file, uncompressed; surfaces inside surfaces; boxes in one batch; cells of a grid.
+#: Bytes of one array, and of all that is read, uncompressed; surfaces inside surfaces; boxes in one batch; cells of a
+#: grid.
 MOST_BYTES, MOST_IN_ALL, MOST_LEVELS, BATCH, MOST_CELLS = 1 << 28, 1 << 30, 8, 1 << 14, 1 << 24
+#: Cells of all grids together; pairs of runs on borders of cells that are looked at in one batch.
+MOST_CELLS_IN_ALL, MOST_PAIRS = 1 << 24, 1 << 21
 #: Risk below this part of a unit of cost is not looked at, which lowers the cost; parts of a path, at most.
 FAINT, MOST_PARTS = 1e-8, 1_000_000
 #: Parts of each part of a rim around an end.
@@ -209,6 +212,8 @@ class Problem:
             [np.empty((0, 4)), *(np.column_stack([ring, np.roll(ring, -1, axis=0)]) for ring in rings)]
         )
         self.on_earth = described["on_earth"] is True
+        #: Cells of all grids that have been laid.
+        self.cells = 0
 
     def lower_costs(self, boxes: "Boxes") -> Floats:
         """Bound the cost from below on boxes by linear functions: their values at 3 x 3 places, shape (n, 3, 3)."""
@@ -229,9 +234,11 @@ class Problem:
                 found[:, b, a] = ((total * self.k + 1.0) * scale).lo
         found[np.isnan(found)] = -np.inf
         # where much is lost, a constant may be the better bound
-        (poor,) = np.nonzero(~((lost * self.k * scale).hi < 0.1 * found[:, 1, 1]))
+        least, most = found.min(axis=(1, 2)), found.max(axis=(1, 2))
+        (poor,) = np.nonzero(~((lost * self.k * scale).hi < 0.1 * found[:, 1, 1]) | ~(least >= scale.lo))
         constant = self._constant_costs(boxes[poor], scale[poor])
-        better = constant > found[poor, 1, 1]
+        # (so is it where it is further above the least of the linear function than below the greatest)
+        better = (constant > found[poor, 1, 1]) | (constant * constant > least[poor] * most[poor])
         found[poor[better]] = constant[better, None, None]
         return found
 
@@ -325,8 +332,7 @@ class Raster:
         found, inside = [], np.ones(len(boxes.sides[0]), dtype=np.bool_)
         for axis in range(2):
             low, high = boxes.sides[2 * axis], boxes.sides[2 * axis + 1]
-            units, most = [boxes.grid.unit_of(axis, one) for one in self.knots[axis]], len(self.knots[axis]) - 2
-            below, above = np.array([math.floor(u) for u in units]), np.array([math.ceil(u) for u in units])
+            (below, above), most = boxes.grid.around(axis, self.knots[axis]), len(self.knots[axis]) - 2
             first = np.searchsorted(above, low, side="right") - 1
             last = np.searchsorted(below, high, side="left") - 1
             inside &= (first >= 0) & (last <= most)
@@ -518,11 +524,14 @@ class Grid:
         demand(0 <= parts <= 1 << 12 and parts % 2 == 0, "the parts of a cell are not an even number")
         self.problem, self.last, self.parts = problem, last, parts or 2
         self.grids: dict[Any, Grid] = {}
+        self.knots: dict[int, tuple[Wholes, Wholes]] = {}
         #: The units of the map along each axis.
         self.units = [one * self.parts for one in last]
         demand(max(self.units) < 1 << 30, "a grid is too fine")
         order = np.unique(rows * (last[0] + 1) + columns)
         demand(len(order) < MOST_CELLS // 8, "a grid has too many cells")
+        problem.cells += len(order)
+        demand(problem.cells < MOST_CELLS_IN_ALL, "all grids together have too many cells")
         #: Columns and rows of the cell of each piece, in order.
         self.columns, self.rows = order % (last[0] + 1), order // (last[0] + 1)
         #: Pairs of pieces that touch, those between cells that are not cut apart; None if no cell is cut.
@@ -541,6 +550,13 @@ class Grid:
         """Return a place along an axis in units, exactly."""
         low, high = Fraction(self.problem.bounds[axis]), Fraction(self.problem.bounds[axis + 2])
         return (place - low) * self.units[axis] / (high - low)
+
+    def around(self, axis: int, knots: list[Fraction]) -> tuple[Wholes, Wholes]:
+        """Return the whole units below and above the knots of a raster, which are looked for once."""
+        if id(knots) not in self.knots:
+            units = [self.unit_of(axis, one) for one in knots]
+            self.knots[id(knots)] = np.array([math.floor(u) for u in units]), np.array([math.ceil(u) for u in units])
+        return self.knots[id(knots)]
 
     def place(self, axis: int, units: ArrayLike) -> Interval:
         """Enclose the place of units along an axis."""
@@ -1221,6 +1237,7 @@ class _Border:
         """
         found = [np.empty(0, dtype=np.int64)]
         while len(pairs):
+            demand(len(pairs) < MOST_PAIRS, "values fall faster than the cost, or too nearly so, at many places")
             longest = int((pairs[:, [3, 6]] - pairs[:, [2, 5]]).max()) + 1
             pairs = np.concatenate([pairs[part][self._unclear(pairs[part])] for part in batches(len(pairs), longest)])
             last = (pairs[:, [3, 6]] - pairs[:, [2, 5]] <= 1).all(axis=1)
@@ -1525,9 +1542,15 @@ def _part_of(archive: zipfile.ZipFile, name: str) -> bytes:
 
 
 def _reader(archive: zipfile.ZipFile) -> Reader:
+    read = 0
+
     def array(name: str, kind: str, axes: int) -> Any:
+        nonlocal read
         found = np.lib.format.read_array(io.BytesIO(_part_of(archive, name)), allow_pickle=False)
         demand(8 * found.size <= MOST_BYTES, f"{name} is too large")
+        # (a file may name an array as often as it likes)
+        read += 8 * found.size
+        demand(read < MOST_IN_ALL, "the arrays that are named are too large together")
         demand(found.ndim == axes and found.dtype.kind in kind, f"{name} is of another kind")
         if kind == "i":
             return found.astype(np.int64)

@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 
 import cgla_graph as cg
 from cgla_graph.certificate import check_proof as checker
-from cgla_graph.certificate.proof_file import Archive
+from cgla_graph.certificate.proof_file import Archive, describe_problem
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.risk import ImproperFieldWarning
 
@@ -591,3 +591,29 @@ def test_hostile_blocks_are_refused(box: list[int], parts: int) -> None:
     surface["blocks"] = [{"cells": [3, 6, 3, 6], "inside": inside}]
     with pytest.raises(checker.Refused):
         checker.check(io.BytesIO(archive.packed(described)))
+
+
+def test_a_file_that_names_an_array_often_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    described, archive = by_hand(cone, [22, 27, 14, 19])
+    ring = archive.add(np.zeros((1000, 2)), "ring")
+    whole = archive.packed(described | {"problem": described["problem"] | {"rings": [ring] * 100}})
+    monkeypatch.setattr(checker, "MOST_IN_ALL", 1_000_000)
+    with pytest.raises(checker.Refused, match="the arrays that are named are too large together"):
+        checker.check(io.BytesIO(whole))
+
+
+def test_all_grids_of_a_file_have_a_number_of_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, _, _ = proof_of(OPEN, 0.5)
+    last = parts_of(whole)[0]["grids"][0]["last"]
+    monkeypatch.setattr(checker, "MOST_CELLS_IN_ALL", (last[0] + 1) * (last[1] + 1) + 1)
+    with pytest.raises(checker.Refused, match="all grids together have too many cells"):
+        checker.check(io.BytesIO(whole))
+
+
+@pytest.mark.parametrize(("spread", "k"), [(0.0129, 711.0), (0.0056, 72.0)])
+def test_the_bound_of_the_cost_is_never_below_0(spread: float, k: float) -> None:
+    """Where a threat is narrow, a linear function below the cost may be negative: a constant is above it."""
+    problem = cg.Problem((0.1, 0.5), (0.9, 0.5), cg.RiskField([cg.Threat(0.6, 0.4, spread)]), k=k)
+    archive = Archive()
+    costs = whole_grid(checker.Problem(describe_problem(problem, archive), archive.array), 128).costs
+    assert costs.min() > 0.0

@@ -219,6 +219,14 @@ def test_a_proof_by_hand() -> None:
         checked(*single(wave, [], 2.9901 * math.sqrt(8.0)))
 
 
+def test_values_that_fall_too_fast_everywhere_cost_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All pairs of intervals on different sides would have to be looked at: their number grows with its square."""
+    parts = [2.0 * n / 201 for n in range(1, 201)]
+    monkeypatch.setattr(checker, "MOST_PAIRS", 1 << 12)
+    with pytest.raises(checker.Refused, match="values fall faster than the cost, or too nearly so, at many places"):
+        checked(*single(lambda at: 1e3 * at[:, 1], parts, 8.0))
+
+
 @examples(12)
 @given(st.integers(0, 10**6), st.sampled_from([0, 1, 2, 5]), st.floats(0.8, 1.2))
 def test_values_are_taken_only_if_no_two_places_differ_by_more(seed: int, m: int, scale: float) -> None:
