@@ -229,7 +229,7 @@ class Archive:
                 kind = next(one for one in kinds if one is np.float64 or most <= np.iinfo(one).max)
                 data = io.BytesIO()
                 np.lib.format.write_array(data, np.ascontiguousarray(array, dtype=kind))
-                file.writestr(zipfile.ZipInfo(name), data.getvalue(), zipfile.ZIP_DEFLATED)
+                file.writestr(zipfile.ZipInfo(name), data.getvalue(), zipfile.ZIP_LZMA)
         return stream.getvalue()
 
 
