@@ -138,11 +138,12 @@ def test_pictures_and_units_take_the_expectation() -> None:
 
 def test_costs_are_those_under_the_weight_of_the_problem() -> None:
     """Under a great weight fainter risk counts, whether the field is asked or that of its problem."""
-    problem = cg.Problem((0.1, 0.1), (0.9, 0.1), FIELD, k=1e12)
+    field = cg.UncertainField([NEAR, cg.RiskField([cg.Threat(0.5, 0.89, 0.1, 0.9)])])
+    problem = cg.Problem((0.1, 0.1), (0.9, 0.1), field, k=1e12)
     line = [problem.start, problem.goal]
-    costs = FIELD.costs(problem, line)
+    costs = field.costs(problem, line)
     assert costs.tolist() == problem.field.costs(problem, line).tolist()  # type: ignore[attr-defined] # uncertain
-    plain = [dataclasses.replace(problem, field=one).evaluate(line).cost for one in FIELD.scenarios]
+    plain = [dataclasses.replace(problem, field=one).evaluate(line).cost for one in field.scenarios]
     assert costs == pytest.approx(plain, rel=1e-9)
 
 
