@@ -1442,9 +1442,11 @@ def upper_bound(problem: Problem, path: Floats) -> float:
         step, risk = Interval(length[segment]) / n, Interval(0.0)
         for place in (0.5 - GAUSS, 0.5 + GAUSS):
             t, clear = (Interval(number[part].astype(np.float64)) + place) / n, Interval(np.ones(len(segment)))
-            x, y = (t * sides[axis][segment] + path[segment, axis] for axis in range(2))
+            x, y = (t * side[segment] for side in sides)
             for at_x, at_y, spread, peak in problem.threats:
-                square = (x - at_x).square() + (y - at_y).square()
+                # (the difference of two places is closer than a place, on a small map far from (0, 0))
+                dx, dy = x + (Interval(path[segment, 0]) - at_x), y + (Interval(path[segment, 1]) - at_y)
+                square = dx.square() + dy.square()
                 clear = clear * (1.0 - exp(square / Interval(spread).square() * -0.5) * peak)
             risk = risk + (1.0 - clear).within(0.0, 1.0) * 0.5
         risk = risk + step.square().square() * bend / 4320.0

@@ -617,3 +617,16 @@ def test_the_bound_of_the_cost_is_never_below_0(spread: float, k: float) -> None
     archive = Archive()
     costs = whole_grid(checker.Problem(describe_problem(problem, archive), archive.array), 128).costs
     assert costs.min() > 0.0
+
+
+def test_the_cost_of_a_path_is_close_on_a_small_map_far_away() -> None:
+    origin, size = 1e6, 2.0**-20
+    places = origin + size * np.array([(0.0, 0.0), (1.0, 0.0), (0.5, 0.25)])
+    problem = cg.Problem(
+        tuple(places[0]), tuple(places[1]), cg.RiskField([cg.Threat(*places[2], size / 16.0)]), k=1e3,
+        bounds=(*places[0], *(origin + size * np.ones(2))),
+    )  # fmt: skip
+    archive = Archive()
+    checked = checker.Problem(describe_problem(problem, archive), archive.array)
+    cost = problem.evaluate(places[:2]).cost
+    assert cost * (1.0 - 1e-9) <= checker.upper_bound(checked, places[:2]) <= cost * (1.0 + 1e-6)
