@@ -59,7 +59,9 @@ def read_pairs(file: str | os.PathLike[str], problem: Problem) -> Pairs:
     Raises
     ------
     ScenarioError
-        If the file does not exist, lacks a column, or a coordinate is no finite number; the message says in which line.
+        If the file does not exist, lacks a column or has one twice, has another column whose name begins with ``start``
+        or ``goal``, a line has more cells than the first one, or a coordinate is no finite number; the message says in
+        which line.
 
     Examples
     --------
@@ -79,6 +81,7 @@ def read_pairs(file: str | os.PathLike[str], problem: Problem) -> Pairs:
         msg = f"{name}: line {reader.line_num} is no CSV ({error}); give a table of starts and goals"
         raise ScenarioError(msg) from error
     heads = [head.strip().lower() for head in lines[0][1]] if lines else []
+    _check_columns(heads, lines[1:], name)
     found = [_ends(end, heads, lines[1:], problem, name) for end in ENDS]
     if all(one is None for one in found):
         got = f"the first line says {shown(','.join(heads))}" if heads else "it is empty"
@@ -94,6 +97,25 @@ def read_pairs(file: str | os.PathLike[str], problem: Problem) -> Pairs:
     column = heads.index("name") if "name" in heads else None
     names = None if column is None else [line[column].strip() if column < len(line) else "" for _, line in lines[1:]]
     return Pairs(starts, goals, names)
+
+
+def _check_columns(heads: list[str], lines: list[tuple[int, list[str]]], name: str) -> None:
+    """Check that no place is left out or doubtful because of a column that is misspelt, or comes twice."""
+    known = [f"{end}_{axis}" for end in ENDS for axes in AXES for axis in axes]
+    for head in heads:
+        if heads.count(head) > 1 and head in {*known, "name"}:
+            msg = f"{name}: the first line has the column {head} {heads.count(head)} times; leave one"
+            raise ScenarioError(msg)
+        if head.startswith(ENDS) and head not in known:
+            msg = f"{name}: {shown(head)} is no column of a place; rename it, columns of places are {', '.join(known)}"
+            raise ScenarioError(msg)
+    for number, line in lines:
+        if len(line) > len(heads) and any(cell.strip() for cell in line[len(heads) :]):
+            msg = (
+                f"{name}: line {number} has {len(line)} cells, and the first line names {len(heads)} columns; write "
+                "numbers with a point, and names with a comma in quotation marks"
+            )
+            raise ScenarioError(msg)
 
 
 def _ends(

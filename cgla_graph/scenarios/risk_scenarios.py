@@ -131,7 +131,8 @@ def read_scenarios(
 def _check(table: RiskScenariosTable, problem: Problem) -> None:
     """Check that a file says one thing, in the coordinates of its map."""
     if (table.sample is None) == (not table.scenarios):
-        msg = "it has both [[scenarios]] and [sample], or neither; give one of the two"
+        held = "neither [[scenarios]] nor" if table.sample is None else "both [[scenarios]] and"
+        msg = f"it has {held} [sample]; give one of the two"
         raise CglaError(msg)
     if table.coordinates == "lonlat" and problem.projection is None:
         msg = "its coordinates are lonlat, and the map is in the plane; leave them out, or give a map in degrees"
