@@ -162,7 +162,9 @@ class UncertainSolution(Solution):
         """
         if not self.status.has_path or not self.least_weighted > 0.0:
             return math.nan if self.cost != 0.0 else 0.0
-        return max(self.cost / self.least_weighted - 1.0, 0.0)
+        gap = self.cost / self.least_weighted - 1.0
+        # (costs of scenarios are rounded, each in its own way; the expected cost is a weighted sum itself)
+        return gap if gap > SAME and self.alpha > 0.0 else 0.0
 
     def held_out(self, count: int = HELD_OUT) -> HeldOut:
         """
