@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from cgla_graph._progress import Tell, showing
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
-from cgla_graph._validate import instance, point_array, positive_number
+from cgla_graph._validate import instance, number_array, point_array, positive_number
 from cgla_graph.certificate.certificate import MAX_CELLS, WORTH, is_separated, load_kernels, usual_cells
 from cgla_graph.certificate.many import MOST_SOLVES, GoalSurface, Ground
 from cgla_graph.certificate.many_cells import CellSurface
@@ -193,7 +193,8 @@ class Map(ShortRepr):
 
 def _points(name: str, value: ArrayLike) -> FloatArray:
     """Return points, shape ``(n, 2)``: one, several, or none."""
-    points = point_array(name, value) if np.size(value) else np.empty((0, 2))
+    array = number_array(name, value)
+    points = point_array(name, array) if array.size else np.empty((0, 2))
     if points.ndim not in {1, 2}:
         msg = f"{name} have shape {points.shape}; give points, shape (n, 2)"
         raise ProblemError(msg)

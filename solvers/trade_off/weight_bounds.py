@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._text import ShortRepr
 from cgla_graph._types import FloatArray
+from cgla_graph._validate import number_array
 
 #: Interpolated bounds are lowered by this ratio, for their rounding.
 LOWERED = 2.0**-46
@@ -82,7 +83,7 @@ class WeightBounds(ShortRepr):
         bounds
             Map units, the same shape; at the weights of the proofs at least their bounds.
         """
-        asked = np.asarray(k, dtype=float)
+        asked = number_array("k", k)
         if (self.bounds == math.inf).any():
             # (no risk weight opens a way)
             return np.full(asked.shape, math.inf)
