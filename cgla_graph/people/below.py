@@ -115,13 +115,16 @@ def limited_layers(problem: Problem) -> tuple[list[RasterRisk], str]:
     Raises
     ------
     ProblemError
-        If there is no raster, layers of people overlap on different cells, or a raster without a unit has a scale, so
-        that it is not known whether a limit is one of its values or of its risk.
+        If there is no raster, the field is uncertain, layers of people overlap on different cells, or a raster without
+        a unit has a scale, so that it is not known whether a limit is one of its values or of its risk.
     """
     instance("problem", problem, Problem, problem_wanted)
     rasters = problem.field.rasters
     if not rasters:
         msg = "the problem has no raster whose density could be limited; give RiskField(threats, rasters=[…])"
+        raise ProblemError(msg)
+    if problem.field.is_mixture:
+        msg = "the field is uncertain, and a limit of its mean density is none; give problem.field.scenarios[0]"
         raise ProblemError(msg)
     layers, unit = held_against(problem)
     if unit == "people/km2":

@@ -136,6 +136,14 @@ def test_pictures_and_units_take_the_expectation() -> None:
     assert [one.values.max() for one in mixed] == pytest.approx([50.0, 150.0])
 
 
+def test_a_limit_of_density_is_none_of_the_mean() -> None:
+    """Half of a crowd by day and half of one by night are no density that a limit is about."""
+    rasters = [cg.RasterRisk([[dense, 1.0]], (0, 0, 1, 1), interpolation="nearest") for dense in (3.0, 0.5)]
+    field = cg.UncertainField([cg.RiskField(rasters=[one]) for one in rasters])
+    with pytest.raises(ProblemError, match="the field is uncertain, and a limit of its mean"):
+        cg.below_density(cg.Problem((0.6, 0.2), (0.9, 0.8), field), 2.0)
+
+
 def test_costs_are_those_under_the_weight_of_the_problem() -> None:
     """Under a great weight fainter risk counts, whether the field is asked or that of its problem."""
     field = cg.UncertainField([NEAR, cg.RiskField([cg.Threat(0.5, 0.89, 0.1, 0.9)])])
