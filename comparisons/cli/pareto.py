@@ -130,7 +130,7 @@ def _of_weights(scenario: "Scenario", entrant: "Entrant", more: dict[str, Any]) 
 def _numbers(name: str, text: str | None) -> list[float]:
     """Read numbers, separated by commas."""
     try:
-        return [float(part) for part in (text or "").split(",") if part.strip()]
+        return [] if text is None else [float(part) for part in text.removesuffix(",").split(",")]
     except ValueError as error:
         msg = f"{name} is {shown(text)}; give numbers, as 0.01,0.03"
         raise ProblemError(msg) from error

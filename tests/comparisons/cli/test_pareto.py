@@ -222,6 +222,11 @@ def test_wrong_budgets(cgla: Call, words: list[str], said: str) -> None:
     cgla("plan", "small.toml", "--solver", "cgla", *words).refused(said)
 
 
+@pytest.mark.parametrize("budgets", [",", "", "0.1,,0.3", "0.1;0.3"])
+def test_budgets_are_never_dropped(cgla: Call, budgets: str) -> None:
+    cgla("pareto", "small.toml", "--proven", "--budgets", budgets).refused("--budgets is", "give numbers")
+
+
 # The picture
 
 
