@@ -72,6 +72,15 @@ def test_the_cut_closes_the_gap_of_two_corridors() -> None:
     assert solved(CORRIDORS, objective="expected").duality_gap == 0.0
 
 
+def test_rounding_is_no_duality_gap() -> None:
+    """Costs that differ by rounding alone leave no gap, and the expected cost is a weighted sum itself."""
+    found = solved(CORRIDORS, objective="worst", tolerance=None)
+    near = {"cost": 1.0 + 2.0**-52, "least_weighted": 1.0}
+    assert dataclasses.replace(found, **near).duality_gap == 0.0
+    assert dataclasses.replace(found, **near | {"cost": 1.1}).duality_gap == pytest.approx(0.1)
+    assert dataclasses.replace(found, objective="expected", alpha=0.0, **near | {"cost": 1.1}).duality_gap == 0.0
+
+
 @pytest.mark.parametrize(
     ("seed", "alpha"),
     [
