@@ -93,8 +93,9 @@ def inlined(function: Callable[P, R]) -> Callable[P, R]:
 
     Examples
     --------
-    >>> inlined(lambda x: 2.0 * x)(3.0)
-    6.0
+    >>> from cgla_graph.model.risk_kernels import _risk_of_one
+    >>> type(_risk_of_one) is type(kernel(_risk_of_one._function))
+    True
     """
     return cast("Callable[P, R]", _Kernel(function, inline="always"))
 

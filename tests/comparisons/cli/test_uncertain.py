@@ -52,7 +52,7 @@ def test_the_command_prints_what_python_finds(folder: Path, cgla: Call) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "neither; give one of the two"),
+        ("", r"neither \[\[scenarios\]\] nor \[sample\]; give one of the two"),
         ("[sample]\nplace = 0.1\n[[scenarios]]\n", "both"),
         ("[sample]\n", "nothing is uncertain"),
         ("[sample]\npeak = 1000.0\n", "sample.peak: give at most 10"),
