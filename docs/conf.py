@@ -70,7 +70,7 @@ numpydoc_validation_exclude = {r"\.RiskField$"}
 
 nitpick_ignore_regex = [
     # names of others: there is nothing here to link them to
-    ("py:.*", r"(collections|datetime|matplotlib|networkx|np|numpy|nx|os|pathlib|scipy|shapely)\..*"),
+    ("py:.*", r"(collections|datetime|fractions|matplotlib|networkx|np|numpy|nx|os|pathlib|scipy|shapely)\..*"),
     # what hints name as text, as it is imported by type checkers alone
     ("py:class", r"[A-Z]\w+"),
     # a hint with a comma in quotation marks, taken apart by Sphinx

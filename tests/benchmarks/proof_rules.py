@@ -76,9 +76,9 @@ def without_end_grids() -> Iterator[None]:
     """Leave a cone in each block around an end."""
     original = proof_file._Writer.surface
 
-    def surface(self: Any, sheet: Any, values: Any, end: Any, height: float, around_end: Any, *rest: Any) -> Any:  # noqa: ANN401 - passed on
+    def surface(self: Any, sheet: Any, values: Any, height: float, around_end: Any, *rest: Any) -> Any:  # noqa: ANN401 - passed on
         bare = around_end and {"cells": around_end["cells"]}
-        return original(self, sheet, values, end, height, bare, *rest)
+        return original(self, sheet, values, height, bare, *rest)
 
     with patch.object(proof_file._Writer, "surface", surface):
         yield
@@ -87,12 +87,7 @@ def without_end_grids() -> Iterator[None]:
 @contextlib.contextmanager
 def without_corner_blocks() -> Iterator[None]:
     """Lay no block around a corner."""
-    original = Level.lay
-
-    def lay(problem: Any, last: Any, runs: Any, worth: float = math.inf, *rest: Any, **more: Any) -> Level:  # noqa: ANN401 - passed on
-        return original(problem, last, runs, math.inf, *rest, **more)
-
-    with patch.object(Level, "lay", lay):
+    with patch.object(Level, "corners", ()):
         yield
 
 
