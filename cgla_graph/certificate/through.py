@@ -412,10 +412,12 @@ def least_through(level: Level, to_goal: Subsolution, to_start: Subsolution) -> 
     certificate_kernels.least_sums(to_goal.values, to_start.values, mesh.controls, least)
     blocks = {id(one): one for one in (*to_goal.corners, *to_start.corners)}.values()
     for corner in blocks:
-        least[corner.pieces] = sum(
-            _in_corner(level, corner, one) if corner in one.corners else _lowest(level, one, corner.pieces)
-            for one in (to_goal, to_start)
-        )
+        # (where one end is not reached and nothing is known of the other, nothing is known)
+        with np.errstate(invalid="ignore"):
+            least[corner.pieces] = sum(
+                _in_corner(level, corner, one) if corner in one.corners else _lowest(level, one, corner.pieces)
+                for one in (to_goal, to_start)
+            )
     for block, other in ((level.start_block, to_goal), (level.goal_block, to_start)):
         pieces = np.flatnonzero(mesh.matters & block.holds)
         least[pieces] = _in_block(level, block, other, pieces)

@@ -90,7 +90,10 @@ class WeightBounds(ShortRepr):
         weights, values = self._known
         if not len(weights):
             return np.full(asked.shape, math.nan)
-        between = np.interp(asked, *self._corners) * (1.0 - LOWERED)
+        with np.errstate(over="ignore", invalid="ignore"):
+            between = np.interp(asked, *self._corners) * (1.0 - LOWERED)
+        # (the slope between two of the least weights is no float)
+        between = np.where(np.isfinite(between), between, 0.0)
         # (the bound of a lesser weight is one as well, and is not rounded)
         return np.asarray(np.maximum(between, values[np.searchsorted(weights, asked, side="right") - 1]))
 

@@ -89,8 +89,9 @@ def test_no_path_within_delta_leaves_the_corridor(draw: Callable[[int], cg.Probl
 
 
 @pytest.mark.slow
-def test_none_of_thousands_of_paths_within_delta_leaves_the_corridor() -> None:
-    assert sum(check_corridor(DRAWS[seed % 4](seed), seed, 25) for seed in range(200)) > 2000
+@pytest.mark.parametrize("first", range(0, 40, 8))
+def test_none_of_hundreds_of_paths_within_delta_leaves_the_corridor(first: int) -> None:
+    assert sum(check_corridor(DRAWS[seed % 4](seed), seed, 25) for seed in range(first, first + 8)) > 20
 
 
 def test_a_corridor_for_less_is_left_by_a_path() -> None:
