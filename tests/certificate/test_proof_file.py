@@ -3,7 +3,6 @@
 import contextlib
 import copy
 import io
-import json
 import math
 import subprocess
 import sys
@@ -19,6 +18,7 @@ import pytest
 import shapely
 from hypothesis import example, given
 from hypothesis import strategies as st
+from proofs import HILLS, OPEN, THREATS, WALL, WALLED, packed_and_checked, parts_of, stored
 
 import cgla_graph as cg
 from cgla_graph.certificate import check_proof as checker
@@ -27,13 +27,8 @@ from cgla_graph.errors import ProblemError
 from cgla_graph.model.risk import ImproperFieldWarning
 
 CHECKER = Path(checker.__file__)
-WALL = shapely.box(0.45, -0.2, 0.55, 0.62)
-FIELD = cg.RiskField([cg.Threat(0.3, 0.35, 0.1, 0.7), cg.Threat(0.7, 0.7, 0.12, 0.8)])
-OPEN = cg.Problem((0.12, 0.2), (0.9, 0.65), FIELD, k=8.0)
-WALLED = cg.Problem((0.12, 0.2), (0.9, 0.25), FIELD, k=8.0, no_fly=WALL)
 #: A gap that the first grid is enough for.
 COARSE = 0.15
-HILLS = np.add.outer(np.sin(np.arange(10.0)) + 1.0, np.cos(np.arange(12.0)) + 1.0)
 HILLY = [
     cg.RiskField(rasters=[cg.RasterRisk(HILLS, bounds=box, interpolation=way)])
     for way, box in (("nearest", (0.0, 0.0, 1.0, 1.0)), ("bilinear", (-0.3, 0.1, 0.7, 1.3)))
@@ -51,19 +46,6 @@ def proof_of(problem: cg.Problem, tolerance: float) -> tuple[bytes, float, float
         file = Path(folder) / "one.proof"
         found = cg.save_proof(problem, file, best.path, tolerance=tolerance)
         return file.read_bytes(), found["lower"], best.cost
-
-
-def parts_of(data: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the description and the arrays of a file."""
-    with zipfile.ZipFile(io.BytesIO(data)) as file:
-        arrays = {name: np.load(io.BytesIO(file.read(name))) for name in file.namelist() if name != "proof.json"}
-        return json.loads(file.read("proof.json")), arrays
-
-
-def checked(described: dict[str, Any], arrays: dict[str, Any]) -> checker.Result:
-    archive = Archive()
-    archive.arrays = arrays
-    return checker.check(io.BytesIO(archive.packed(described)))
 
 
 # what files prove
@@ -114,7 +96,7 @@ def test_a_proof_is_about_one_problem(tmp_path: Path) -> None:
     file = tmp_path / "one.proof"
     file.write_bytes(proof_of(WALLED, COARSE)[0])
     assert cg.verify_proof(file, WALLED)["lower"] == proof_of(WALLED, COARSE)[1]
-    for other in (OPEN, cg.Problem((0.12, 0.2), (0.9, 0.25), FIELD, k=8.001, no_fly=WALL)):
+    for other in (OPEN, cg.Problem((0.12, 0.2), (0.9, 0.25), cg.RiskField(THREATS), k=8.001, no_fly=WALL)):
         with pytest.raises(ProblemError, match="another problem"):
             cg.verify_proof(file, other)
 
@@ -169,7 +151,7 @@ def refused_where_false(problem: cg.Problem, count: int) -> None:
         if upper < lower:
             false += 1
             with pytest.raises(checker.Refused):
-                checked(described, arrays)
+                packed_and_checked(described, arrays)
 
 
 @pytest.mark.parametrize("problem", [OPEN, WALLED], ids=["open", "walled"])
@@ -187,9 +169,9 @@ def test_more_than_is_proven_is_refused() -> None:
     described, arrays = parts_of(proof_of(OPEN, 0.02)[0])
     described["lower"] = math.nextafter(described["lower"], math.inf)
     with pytest.raises(checker.Refused, match="which is less than"):
-        checked(described, arrays)
+        packed_and_checked(described, arrays)
     described["lower"] = 0.9 * described["lower"]
-    assert checked(described, arrays)["lower"] == described["lower"]
+    assert packed_and_checked(described, arrays)["lower"] == described["lower"]
 
 
 def values_of(steps: Any) -> Any:  # noqa: ANN401 - an array
@@ -214,7 +196,7 @@ def test_a_surface_too_steep_is_refused(seed: int) -> None:
     del described["grids"][-1]["to_start"]
     raised(described, arrays, np.random.default_rng(seed))
     with pytest.raises(checker.Refused, match="which is less than"):
-        checked(described, arrays)
+        packed_and_checked(described, arrays)
 
 
 @pytest.mark.parametrize("more", [-1, 1])
@@ -223,7 +205,7 @@ def test_other_numbers_of_values_are_refused(more: int) -> None:
     name = described["grids"][0]["to_goal"]["values"]
     arrays[name] = np.resize(arrays[name], len(arrays[name]) + more)
     with pytest.raises(checker.Refused, match="more or fewer control values"):
-        checked(described, arrays)
+        packed_and_checked(described, arrays)
 
 
 def test_a_surface_across_a_wall_is_refused() -> None:
@@ -231,18 +213,18 @@ def test_a_surface_across_a_wall_is_refused() -> None:
     described, arrays = parts_of(proof_of(WALLED, COARSE)[0])
     described["grids"][0]["parts"] = 0
     with pytest.raises(checker.Refused, match="more or fewer control values"):
-        checked(described, arrays)
+        packed_and_checked(described, arrays)
 
 
 def test_a_path_through_a_wall_is_refused() -> None:
     described, arrays = parts_of(proof_of(WALLED, COARSE)[0])
     arrays[described["path"]] = np.array([described["problem"]["start"], described["problem"]["goal"]])
     with pytest.raises(checker.Refused, match="crosses an area after waypoint 0"):
-        checked(described, arrays)
+        packed_and_checked(described, arrays)
     # along the rim and over a corner is allowed
     corners = [(0.45, 0.62), (0.55, 0.62)]
     arrays[described["path"]] = np.array([described["problem"]["start"], *corners, described["problem"]["goal"]])
-    assert checked(described, arrays)["upper"] >= proof_of(WALLED, COARSE)[1]
+    assert packed_and_checked(described, arrays)["upper"] >= proof_of(WALLED, COARSE)[1]
 
 
 # changes that leave a proof true
@@ -255,16 +237,16 @@ def test_surfaces_may_be_shifted_and_flattened() -> None:
         for name in ("to_goal", "to_start"):
             arrays[grid[name]["values"]] = stepped(values_of(arrays[grid[name]["values"]]) + 12345)
     described["lower"] = lower * (1.0 - 1e-12)
-    assert checked(described, arrays)["lower"] == described["lower"]
+    assert packed_and_checked(described, arrays)["lower"] == described["lower"]
     # without the end's own grid, a cone is left: a true bound, and a lower one
     without = copy.deepcopy(described)
     for grid in without["grids"]:
         for name in ("to_goal", "to_start"):
             del grid[name]["end"]["inside"]
     with pytest.raises(checker.Refused, match="which is less than"):
-        checked(without, arrays)
+        packed_and_checked(without, arrays)
     without["grids"], without["lower"] = without["grids"][:1], 0.9 * lower
-    assert checked(without, arrays)["lower"] == 0.9 * lower
+    assert packed_and_checked(without, arrays)["lower"] == 0.9 * lower
 
 
 def cone(x: Any, y: Any) -> Any:  # noqa: ANN401 - arrays
@@ -309,19 +291,6 @@ def by_hand(heights: Any, end: list[int], **changes: Any) -> tuple[dict[str, Any
 def whole_grid(problem: checker.Problem, n: int, parts: int = 0) -> checker.Grid:
     """Lay a grid over the whole map."""
     return checker.Grid(problem, [n, n], parts, *checker.all_cells(0, n + 1, 0, n + 1))
-
-
-def stored(described: dict[str, Any], arrays: dict[str, Any], method: int = zipfile.ZIP_STORED) -> io.BytesIO:
-    """Write a file with arrays as they are."""
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", method) as file:
-        file.writestr("proof.json", json.dumps(described))
-        for name, array in arrays.items():
-            held = io.BytesIO(array if isinstance(array, bytes) else b"")
-            if not isinstance(array, bytes):
-                np.save(held, array)
-            file.writestr(name, held.getvalue())
-    return stream
 
 
 def test_a_surface_of_another_method() -> None:

@@ -2,9 +2,7 @@
 
 import io
 import itertools
-import json
 import math
-import zipfile
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,6 +12,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
+from proofs import packed_and_checked, parts_of
 from strategies import examples
 
 import cgla_graph as cg
@@ -59,19 +58,6 @@ def proof_of(problem: cg.Problem, tolerance: float = 0.01) -> tuple[bytes, float
         return file.read_bytes(), found["lower"], best
 
 
-def parts_of(data: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the description and the arrays of a file."""
-    with zipfile.ZipFile(io.BytesIO(data)) as file:
-        arrays = {name: np.load(io.BytesIO(file.read(name))) for name in file.namelist() if name != "proof.json"}
-        return json.loads(file.read("proof.json")), arrays
-
-
-def checked(described: dict[str, Any], arrays: dict[str, Any]) -> checker.Result:
-    archive = Archive()
-    archive.arrays = arrays
-    return checker.check(io.BytesIO(archive.packed(described)))
-
-
 @pytest.mark.parametrize("problem", [noise(), noise((3.0, 2.61)), noise((3.0, 4.0)), noise((0.0, 0.0))])
 def test_a_file_is_as_close_as_the_proof(problem: cg.Problem) -> None:
     """Also where the start is on a line or a corner."""
@@ -107,7 +93,7 @@ def test_areas_close_cells() -> None:
     assert 1.05 * proof_of(noise())[2].cost < lower <= best.cost
     described["problem"]["rings"] = []
     with pytest.raises(checker.Refused, match="missing"):
-        checked(described, arrays)
+        packed_and_checked(described, arrays)
 
 
 def test_no_path(tmp_path: Path) -> None:
@@ -116,7 +102,7 @@ def test_no_path(tmp_path: Path) -> None:
     described, arrays = parts_of((tmp_path / "shut.proof").read_bytes())
     arrays[described["problem"]["rings"][0]] = np.array([(4.8, -1.0), (6.2, -1.0), (6.2, 11.99), (4.8, 11.99)])
     with pytest.raises(checker.Refused, match="missing"):
-        checked(described, arrays)
+        packed_and_checked(described, arrays)
 
 
 def test_lines_of_several_rasters_cost_less() -> None:
@@ -139,7 +125,7 @@ def test_lines_of_several_rasters_cost_less() -> None:
         other["problem"].setdefault("more", []).append({**name, "values": name["values"] + "x"})
     other["problem"]["rasters"] = other["problem"].pop("more")
     with pytest.raises(checker.Refused):
-        checked(other, held)
+        packed_and_checked(other, held)
 
 
 @pytest.mark.parametrize("beside", [0.0, 1e-16, -1e-12, 3e-10, -3e-10])
@@ -212,11 +198,11 @@ def test_a_proof_by_hand() -> None:
     def wave(at: Any) -> Any:  # noqa: ANN401 - arrays
         return 2.99 / math.sqrt(2.0) * (4.0 - at.sum(axis=1))
 
-    assert checked(*single(wave, [0.5, 1.0, 1.5], 2.98 * math.sqrt(8.0)))["lower"] == 2.98 * math.sqrt(8.0)
+    assert packed_and_checked(*single(wave, [0.5, 1.0, 1.5], 2.98 * math.sqrt(8.0)))["lower"] == 2.98 * math.sqrt(8.0)
     with pytest.raises(checker.Refused, match=r"cell \(0, 0\): values fall faster than the cost"):
-        checked(*single(lambda at: 1.004 * wave(at), [0.5, 1.0, 1.5], 8.4))
+        packed_and_checked(*single(lambda at: 1.004 * wave(at), [0.5, 1.0, 1.5], 8.4))
     with pytest.raises(checker.Refused, match="which is less than"):
-        checked(*single(wave, [], 2.9901 * math.sqrt(8.0)))
+        packed_and_checked(*single(wave, [], 2.9901 * math.sqrt(8.0)))
 
 
 def test_values_that_fall_too_fast_everywhere_cost_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -224,7 +210,7 @@ def test_values_that_fall_too_fast_everywhere_cost_no_memory(monkeypatch: pytest
     parts = [2.0 * n / 201 for n in range(1, 201)]
     monkeypatch.setattr(checker, "MOST_PAIRS", 1 << 12)
     with pytest.raises(checker.Refused, match="values fall faster than the cost, or too nearly so, at many places"):
-        checked(*single(lambda at: 1e3 * at[:, 1], parts, 8.0))
+        packed_and_checked(*single(lambda at: 1e3 * at[:, 1], parts, 8.0))
 
 
 @examples(12)
@@ -246,9 +232,9 @@ def test_values_are_taken_only_if_no_two_places_differ_by_more(seed: int, m: int
     worst = float((np.abs(values[:, None] - values) - 3.0 * far).max())
     if worst > 1e-5:
         with pytest.raises(checker.Refused, match="values fall faster"):
-            checked(*single(heights, parts.tolist(), 0.0))
+            packed_and_checked(*single(heights, parts.tolist(), 0.0))
     elif worst < -1e-5 or scale < 0.95:
-        assert checked(*single(heights, parts.tolist(), 0.0))["lower"] == 0.0
+        assert packed_and_checked(*single(heights, parts.tolist(), 0.0))["lower"] == 0.0
 
 
 # mutants
@@ -299,7 +285,7 @@ def refused_or_true(problem: cg.Problem, seeds: range) -> dict[str, list[int]]:
         kind = mutated(described, arrays, np.random.default_rng(seed))
         count = counts.setdefault(kind, [0, 0])
         try:
-            found = checked(described, arrays)
+            found = packed_and_checked(described, arrays)
         except checker.Refused:
             count[0] += 1
             continue

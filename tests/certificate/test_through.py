@@ -15,7 +15,7 @@ from test_certificate import good_path, maps, raster_maps, some_paths
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
-from cgla_graph.certificate.through import Through, bottleneck, bounds_through, refined_bounds
+from cgla_graph.certificate.through import Through, bottleneck, bounds_through, grids_through
 from cgla_graph.errors import CglaError, ProblemError
 from cgla_graph.testing import strategies as drawn
 
@@ -88,7 +88,8 @@ def check_through(problem: cg.Problem, seed: int, *, scale: float = 1.0, through
     columns, rows = (max(8, round(rng.choice([20, 40, 64]) * side)) for side in (sides / sides.max()).tolist())
     whole = bounds_through(problem, last=(columns, rows), path=held)
     limit = least * float(rng.choice([1.0, 1.01, 1.3]))
-    tubes = itertools.islice(refined_bounds(problem, limit=limit, path=held, max_cells=20_000), 2)
+    grids = itertools.islice(grids_through(problem, limit=limit, path=held, max_cells=20_000), 2)
+    tubes = (grid.through for grid in grids)
     assert scale * bottleneck(whole.on_cells(), problem.bounds, problem.start, problem.goal) <= least * (1.0 + ROUNDING)
     for found in [whole, *tubes]:
         assert scale * found.lower_bound <= least * (1.0 + ROUNDING)
@@ -138,7 +139,8 @@ def test_cells_that_are_not_listed_cost_the_limit() -> None:
 
 def test_the_cells_of_the_best_path_are_listed_on_every_grid() -> None:
     best = bounds_through(BOX, last=(64, 64)).upper_bound
-    for found in refined_bounds(BOX, limit=best * (1.0 + ROUNDING), max_cells=60_000):
+    for grid in grids_through(BOX, limit=best * (1.0 + ROUNDING), max_cells=60_000):
+        found = grid.through
         assert found.path is not None
         assert highest_on(found, found.path) < found.limit
 

@@ -316,20 +316,16 @@ def block_widened(one: Described, arrays: Arrays, draw: Draw, more: float) -> li
     if "grids" not in one:
         return None
     grids, by = laid_grids(one, arrays), 1.1 * more * one["lower"]
-    for grid in one["grids"]:
-        for name in ("to_goal", "to_start"):
-            if name not in grid:
-                continue
-            surface = grid[name]
-            wider = int(draw.integers(0, 4))
-            cells = surface["end"]["cells"]
-            laid = grids[surface["values"]]
-            surface["end"]["cells"] = [c + wider * (1 if n % 2 else -1) for n, c in enumerate(cells)]
-            low, high = (np.array(laid.problem.bounds[end : end + 2]) for end in (0, 2))
-            node = (places_of(laid) - low) / (high - low) * np.array(laid.last)
-            west, east, south, north = cells
-            inside = (node[:, 0] >= west) & (node[:, 0] < east) & (node[:, 1] >= south) & (node[:, 1] < north)
-            put_values(surface, arrays, values_of(surface, arrays) + by * ~inside)
+    for surface in surfaces_of(one, inner=False):
+        wider = int(draw.integers(0, 4))
+        cells = surface["end"]["cells"]
+        laid = grids[surface["values"]]
+        surface["end"]["cells"] = [c + wider * (1 if n % 2 else -1) for n, c in enumerate(cells)]
+        low, high = (np.array(laid.problem.bounds[end : end + 2]) for end in (0, 2))
+        node = (places_of(laid) - low) / (high - low) * np.array(laid.last)
+        west, east, south, north = cells
+        inside = (node[:, 0] >= west) & (node[:, 0] < east) & (node[:, 1] >= south) & (node[:, 1] < north)
+        put_values(surface, arrays, values_of(surface, arrays) + by * ~inside)
     return []
 
 

@@ -71,6 +71,13 @@ def checked(described: Described, arrays: Arrays) -> checker.Result:
     return checker.check(stored(described, arrays))
 
 
+def packed_and_checked(described: Described, arrays: Arrays) -> checker.Result:
+    """Check a file made of such parts, as the library packs it."""
+    archive = Archive()
+    archive.arrays = arrays
+    return checker.check(io.BytesIO(archive.packed(described)))
+
+
 def fault_of(described: Described, arrays: Arrays) -> str:
     """Return why a file is refused; empty if it is not."""
     try:
