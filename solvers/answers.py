@@ -177,12 +177,13 @@ class Answers(ShortRepr):
             If the ending is another one, or the file cannot be written.
         """
         text = io.StringIO()
-        heads = list(self.rows()[0]) if len(self) else ["name", "status", *NUMBERS, "waypoints", "message"]
+        rows = self.rows()
+        heads = list(rows[0]) if rows else ["name", "status", *NUMBERS, "waypoints", "message"]
         writer = csv.DictWriter(text, heads, lineterminator="\n")
         writer.writeheader()
         # (an infinite bound proves that there is no path)
         bounds = ["inf" if bound == np.inf else None for bound in self.lower_bounds]
-        for row, bound in zip(self.rows(), bounds, strict=True):
+        for row, bound in zip(rows, bounds, strict=True):
             writer.writerow({**row, "lower_bound": bound or row["lower_bound"]})
         return _write(file, ".csv", text.getvalue())
 

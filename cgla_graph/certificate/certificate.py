@@ -38,7 +38,7 @@ from cgla_graph._validate import non_negative_number, point_array, positive_numb
 from cgla_graph.certificate import cell_proof, corners, corridor
 from cgla_graph.certificate.cell_proof import CellProof
 from cgla_graph.certificate.corridor import Corridor
-from cgla_graph.certificate.costs import LEAST_SCALE, LEAST_SHRINK, least_scale, rounding, scale_at
+from cgla_graph.certificate.costs import LEAST_SCALE, LEAST_SHRINK, geodesic_error, least_scale, rounding, scale_at
 from cgla_graph.certificate.subsolution import (
     FIRST_CELLS,
     LEAST_TIMES,
@@ -54,7 +54,6 @@ from cgla_graph.eikonal.marching import descent
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.clearance import GAP
 from cgla_graph.model.cost_model import MapKind
-from cgla_graph.model.earth import GEODESIC_ERROR
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.small_problem import SMALL_PATH, small_problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, TOLERANCE
@@ -634,7 +633,7 @@ class _Search:
                 # the cells left out of the grid are more expensive than a known path
                 self._prove(self.known.least, "grid")
                 return self._end(self._outcome())
-            here = max(one.bound for one in bounds) - (GEODESIC_ERROR if self.on_earth else 0.0)
+            here = max(one.bound for one in bounds) - geodesic_error(problem)
             # no bound exceeds the cost of a known path
             self._prove(min(here * shrink, self.known.least), "grid")
             if math.isinf(self.known.least) and len(self.grids) == 1 and is_separated(closed):

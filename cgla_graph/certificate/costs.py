@@ -14,7 +14,7 @@ from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.certificate_kernels import COST, DROP, LEAST, SLOPE_X, SLOPE_Y
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.model.cost_model import in_parts
-from cgla_graph.model.earth import POLAR_RADIUS, LocalProjection
+from cgla_graph.model.earth import GEODESIC_ERROR, POLAR_RADIUS, LocalProjection
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster import raster_array
 
@@ -125,6 +125,30 @@ def rounding(problem: Problem) -> float:
     of_rasters = 16.0 * len(problem.field.rasters)
     in_plane = float(2.0**-50 * (16.0 + of_rasters + problem.k * problem.field.rounding))
     return in_plane if problem.projection is None else (in_plane + 2.0**-46) / max(least_scale(problem), LEAST_SCALE)
+
+
+def is_provable(problem: Problem) -> bool:
+    """
+    Return whether a grid may prove more than a straight line: neither rounding nor the scale of the map is in the way.
+
+    Examples
+    --------
+    >>> is_provable(Problem((0, 0), (1, 1), k=10.0))
+    True
+    """
+    return 1.0 - rounding(problem) >= LEAST_SHRINK and least_scale(problem) >= LEAST_SCALE
+
+
+def geodesic_error(problem: Problem) -> float:
+    """
+    Return by how much a length on the Earth may be off, map units; 0 in the plane.
+
+    Examples
+    --------
+    >>> geodesic_error(Problem((0, 0), (1, 1)))
+    0.0
+    """
+    return 0.0 if problem.projection is None else GEODESIC_ERROR
 
 
 def lower_by_scale(projection: LocalProjection, middles: FloatArray, reach: float, bounds: FloatArray) -> None:

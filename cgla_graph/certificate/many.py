@@ -33,13 +33,12 @@ import shapely
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.certificate import certificate_kernels, many_kernels
 from cgla_graph.certificate.corners import CornerBlock, corners_of, links_of
-from cgla_graph.certificate.costs import LEAST_SCALE, LEAST_SHRINK, least_scale, rounding
-from cgla_graph.certificate.subsolution import ROUNDING, Block, Level, in_line
+from cgla_graph.certificate.costs import geodesic_error, is_provable, least_scale, rounding
+from cgla_graph.certificate.subsolution import ROUNDING, Block, Level, first_grid
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import MOST_STEPS, around_corners, costs_to_go, descent
 from cgla_graph.eikonal.marching_kernels import spline_value
 from cgla_graph.eikonal.mesh import NO_CELL, bezier_values
-from cgla_graph.model.earth import GEODESIC_ERROR
 from cgla_graph.model.problem import Problem
 
 #: Times that a surface is solved, at most.
@@ -77,17 +76,13 @@ class Ground:
     @classmethod
     def lay(cls, problem: Problem, steps: int) -> "Ground | None":
         """Lay a grid with about so many cells along the longer side; None where no grid proves anything."""
-        shrink = 1.0 - rounding(problem) if problem.field.is_proper else 0.0
-        if shrink < LEAST_SHRINK or least_scale(problem) < LEAST_SCALE:
+        if not problem.field.is_proper or not is_provable(problem):
             return None
-        x_min, y_min, x_max, y_max = problem.bounds
-        longer = max(x_max - x_min, y_max - y_min)
-        wide, high = (max(8, round(steps * side / longer)) for side in (x_max - x_min, y_max - y_min))
-        last = in_line(problem, (wide, high))
+        last = first_grid(problem, steps)
         level = Level.lay(problem.relaxed(), last, cell_runs.rectangle(last), widest=1.0)
         piece_of = np.full(level.mesh.n_nodes, -1, dtype=np.int32)
         piece_of[level.mesh.controls[:, 4]] = np.arange(len(level.mesh.controls), dtype=np.int32)
-        return cls(problem, level, piece_of, shrink)
+        return cls(problem, level, piece_of, 1.0 - rounding(problem))
 
 
 @dataclass(eq=False)
@@ -316,7 +311,7 @@ class GoalSurface:
             places = one.boxes, one.lowest - one.excess, one.charges
             many_kernels.bounds_from(points[known], heights, costs[known], least, *places, found)
             best[known] = found
-        best = best * self.ground.shrink - (GEODESIC_ERROR if self.level.problem.projection is not None else 0.0)
+        best = best * self.ground.shrink - geodesic_error(self.level.problem)
         return np.maximum(np.minimum(best, costs), 0.0)
 
     def _heights(self, one: _Solved, pieces: WholeArray, points: FloatArray, least: float) -> FloatArray:

@@ -92,9 +92,9 @@ ROOM, LEAST_TIMES = 0.99, 1.25
 IN_LINE = 1e-6
 
 
-def first_grid(problem: Problem) -> tuple[int, int]:
+def first_grid(problem: Problem, cells: int = FIRST_CELLS) -> tuple[int, int]:
     """
-    Return the last node of the first grid: about `FIRST_CELLS` cells along the longer side of the bounds.
+    Return the last node of the first grid: about so many cells along the longer side of the bounds.
 
     Examples
     --------
@@ -103,7 +103,7 @@ def first_grid(problem: Problem) -> tuple[int, int]:
     """
     x_min, y_min, x_max, y_max = problem.bounds
     longer = max(x_max - x_min, y_max - y_min)
-    columns, rows = (max(8, round(FIRST_CELLS * side / longer)) for side in (x_max - x_min, y_max - y_min))
+    columns, rows = (max(8, round(cells * side / longer)) for side in (x_max - x_min, y_max - y_min))
     return in_line(problem, (columns, rows))
 
 

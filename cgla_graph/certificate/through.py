@@ -44,7 +44,7 @@ from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph._validate import point_array, positive_number
 from cgla_graph.certificate import certificate_kernels, corner_kernels
 from cgla_graph.certificate.corners import CornerBlock
-from cgla_graph.certificate.costs import LEAST_SCALE, LEAST_SHRINK, least_scale, rounding
+from cgla_graph.certificate.costs import geodesic_error, is_provable, least_scale, rounding
 from cgla_graph.certificate.subsolution import (
     MOST_ALONG,
     Block,
@@ -58,7 +58,6 @@ from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
 from cgla_graph.eikonal.mesh import SplineMesh, bezier_values
 from cgla_graph.errors import ProblemError
-from cgla_graph.model.earth import GEODESIC_ERROR
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, TOLERANCE
 from cgla_graph.refine.refine import refine_path
@@ -180,47 +179,14 @@ def bounds_through(
     """
     positive_number("tolerance", tolerance)
     found: Through | None = None
-    for found in refined_bounds(problem, limit=limit, last=last, path=path, tolerance=tolerance, max_cells=max_cells):
+    for grid in grids_through(problem, limit=limit, last=last, path=path, tolerance=tolerance, max_cells=max_cells):
+        found = grid.through
         if last is None and found.upper_bound <= found.lower_bound * (1.0 + tolerance):
             break
     if found is None:
         msg = f"max_cells is {max_cells}, which the first grid exceeds; allow more cells, or give a coarser `last`"
         raise ProblemError(msg)
     return found
-
-
-def refined_bounds(
-    problem: Problem,
-    *,
-    limit: float = math.inf,
-    last: tuple[int, int] | None = None,
-    path: ArrayLike | None = None,
-    tolerance: float = TOLERANCE,
-    max_cells: int = MOST_CELLS,
-) -> Iterator[Through]:
-    """
-    Bound the cost of all paths through each place, on finer and finer grids; see `bounds_through`.
-
-    Each grid covers what the one before lists. Its limit and path are the same.
-
-    Yields
-    ------
-    bounds
-        On each grid, as long as it has at most `max_cells` cells.
-
-    Raises
-    ------
-    ProblemError
-        As `bounds_through`.
-
-    Examples
-    --------
-    >>> grids = refined_bounds(Problem((0.1, 0.5), (0.9, 0.5)), limit=0.81, max_cells=20_000)
-    >>> [(one.last[0], len(one.least) < one.cells) for one in grids][:2]
-    [(128, True), (256, True)]
-    """
-    for laid in grids_through(problem, limit=limit, last=last, path=path, tolerance=tolerance, max_cells=max_cells):
-        yield laid.through
 
 
 class GridThrough(NamedTuple):
@@ -246,12 +212,14 @@ def grids_through(
     max_cells: int = MOST_CELLS,
 ) -> Iterator[GridThrough]:
     """
-    Lay finer and finer grids as `refined_bounds` does.
+    Bound the cost of all paths through each place, on finer and finer grids; see `bounds_through`.
+
+    Each grid covers what the one before lists. Its limit and path are the same.
 
     Yields
     ------
     grid
-        With its bounds.
+        Each one that is laid, as long as it has at most `max_cells` cells.
 
     Raises
     ------
@@ -262,6 +230,9 @@ def grids_through(
     --------
     >>> [grid.through.last for grid in grids_through(Problem((0.1, 0.5), (0.9, 0.5)), last=(50, 50))]
     [(50, 50)]
+    >>> tubes = (one.through for one in grids_through(Problem((0.1, 0.5), (0.9, 0.5)), limit=0.81, max_cells=20_000))
+    >>> [(one.last[0], len(one.least) < one.cells) for one in tubes][:2]
+    [(128, True), (256, True)]
     """
     if not problem.field.is_proper:
         msg = f"no bound: {NEGATIVE_WEIGHTS}"
@@ -271,7 +242,7 @@ def grids_through(
     grid = last if last is not None and math.isinf(limit) else first_grid(problem)
     grid = grid if last is None else (min(grid[0], last[0]), min(grid[1], last[1]))
     runs, best = cell_runs.rectangle(grid), problem.least_length * (1.0 - 2.0**-50)
-    shrink, less = 1.0 - rounding(problem), _off_on_earth(problem)
+    shrink, less = 1.0 - rounding(problem), geodesic_error(problem)
     while with_halo(problem, runs, grid) <= max_cells and max(grid) <= MOST_ALONG:
         missing = min(cost - best, best)
         along = waypoints if waypoints is not None and len(waypoints) > 1 else None
@@ -288,7 +259,7 @@ def grids_through(
             waypoints, cost = _descended(problem, level, pair[0])
         mesh = level.mesh
         least = _straight(problem, np.column_stack([mesh.columns, mesh.rows]), mesh.origin, mesh.spacing)
-        if shrink >= LEAST_SHRINK and least_scale(problem) >= LEAST_SCALE:
+        if is_provable(problem):
             best = max(best, min(max(one.bound for one in pair) * shrink - less, limit, cost))
             least = np.maximum(least, least_through(level, *pair) * shrink - 2.0 * less)
         least = np.minimum(np.maximum(least, best), limit)
@@ -334,11 +305,6 @@ def joined_with(start: Point, mesh: SplineMesh, keep: BoolArray) -> BoolArray:
     return np.asarray(labels[cell] == labels[first])
 
 
-def _off_on_earth(problem: Problem) -> float:
-    """Return what a length on the Earth may be off by, map units."""
-    return 0.0 if problem.projection is None else GEODESIC_ERROR
-
-
 def _given(problem: Problem, path: ArrayLike | None) -> tuple[FloatArray | None, float]:
     """Check a path; return it, read-only, and its cost."""
     if path is None:
@@ -381,7 +347,7 @@ def _straight(problem: Problem, cells: WholeArray, origin: Point, spacing: tuple
         slopes += away / np.maximum(far, 1e-300)[:, None]
     least = length - 0.5 * np.abs(slopes) @ spacing
     off = PLACED * float(np.abs(problem.bounds).max()) * 4.0
-    return np.asarray(least_scale(problem) * (least * (1.0 - ROUNDED) - off)) - 2.0 * _off_on_earth(problem)
+    return np.asarray(least_scale(problem) * (least * (1.0 - ROUNDED) - off)) - 2.0 * geodesic_error(problem)
 
 
 def least_through(level: Level, to_goal: Subsolution, to_start: Subsolution) -> FloatArray:

@@ -33,9 +33,8 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._text import json_number
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.certificate import certificate_kernels
-from cgla_graph.certificate.costs import rounding
+from cgla_graph.certificate.costs import geodesic_error, rounding
 from cgla_graph.certificate.through import GridThrough, costs_to_end
-from cgla_graph.model.earth import GEODESIC_ERROR
 from cgla_graph.model.problem import Problem
 from cgla_graph.refine.refine import refine_path
 
@@ -369,7 +368,7 @@ def _bounds_of(
 ) -> tuple[float, FloatArray]:
     """Return the least cost of a unit of length, and the bounds of each gate (`Gates`): the least of its cells."""
     through, level, found = grid.through, grid.level, np.zeros((len(line), 3))
-    shrink, less = 1.0 - rounding(problem), 0.0 if problem.projection is None else GEODESIC_ERROR
+    shrink, less = 1.0 - rounding(problem), geodesic_error(problem)
     least = level.bounds[grid.pieces][:, :, certificate_kernels.LEAST].min(initial=math.inf)
     if grid.bounds is None or not len(line):
         return float(least) if len(grid.pieces) else 0.0, found

@@ -1,7 +1,5 @@
 """Reader of tables of starts and goals: many questions to one map."""
 
-import csv
-import io
 import os
 from typing import NamedTuple
 
@@ -12,8 +10,8 @@ from cgla_graph._types import FloatArray
 from cgla_graph._validate import file_path, instance
 from cgla_graph.errors import ScenarioError
 from cgla_graph.model.problem import Problem, problem_wanted
-from cgla_graph.scenarios.path_reading import numbers_in
-from cgla_graph.scenarios.text_files import read_text, scenario_errors
+from cgla_graph.scenarios.path_reading import numbers_in, table_in
+from cgla_graph.scenarios.text_files import scenario_errors
 
 #: The axes of a table, in the plane and in degrees.
 AXES = (("x", "y"), ("longitude", "latitude"))
@@ -74,15 +72,9 @@ def read_pairs(file: str | os.PathLike[str], problem: Problem) -> Pairs:
     file = file_path("file", file, ScenarioError)
     instance("problem", problem, Problem, problem_wanted, ScenarioError)
     name = str(file)
-    reader = csv.reader(io.StringIO(read_text(file, name, "a CSV file of starts and goals"), newline=""), strict=True)
-    try:
-        lines = [(reader.line_num, line) for line in reader if line]
-    except csv.Error as error:
-        msg = f"{name}: line {reader.line_num} is no CSV ({error}); give a table of starts and goals"
-        raise ScenarioError(msg) from error
-    heads = [head.strip().lower() for head in lines[0][1]] if lines else []
-    _check_columns(heads, lines[1:], name)
-    found = [_ends(end, heads, lines[1:], problem, name) for end in ENDS]
+    heads, lines = table_in(file, name, "a CSV file of starts and goals", "a table of starts and goals")
+    _check_columns(heads, lines, name)
+    found = [_ends(end, heads, lines, problem, name) for end in ENDS]
     if all(one is None for one in found):
         got = f"the first line says {shown(','.join(heads))}" if heads else "it is empty"
         axes = AXES[:1] if problem.projection is None else AXES
@@ -91,11 +83,11 @@ def read_pairs(file: str | os.PathLike[str], problem: Problem) -> Pairs:
         raise ScenarioError(msg)
     ends = (problem.start, problem.goal)
     starts, goals = (
-        np.tile(end, (len(lines) - 1, 1)).reshape(-1, 2) if one is None else one
+        np.tile(end, (len(lines), 1)).reshape(-1, 2) if one is None else one
         for one, end in zip(found, ends, strict=True)
     )
     column = heads.index("name") if "name" in heads else None
-    names = None if column is None else [line[column].strip() if column < len(line) else "" for _, line in lines[1:]]
+    names = None if column is None else [line[column].strip() if column < len(line) else "" for _, line in lines]
     return Pairs(starts, goals, names)
 
 

@@ -61,20 +61,13 @@ def read_path(file: str | os.PathLike[str], problem: Problem) -> FloatArray:
     name = str(file)
     if file.suffix.lower() in PLANS:
         return _joined(_of_plan(file, problem), problem, name)
-    # a reader of CSV splits the lines itself
-    reader = csv.reader(io.StringIO(read_text(file, name, "a CSV file of waypoints"), newline=""), strict=True)
-    try:
-        lines = [(reader.line_num, line) for line in reader if line]
-    except csv.Error as error:
-        msg = f"{name}: line {reader.line_num} is no CSV ({error}); give a file such as cgla plan --out writes"
-        raise ScenarioError(msg) from error
-    heads = [head.strip().lower() for head in lines[0][1]] if lines else []
+    heads, lines = table_in(file, name, "a CSV file of waypoints", "a file such as cgla plan --out writes")
     wanted = _columns(heads, problem.projection, name)
     if problem.projection is not None and any(part in head for head in heads for part in SHAPES):
         _require_straight(read_plan(file), name)
     places = [
         numbers_in(line, [heads.index(column) for column in wanted], f"{name}: line {n}", "a waypoint")
-        for n, line in lines[1:]
+        for n, line in lines
     ]
     if not places:
         msg = f"{name}: there are no waypoints below the line {','.join(heads)}; give start, goal and points between"
@@ -120,6 +113,45 @@ def _columns(heads: list[str], projection: LocalProjection | None, name: str) ->
     allowed = " or ".join(",".join(pair) for pair in pairs)
     msg = f"{name}: {got}; the first line has to name the columns {allowed}, as cgla plan --out writes them"
     raise ScenarioError(msg)
+
+
+def table_in(file: Path, name: str, what: str, wanted: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """
+    Read a CSV file.
+
+    Parameters
+    ----------
+    file
+        The file.
+    name, what
+        It and its contents, for messages.
+    wanted
+        What to give instead of a file that is no CSV.
+
+    Returns
+    -------
+    heads, lines
+        The cells of the first line, in small letters, none if the file is empty; and the others with their numbers.
+
+    Raises
+    ------
+    ScenarioError
+        If the file cannot be read, or is no CSV.
+
+    Examples
+    --------
+    >>> table_in(Path("bases.csv"), "bases.csv", "a CSV file", "a table")
+    Traceback (most recent call last):
+    cgla_graph.errors.ScenarioError: bases.csv: there is no such file: check the name and the folder
+    """
+    # a reader of CSV splits the lines itself
+    reader = csv.reader(io.StringIO(read_text(file, name, what), newline=""), strict=True)
+    try:
+        lines = [(reader.line_num, line) for line in reader if line]
+    except csv.Error as error:
+        msg = f"{name}: line {reader.line_num} is no CSV ({error}); give {wanted}"
+        raise ScenarioError(msg) from error
+    return [head.strip().lower() for head in lines[0][1]] if lines else [], lines[1:]
 
 
 def numbers_in(line: list[str], places: list[int], where: str, what: str) -> list[float]:

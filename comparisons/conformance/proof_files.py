@@ -9,17 +9,17 @@ import json
 import math
 import sys
 from collections.abc import Iterator, Sequence
-from functools import cache
+from functools import cache, partial
 from importlib import resources
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from cgla_graph._text import place
-from cgla_graph.certificate.proof_file import save_proof, verify_proof
+from cgla_graph.certificate.proof_file import Proven, save_proof, verify_proof
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.conformance.documents import Document
 from cgla_graph.comparisons.conformance.suite import WIDEST, Instance, chosen
-from cgla_graph.comparisons.study.proofs import ProofLine
+from cgla_graph.comparisons.study.proofs import ProofLine, written
 from cgla_graph.errors import OutputError, ProblemError
 
 #: The file in this package, the folder of stored proofs, and their bytes, at most: of one, and of all.
@@ -88,12 +88,11 @@ def prove_suite(instances: Sequence[Instance], folder: Path) -> Iterator[ProofLi
     files.make_folder(folder)
     for one in instances:
         file, bound = folder / f"{one.name}.proof", math.nan if one.lower_bound is None else one.lower_bound
-        try:
-            found = save_proof(one.problem.build(), file, one.path, tolerance=tolerance_of(one))
-        except ProblemError as error:
-            yield ProofLine(file, fault=f"{place(file)}: not written: {error}")
-        else:
-            yield ProofLine(file, found, bound=bound)
+        yield written(file, bound, partial(_saved, one, file))
+
+
+def _saved(instance: Instance, file: Path) -> Proven:
+    return save_proof(instance.problem.build(), file, instance.path, tolerance=tolerance_of(instance))
 
 
 def verify_suite(instances: Sequence[Instance] = (), folder: Path | None = None) -> Iterator[ProofLine]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cgla_graph._text import at_most, figure, floored, json_number, rounded_down
+from cgla_graph._text import at_most, figure, floored, json_number, place, rounded_down
 from cgla_graph.certificate.proof_file import Proven, problem_digest, save_proof
 from cgla_graph.certificate.proof_target import ON_EARTH, proof_target, require_provable
 from cgla_graph.comparisons import files
@@ -156,7 +156,7 @@ def proof_of_run(file: Path, run: "Run", tolerance: float) -> ProofLine:
     if not has_path and bound != math.inf and solution.status is not Status.NO_PATH:
         return ProofLine(file, fault=f"{file}: not written: no path was found, and maybe there is one")
     path = solution.path if has_path else None
-    return _written(file, bound, lambda: save_proof(problem, file, path, tolerance=tolerance, known=known))
+    return written(file, bound, lambda: save_proof(problem, file, path, tolerance=tolerance, known=known))
 
 
 def targets_of(study: "Study", folder: Path) -> dict[str, Path]:
@@ -272,12 +272,19 @@ def proof_of_check(file: Path, checked: "PlanCheck") -> ProofLine:
         If the file cannot be written.
     """
     bound = math.nan if checked.best is None else checked.best.lower_bound
-    return _written(file, bound, lambda: checked.save_proof(file))
+    return written(file, bound, lambda: checked.save_proof(file))
 
 
-def _written(file: Path, bound: float, save: Callable[[], Proven]) -> ProofLine:
-    """Say what a file proves that is written here; if it cannot be, why."""
+def written(file: Path, bound: float, save: Callable[[], Proven]) -> ProofLine:
+    """
+    Say what a file proves that is written here; if it cannot be, why.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
     try:
         return ProofLine(file, save(), bound=bound)
     except ProblemError as error:
-        return ProofLine(file, fault=f"{file}: not written: {error}")
+        return ProofLine(file, fault=f"{place(file)}: not written: {error}")

@@ -11,7 +11,7 @@ import shapely
 
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate.certificate import Certificate, prove
-from cgla_graph.certificate.through import Through, bottleneck, refined_bounds
+from cgla_graph.certificate.through import Through, bottleneck, grids_through
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import BOUND_TOLERANCE, Solution, Status
@@ -277,9 +277,9 @@ class Search:
         """Bound all paths through each place under weights; None where the grid has too many cells."""
         path, tolerance = self.bundle.paths[self.bundle.cheapest(weights)], 0.1 * self.aim
         limits: dict[str, Any] = {"limit": self.bundle.upper, "last": last, "max_cells": CUT_CELLS}
-        grids = list(refined_bounds(self.weighted(weights), path=path, tolerance=tolerance, **limits))
-        self.found.counts["cuts"] += len(grids)
-        through = grids[-1] if grids else None
+        laid = [one.through for one in grids_through(self.weighted(weights), path=path, tolerance=tolerance, **limits)]
+        self.found.counts["cuts"] += len(laid)
+        through = laid[-1] if laid else None
         # (where no place is left, the grids end before the last)
         whole = through is not None and (through.last == last or not len(through.least))
         return through if whole else None
