@@ -93,7 +93,7 @@ def solve(
     Examples
     --------
     >>> import cgla_graph as cg
-    >>> field = cg.RiskField([cg.Threat(x=0.5, y=0.5, spread=0.1, peak=0.9)])
+    >>> field = cg.RiskField([cg.Threat(x=0.5, y=0.55, spread=0.1, peak=0.9)])
     >>> problem = cg.Problem(start=(0.1, 0.1), goal=(0.9, 0.9), field=field, k=10.0)
     >>> on_lattice = cg.solve(problem, solver="cgla", resolution=20)
     >>> on_lattice.status.label, bool(on_lattice.cost < problem.evaluate([problem.start, problem.goal]).cost)
@@ -104,7 +104,7 @@ def solve(
 
     Where the threat is, is uncertain; the path is the best in the worse of the two cases.
 
-    >>> elsewhere = cg.RiskField([cg.Threat(x=0.5, y=0.6, spread=0.1, peak=0.9)])
+    >>> elsewhere = cg.RiskField([cg.Threat(x=0.6, y=0.5, spread=0.1, peak=0.9)])
     >>> uncertain = dataclasses.replace(problem, field=cg.UncertainField([field, elsewhere]))
     >>> worst = cg.solve(uncertain, objective="worst")
     >>> bool(worst.lower_bound <= worst.cost == worst.costs.max() < uncertain.field.costs(uncertain, best.path).max())

@@ -60,6 +60,7 @@ def risk_samples(problem: Problem, most: int) -> RiskSamples:
     --------
     One cell of a thousand is riskier than all others by far; three samples a side still show it.
 
+    >>> from cgla_graph.model.risk import RiskField
     >>> people = np.ones((30, 30))
     >>> people[17, 4] = 1000.0
     >>> raster = RasterRisk(people, (0, 0, 1, 1), origin="lower", interpolation="nearest")
