@@ -93,33 +93,12 @@ SLOW = 0.5
 MOST_RUNS = 4000
 
 
-class Effort(NamedTuple):
-    """
-    Limits of the work for an answer.
-
-    Attributes
-    ----------
-    search
-        The search for a path.
-    tolerance, max_cells
-        Of its proof, as `cgla_graph.lower_bound` has them.
-    """
-
-    search: Hybrid
-    tolerance: float
-    max_cells: int
-
-
 #: While something moves, a path is searched with few candidates, and its proof has one grid.
 QUICK = Hybrid(points=225, candidates=2, tolerance=None)
-#: Efforts when nothing moves, the greatest first; the next one is for maps on which the previous one takes too long.
-FULL = (
-    Effort(Hybrid(tolerance=None), 0.001, 250_000),
-    Effort(Hybrid(tolerance=None), 0.005, 100_000),
-    Effort(Hybrid(points=400, candidates=4, tolerance=None), 0.01, 40_000),
-)
-#: Seconds above which the next answer gets less effort, and below which it gets more.
-LONG, SHORT = 1.5, 0.3
+#: When nothing moves. No limit is one of time, so that a map has the same answer whenever it is drawn.
+FULL = Hybrid(tolerance=None)
+#: Tolerance and most cells of its proof, as `cgla_graph.lower_bound` has them.
+TOLERANCE, MOST_CELLS = 0.001, 250_000
 
 
 class Planner:
@@ -143,35 +122,29 @@ class Planner:
         """Plan nothing yet."""
         self.live = live
         self.slow: set[str] = set()
-        self._effort = 0
 
     def warm_up(self) -> None:
         """Load kernels and plan once, so that the first drag does not wait for them."""
         # (areas may be drawn)
         kind = MapKind.of(self.live.scenario.problem.model)._replace(walls=True)
         load_kernels(kind)
-        warm_up(Hybrid(tolerance=None), kind)
+        warm_up(FULL, kind)
         self.path(self.live.first, full=False)
 
     def path(self, draft: Draft, *, full: bool) -> dict[str, Any]:
         """
         Return the best path known, a bound that no path can beat, and the tube that no better path leaves.
 
-        Without a path, its ``error`` gives the reason in one sentence.
+        All but its ``seconds`` follows from the draft. Without a path, its ``error`` gives the reason in one sentence.
         """
         began = time.perf_counter()
         try:
             scenario = self.live.drawn(draft)
             with unwarned():
-                answer = _planned(scenario, FULL[self._effort] if full else None)
+                answer = _planned(scenario, full=full)
         except Exception as error:  # noqa: BLE001 - the page survives any draft
             answer = nothing(reason(error))
-        seconds = time.perf_counter() - began
-        if full and seconds > LONG:
-            self._effort = min(self._effort + 1, len(FULL) - 1)
-        elif full and seconds < SHORT:
-            self._effort = max(self._effort - 1, 0)
-        return {**answer, **self.live.seen(draft), "seconds": seconds, "full": full}
+        return {**answer, **self.live.seen(draft), "seconds": time.perf_counter() - began, "full": full}
 
     def solver(self, draft: Draft, entrant: Entrant) -> dict[str, Any]:
         """Return the path of a fast solver."""
@@ -202,18 +175,17 @@ def _with_path(path: FloatArray, found: Solution | Evaluation) -> dict[str, Any]
     return {**nothing(""), "error": None, "path": as_flat(path), **numbers}
 
 
-def _planned(scenario: Scenario, effort: Effort | None) -> dict[str, Any]:
+def _planned(scenario: Scenario, *, full: bool) -> dict[str, Any]:
     problem = scenario.problem
-    found = solve(problem, QUICK if effort is None else effort.search)
+    found = solve(problem, FULL if full else QUICK)
     has_path = found.status.has_path
-    if effort is None:
-        proof = prove_on_one_grid(problem, found.cost if has_path else math.inf)
-        bound, last, runs = proof
-    else:
+    if full:
         held = found.path if has_path else None
-        certificate = prove(problem, held, tolerance=effort.tolerance, max_cells=effort.max_cells)
+        certificate = prove(problem, held, tolerance=TOLERANCE, max_cells=MOST_CELLS)
         bound = certificate.lower_bound
         last, runs = _finest(certificate.grids)
+    else:
+        bound, last, runs = prove_on_one_grid(problem, found.cost if has_path else math.inf)
     if not has_path:
         closed = math.isinf(bound)
         return nothing(

@@ -1,5 +1,6 @@
 """The server of `cgla live`: access, replaced requests, refusals of bad input, and saved files."""
 
+import itertools
 import json
 import re
 import threading
@@ -304,6 +305,15 @@ class Hanging(Planner):
     def is_fast(self, entrant: Entrant) -> bool:  # noqa: ARG002 - as the base class
         """Send every solver to another process."""
         return False
+
+
+# fails if the time that an answer takes chooses the limits of the next one
+def test_the_time_of_an_answer_changes_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    planner, clock = Planner(LIVE), itertools.count(0.0, 60.0)
+    monkeypatch.setattr("cgla_graph.comparisons.live.planning.time.perf_counter", lambda: next(clock))
+    first, second = ({**planner.path(LIVE.first, full=True), "seconds": None} for _ in range(2))
+    assert first == second
+    assert first["cost"] <= 1.001 * first["bound"]
 
 
 @pytest.mark.slow
