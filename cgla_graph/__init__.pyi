@@ -29,7 +29,6 @@ from cgla_graph.mission.records import MissionStatus as MissionStatus
 from cgla_graph.mission.sharing import Sharing as Sharing
 from cgla_graph.mission.uav import Uav as Uav
 from cgla_graph.mission.virtual_obstacle import VirtualObstacle as VirtualObstacle
-from cgla_graph.mission.world import TimedArea as TimedArea
 from cgla_graph.mission.world import TimedThreat as TimedThreat
 from cgla_graph.mission.world import World as World
 from cgla_graph.model.cost_model import CostModel as CostModel
@@ -73,6 +72,10 @@ from cgla_graph.solvers.trade_off.density import density_front as density_front
 from cgla_graph.solvers.trade_off.energy import plan_within_energy as plan_within_energy
 from cgla_graph.solvers.trade_off.pareto import pareto as pareto
 from cgla_graph.solvers.trade_off.tour import tour as tour
+from cgla_graph.timed.moving import MovingThreat as MovingThreat
+from cgla_graph.timed.timed_area import TimedArea as TimedArea
+from cgla_graph.timed.timed_evaluation import TimedEvaluation as TimedEvaluation
+from cgla_graph.timed.timed_problem import TimedProblem as TimedProblem
 from cgla_graph.turning.flyable import flyable as flyable
 
 __version__: str

@@ -43,6 +43,7 @@ LATTICE = cg.Lattice(3, bounds=(0, 0, 1, 1))
 PLAN = cg.FlightPlan.along([(24.0, 60.0), (24.1, 60.0)], altitude=80)
 ABOVE_GROUND = cg.FlightPlan.along([(24.1, 60.1), (24.2, 60.1)], altitude=80, reference="ground")
 GROUND = Ground(np.zeros((9, 9)), (24.0, 60.0, 25.0, 61.0))
+TIMED = cg.TimedProblem((0.1, 0.1), (0.9, 0.9), FIELD, speed=1.0)
 UAV = cg.Uav("u", (0.1, 0.1), (0.9, 0.9), 0.2, step=0.05)
 
 #: What beginners give, and what fuzzers give.
@@ -244,6 +245,15 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     ),
     "World": (cg.World, {"field": FIELD, "bounds": (0, 0, 1, 1), "no_fly": None, "timed": ()}),
     "TimedThreat": (cg.TimedThreat, {"threat": THREAT, "appears": 0, "vanishes": None, "moves": ()}),
+    "MovingThreat": (cg.MovingThreat, {"track": [(0, 0, 0), (1, 1, 1)], "spread": 0.1, "peak": (0.5, 1.0)}),
+    "TimedProblem": (
+        cg.TimedProblem,
+        {"start": (0.1, 0.1), "goal": (0.9, 0.9), "field": FIELD, "moving": (), "areas": (), "speed": 1.0, "k": 1.0,
+         "bounds": (0, 0, 1, 1), "departure": (0, 1), "wind": (0, 0), "no_fly": None, "fields": [(1, FIELD)],
+         "waiting": 1.0, "latest": 9, "clearance": 0.0, "risk_per": "time", "projection": None},
+    ),
+    "TimedProblem.evaluate": (TIMED.evaluate, {"trajectory": [(0, 0, 0), (1, 1, 0)]}),
+    "TimedProblem.fly": (TIMED.fly, {"path": [(0, 0), (1, 0)], "departure": 0.0}),
     "TimedArea": (cg.TimedArea, {"polygon": shapely.box(0, 0, 1, 1), "appears": 0, "vanishes": None}),
     "Sharing": (cg.Sharing, {"is_on": True, "radius": None, "delay": 0, "loss": 0.0, "seed": 0}),
     "VirtualObstacle": (cg.VirtualObstacle, {"stepnum": 3, "spread": None, "placement": "replace", "zones": "two"}),

@@ -17,10 +17,11 @@ from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.simulation import Simulation, fly
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.virtual_obstacle import UNITS_A_STEP, VirtualObstacle
-from cgla_graph.mission.world import World, union_of
+from cgla_graph.mission.world import World
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solver import Solver
+from cgla_graph.timed.timed_area import union_of
 
 #: Most lattice points: a plan over 200 x 200 takes seconds.
 MOST_POINTS = 40_000

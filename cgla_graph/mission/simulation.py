@@ -25,13 +25,13 @@ from cgla_graph.mission.records import Event, EventKind, Flight, Livelock, Missi
 from cgla_graph.mission.replanner import Replanner, Situation
 from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.sharing import Radio
-from cgla_graph.mission.world import union_of
 from cgla_graph.model.clearance import closed_area, widened_clear_of
 from cgla_graph.model.cost_model import indexed_area
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.motion.trajectory import Trajectory
 from cgla_graph.motion.trajectory_kernels import Disc
+from cgla_graph.timed.timed_area import union_of
 
 #: How far a position that rounding put inside a no-fly area is moved out, units.
 NUDGE = 1e-9

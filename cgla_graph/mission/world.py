@@ -6,15 +6,15 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple, TypeAlias, cast
 
-import shapely
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import Bounds
-from cgla_graph._validate import bounds_box, error_context, point, whole_tick
+from cgla_graph._validate import bounds_box, point, whole_tick
 from cgla_graph.errors import MissionError
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.timed.timed_area import TimedArea
 
 
 @dataclass(frozen=True)
@@ -92,52 +92,6 @@ class TimedThreat(ShortRepr):
         return [self.appears, *(tick for tick, _, _ in self.moves), *ends]
 
 
-@dataclass(frozen=True, eq=False)
-class TimedArea(ShortRepr):
-    """
-    A no-fly area that appears or vanishes.
-
-    Attributes
-    ----------
-    polygon
-        A shapely polygon or multipolygon, map units.
-    appears, vanishes
-        Its first tick, and the first tick after its last (None: it stays).
-
-    Raises
-    ------
-    MissionError
-        If `polygon` is not a polygon, or a tick is not a whole number of at least 0.
-
-    Examples
-    --------
-    >>> TimedArea(shapely.box(0, 0, 1, 1), appears=5).is_there(4)
-    False
-    """
-
-    polygon: BaseGeometry
-    appears: int = 0
-    vanishes: int | None = None
-
-    def __post_init__(self) -> None:
-        """Check the parts."""
-        with error_context("a timed area"):
-            empty = NoFlyArea(self.polygon).is_empty
-        if empty:
-            msg = f"a timed area is {shown(self.polygon)}; give a polygon with an inside"
-            raise MissionError(msg)
-        _check_life("a timed area", self.appears, self.vanishes)
-
-    def is_there(self, tick: int) -> bool:
-        """Return whether the area is closed at a tick."""
-        return _is_there(tick, self.appears, self.vanishes)
-
-    @property
-    def changes(self) -> list[int]:
-        """The ticks at which it appears or vanishes."""
-        return [self.appears] if self.vanishes is None else [self.appears, self.vanishes]
-
-
 Timed: TypeAlias = TimedThreat | TimedArea
 #: ``("threat", number)`` or ``("area", number)``, numbered as in the `World`.
 Thing: TypeAlias = tuple[str, int]
@@ -202,6 +156,8 @@ class World(ShortRepr):
             if not isinstance(item, TimedThreat | TimedArea):
                 msg = f"timed {number} is {shown(item)}; give a TimedThreat or a TimedArea"
                 raise MissionError(msg)
+            if isinstance(item, TimedArea):
+                _check_life("a timed area", item.appears, item.vanishes)
         # a peak above 1 is refused now, not at the tick when it appears; an improper field has warned of it already
         timed = [item.threat for item in self.timed if isinstance(item, TimedThreat)]
         _ = self.field.with_threats(timed) if self.field.is_proper else self.field.with_only(timed)
@@ -215,7 +171,7 @@ class World(ShortRepr):
     @cached_property
     def changes(self) -> tuple[int, ...]:
         """The ticks after 0 at which a threat or area appears, moves or vanishes, rising."""
-        return tuple(sorted({tick for item in self.timed for tick in item.changes if tick > 0}))
+        return tuple(sorted({tick for item in self.timed for tick in map(int, item.changes) if tick > 0}))
 
     def threats_at(self, tick: int) -> Mapping[int, Threat]:
         """
@@ -265,21 +221,6 @@ class World(ShortRepr):
         whole = self.field if len(threats) == len(self.field) else self.field.with_only(threats.values())
         things: dict[Thing, Threat | None] = {("threat", number): threat for number, threat in threats.items()}
         return _State(threats, areas, things | {("area", number): None for number in areas}, whole)
-
-
-def union_of(no_fly: BaseGeometry | None, areas: Iterable[BaseGeometry]) -> BaseGeometry | None:
-    """
-    Collect areas in one geometry; a single area stays the same object, so that it is indexed once.
-
-    Examples
-    --------
-    >>> union_of(None, []) is None
-    True
-    """
-    parts = [part for part in (no_fly, *areas) if part is not None]
-    if len(parts) <= 1:
-        return parts[0] if parts else None
-    return shapely.GeometryCollection(parts)
 
 
 def _is_there(tick: int, appears: int, vanishes: int | None) -> bool:

@@ -16,7 +16,6 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
 from cgla_graph.mission.records import MissionStatus, UavFlight
-from cgla_graph.mission.world import TimedArea
 from cgla_graph.plots import scene
 from cgla_graph.plots.flight import LabelledFlight, flown_places
 from cgla_graph.plots.looks import dashes_of
@@ -24,6 +23,7 @@ from cgla_graph.plots.map import BaseMap
 from cgla_graph.plots.page import Key, Part, add_legend, arrange, plain
 from cgla_graph.plots.risk_samples import risk_samples
 from cgla_graph.plots.scene import Look
+from cgla_graph.timed.timed_area import TimedArea
 
 #: Frames at most.
 MOST_FRAMES = 120

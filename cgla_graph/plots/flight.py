@@ -12,7 +12,6 @@ from cgla_graph._text import figure as digits
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.mission.records import Flight, UavFlight
 from cgla_graph.mission.rules import Rules
-from cgla_graph.mission.world import TimedArea
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.problem import Problem
 from cgla_graph.plots import scene
@@ -20,6 +19,7 @@ from cgla_graph.plots.looks import dashes_of
 from cgla_graph.plots.map import BaseMap
 from cgla_graph.plots.page import Key, Part, add_inner_legend, arrange, plain, style
 from cgla_graph.plots.scene import Look, TitledProblem
+from cgla_graph.timed.timed_area import TimedArea
 
 #: Panels side by side at most.
 MOST_PANELS = 4

@@ -24,13 +24,14 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph._validate import number_array
 from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.world import TimedArea, TimedThreat, World
+from cgla_graph.mission.world import TimedThreat, World
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster import RasterRisk, cell_strips
 from cgla_graph.people.units import density_text
 from cgla_graph.plots.looks import COLOURS
 from cgla_graph.plots.risk_samples import greatest_cells, missing_cells, risk_samples, sample_edges
 from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.timed.timed_area import TimedArea
 
 _HALO = [patheffects.withStroke(linewidth=2.2, foreground="white", alpha=0.9)]
 #: Settings of an artist, as matplotlib names them.

@@ -14,13 +14,14 @@ from cgla_graph._validate import error_context
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.virtual_obstacle import VirtualObstacle
-from cgla_graph.mission.world import Timed, TimedArea, TimedThreat, World
+from cgla_graph.mission.world import Timed, TimedThreat, World
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.area_tables import with_files
 from cgla_graph.scenarios.map_tables import MapBuilder, MapTable
 from cgla_graph.scenarios.mission_tables import SOLVER, MissionTable, SharingTable, VirtualObstacleTable
 from cgla_graph.scenarios.scenario import ScenarioTable, open_table
+from cgla_graph.timed.timed_area import TimedArea
 
 #: Keys that a mission on a scenario's map may not set.
 OF_THE_MAP = (

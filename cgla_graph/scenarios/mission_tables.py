@@ -14,11 +14,12 @@ from cgla_graph.fusion.fusion import Fusion, Integral
 from cgla_graph.mission.rules import Avoidance, Exclude, KnowledgeRule, Meeting, Movement, Replan, Start, Update
 from cgla_graph.mission.uav import COLOUR
 from cgla_graph.mission.virtual_obstacle import Placement, Zones
-from cgla_graph.mission.world import TimedThreat, World, union_of
+from cgla_graph.mission.world import TimedThreat, World
 from cgla_graph.model.clearance import widened
 from cgla_graph.scenarios.area_tables import Pair, Ring, Table
 from cgla_graph.scenarios.drawing import MOST_MISSES, Stream
 from cgla_graph.scenarios.map_tables import MapTable, ThreatTable
+from cgla_graph.timed.timed_area import union_of
 
 #: The solver of files that name none.
 SOLVER = "cgla"

@@ -12,9 +12,10 @@ from cgla_graph.comparisons.files import csv_text
 from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.records import Flight, UavFlight
-from cgla_graph.mission.world import TimedArea, TimedThreat, World
+from cgla_graph.mission.world import TimedThreat, World
 from cgla_graph.model.earth import degrees_of
 from cgla_graph.scenarios.geojson import line_feature_collection
+from cgla_graph.timed.timed_area import TimedArea
 
 #: The columns of traces; on lon/lat maps, longitude and latitude follow.
 TRACE_COLUMNS = ("uav", "tick", "x", "y", "risk", "known_threats", "known_areas")

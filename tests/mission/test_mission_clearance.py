@@ -19,10 +19,11 @@ from cgla_graph.mission import simulation
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, MissionStatus, UavFlight
 from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.world import TimedArea, World, union_of
+from cgla_graph.mission.world import World
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.testing.strategies import seeds
+from cgla_graph.timed.timed_area import TimedArea, union_of
 
 CGLA = cg.solvers.get("cgla")
 WALL = shapely.box(0.45, 0.3, 0.55, 0.7)

@@ -54,7 +54,7 @@ def test_the_field_that_is_always_there_is_the_same_object_at_every_tick() -> No
         (lambda: TimedThreat(SPOT, moves=None), "moves are None"),  # type: ignore[arg-type]
         (lambda: TimedArea(shapely.Point(0, 0)), "a timed area"),
         (lambda: TimedArea(shapely.Polygon()), "polygon with an inside"),
-        (lambda: TimedArea(BOX, vanishes=0), "vanishes at tick 0"),
+        (lambda: TimedArea(BOX, vanishes=0), "vanishes at 0"),
         (lambda: World("field"), "give a RiskField"),  # type: ignore[arg-type]
         (lambda: World(timed=[SPOT]), "give a TimedThreat or a TimedArea"),  # type: ignore[list-item]
         (lambda: World(timed=5), "give a list"),  # type: ignore[arg-type]

@@ -50,6 +50,8 @@ def instances() -> dict[str, Any]:
     uavs = [cg.Uav(f"u{i}", (0.1, 0.1 * i), (0.9, 0.1 * i), detection_radius=0.2) for i in range(1, 4)]
     timed = [cg.TimedThreat(threat, appears=3) for threat in threats[:50]]
     closed = cg.TimedArea(area, appears=900)
+    moving = [cg.MovingThreat([(i, x, y) for i, (x, y) in enumerate(RNG.random((200, 2)))], 0.1) for _ in range(50)]
+    in_time = cg.TimedProblem((0.05, 0.1), (0.95, 0.9), field, moving, [closed] * 9, speed=0.1, no_fly=area)
     world = cg.World(cg.RiskField(threats[:3]), timed=[*timed, closed])
     mission = cg.Mission(world, uavs, cg.solvers.get("dijkstra"), resolution=8, max_ticks=3)
     comparisons = cg.comparisons
@@ -72,6 +74,9 @@ def instances() -> dict[str, Any]:
             uavs[0],
             timed[0],
             closed,
+            moving[0],
+            in_time,
+            in_time.evaluate(in_time.fly(path)),
             world,
             mission,
         ),

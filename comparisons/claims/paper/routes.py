@@ -118,7 +118,7 @@ def of_flight(label: str, run: MissionRun, uav: str, *, solver: str = "cgla") ->
     """Plan a route with the whole map known beside what one UAV of a mission has flown."""
     flight = run.flight.uavs[uav]
     # the map when all has come up that does
-    field = run.mission.world.field_at(max([0, *(one.appears for one in run.mission.world.timed)]))
+    field = run.mission.world.field_at(max([0, *(int(one.appears) for one in run.mission.world.timed)]))
     best = planned(field, k=flight.uav.k, start=flight.uav.start, solver=solver)
     return Routes(label, best, arrived(flight))
 
