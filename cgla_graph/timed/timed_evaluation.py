@@ -1,5 +1,6 @@
 """What the oracle says of a timed path, and the rows of such paths."""
 
+import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -41,6 +42,8 @@ class TimedEvaluation(ShortRepr):
         ``air_distance + k * risk``, and the price of waiting.
     clearance
         Least distance to the areas that are closed at the time, map units; infinite without one.
+    separation
+        Least distance to the trajectories of others, map units; infinite where none is there at the time.
     violations
         Why it is not feasible, one sentence each; empty if it is.
     """
@@ -53,6 +56,7 @@ class TimedEvaluation(ShortRepr):
     risk: float
     cost: float
     clearance: float
+    separation: float = math.inf
     violations: tuple[str, ...] = ()
 
     @property
@@ -120,7 +124,7 @@ def split_at(rows: FloatArray, events: FloatArray) -> tuple[FloatArray, IntArray
     Parameters
     ----------
     rows
-        ``(t, x, y)``, shape ``(m, 3)`` with ``m >= 2``.
+        ``(t, x, y)``, shape ``(m, 3)``.
     events
         Times, rising.
 
@@ -136,6 +140,8 @@ def split_at(rows: FloatArray, events: FloatArray) -> tuple[FloatArray, IntArray
     >>> rows.tolist(), legs.tolist()
     ([[0.0, 0.0, 0.0], [1.0, 2.0, 0.0], [4.0, 8.0, 0.0], [5.0, 8.0, 0.0]], [0, 0, 1])
     """
+    if len(rows) == 1:
+        return rows, np.empty(0, dtype=np.int64)
     times = rows[:, 0]
     every = np.union1d(times, events[(events > times[0]) & (events < times[-1])])
     legs = np.searchsorted(times, every, side="right") - 1

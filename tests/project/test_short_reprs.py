@@ -76,6 +76,7 @@ def instances() -> dict[str, Any]:
             closed,
             moving[0],
             in_time,
+            cg.Wind(RNG.random((5, 40, 40)), RNG.random((5, 40, 40)), (0, 0, 1, 1), range(5)),
             in_time.evaluate(in_time.fly(path)),
             world,
             mission,

@@ -8,12 +8,13 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 from strategies import fast
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
+from cgla_graph.motion.trajectory import Trajectory
 
 unit = st.floats(0.0, 1.0)
 place = st.tuples(unit, unit)
@@ -187,3 +188,84 @@ def test_fields_replace_each_other_by_the_hour() -> None:
     assert [slab.field for slab in problem.slabs(5)] == hours
     per_time = cg.TimedProblem((0, 0), (1, 0), hours[1], speed=0.1, risk_per="time", waiting=1.0)
     assert per_time.evaluate([(0, 0.1, 0.5), (2, 0.3, 0.5), (4, 0.3, 0.5)]).risk == pytest.approx(0.4)
+
+
+@st.composite
+def winds(draw: st.DrawFn) -> cg.Wind:
+    shape = draw(st.sampled_from([(1, 2, 3), (3, 2, 2), (2, 1, 4)]))
+    numbers = st.lists(st.floats(-0.4, 0.4), min_size=math.prod(shape), max_size=math.prod(shape))
+    u, v = (np.reshape(draw(numbers), shape) for _ in range(2))
+    return cg.Wind(u, v, (0.1, 0, 0.9, 1), times=np.array([0.3, 0.9, 2.5])[: shape[0]])
+
+
+@settings(fast, max_examples=3)
+@given(winds(), st.lists(moving_threats(), max_size=2), st.lists(place, min_size=2, max_size=3), st.booleans())
+def test_wind_on_a_grid_carries_as_the_differential_equation_says(
+    wind: cg.Wind, moving: list[cg.MovingThreat], path: list[tuple[float, float]], per_time: bool
+) -> None:
+    raster = cg.RasterRisk([[0.1, 0.3], [0.0, 0.2]], (0, 0, 1, 1), interpolation="bilinear")
+    field = cg.RiskField([cg.Threat(0.5, 0.4, 0.1, 0.7)], rasters=[raster])
+    measure = "time" if per_time else "ground"
+    problem = cg.TimedProblem((0, 0), (1, 1), field, moving, speed=0.7, k=3.0, wind=wind, risk_per=measure)
+    rows = problem.fly(path)
+    found = problem.evaluate(rows)
+    assert found.feasible
+    assert found.air_distance == pytest.approx(0.7 * (rows[-1, 0] - rows[0, 0]))
+    risk = 0.0
+    for first, last in pairwise(rows):
+        length = math.dist(first[1:], last[1:])
+        along = (last[1:] - first[1:]) / length
+
+        def slope(s: float, state: FloatArray, first: FloatArray = first, along: FloatArray = along) -> list[float]:
+            at = first[1:] + s * along
+            u, v = wind.at(at, state[0])
+            ground = u * along[0] + v * along[1] + math.sqrt(0.49 - (u * along[1] - v * along[0]) ** 2)
+            density = float(problem.field_at(state[0]).density(at))
+            return [1.0 / ground, density / ground if per_time else density]
+
+        end = solve_ivp(slope, (0.0, length), [first[0], 0.0], "DOP853", rtol=1e-8, atol=1e-10, max_step=0.05).y[:, -1]
+        assert end[0] == pytest.approx(last[0], rel=1e-7)
+        risk += end[1]
+    assert found.risk == pytest.approx(risk, rel=1e-5, abs=1e-8)
+
+
+@settings(fast, max_examples=8)
+@given(st.lists(moving_threats(), max_size=3), timed_paths(), st.sampled_from(["ground", "time"]))
+def test_a_grid_of_one_wind_is_that_wind(moving: list[cg.MovingThreat], rows: FloatArray, measure: str) -> None:
+    """The kernels of changing wind give the same as those of constant wind, wherever the wind hardly changes."""
+    still: dict = {"speed": 0.7, "k": 3.0, "waiting": 0.3, "risk_per": measure}
+    field = cg.RiskField([cg.Threat(0.5, 0.4, 0.1, 0.7)])
+    one = cg.TimedProblem((0, 0), (1, 1), field, moving, **still).evaluate(rows)
+    nearly = cg.Wind([[[0.0, 1e-15]], [[0.0, 0.0]]], np.zeros((2, 1, 2)), (0, 0, 1, 1), times=[0.5, 1.5])
+    two = cg.TimedProblem((0, 0), (1, 1), field, moving, wind=nearly, **still).evaluate(rows)
+    assert two.feasible
+    assert (two.arrival, two.air_distance, two.risk, two.cost, two.waiting) == pytest.approx(
+        (one.arrival, one.air_distance, one.risk, one.cost, one.waiting), rel=1e-9, abs=1e-10
+    )
+
+
+def test_a_leg_that_the_wind_does_not_allow_is_said() -> None:
+    storm = cg.Wind([[0.0, -2.0]], [[0.0, 0.0]], (0, 0, 1, 1))
+    problem = cg.TimedProblem((0, 0), (1, 0), speed=1.0, wind=storm, waiting=1.0)
+    with pytest.raises(ProblemError, match="leg 0 cannot be flown"):
+        problem.fly([(0, 0), (1, 0)])
+    found = problem.evaluate([(0, 0, 0), (1, 1, 0)])
+    assert "leg 0 cannot be flown: the wind is too strong for airspeed 1" in found.violations
+    assert math.isnan(found.cost)
+    assert problem.evaluate([(0, 0.4, 0), (1, 0.4, 0)]).feasible
+    assert "which is faster" in problem.evaluate([(0, 0.6, 0), (1, 0.6, 0)]).violations[0]
+
+
+@pytest.mark.parametrize("wind", [None, cg.Wind([[0.0, 1e-9]], [[0.0, 0.0]], (0, 0, 1, 1))])
+def test_others_are_kept_away_from(wind: cg.Wind | None) -> None:
+    other = Trajectory([0.0, 1.0], [(0.5, 0.0), (0.5, 1.0)])
+    problem = cg.TimedProblem(
+        (0, 0.5), (1, 0.5), speed=1.0, others=[other], separation=0.1, departure=(0, 1), wind=wind
+    )
+    met = problem.evaluate(problem.fly([(0, 0.5), (1, 0.5)]))
+    assert met.separation == pytest.approx(0.0, abs=1e-6)
+    assert "of trajectory 0 of others at time 0.5" in met.violations[0]
+    later_on = problem.evaluate(problem.fly([(0, 0.5), (1, 0.5)], departure=0.2))
+    assert later_on.feasible
+    # (0.2 behind, both at speed 1, at right angles)
+    assert later_on.separation == pytest.approx(0.2 * math.sqrt(0.5), abs=1e-6)
