@@ -11,6 +11,7 @@ import shapely
 
 from cgla_graph._text import shown
 from cgla_graph._validate import error_context
+from cgla_graph.errors import ScenarioError
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.virtual_obstacle import VirtualObstacle
@@ -88,7 +89,11 @@ class MissionBuilder:
             msg = f"scenario is {shown(name)}; give the name of a shipped scenario, or a .toml beside this file"
             raise ValueError(msg)
         with error_context("scenario"):
-            return open_table(str(path)), path.parent
+            table = open_table(str(path))
+            if table.speed is not None:
+                msg = f"{path} changes in time; write timed_threats and timed_areas into the mission, and the map"
+                raise ScenarioError(msg)
+            return table, path.parent
 
     @cached_property
     def scenario(self) -> ScenarioTable | None:

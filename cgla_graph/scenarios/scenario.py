@@ -3,6 +3,7 @@
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from types import NoneType
 from typing import Any
@@ -24,9 +25,11 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.rasters.ends import MapEnds
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.area_tables import Pair, with_files
-from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, read_table
+from cgla_graph.scenarios.map_tables import MapBuilder, read_table
 from cgla_graph.scenarios.shipped import SCENARIOS, is_mission_text, shipped_scenario
 from cgla_graph.scenarios.text_files import read_text, scenario_errors
+from cgla_graph.scenarios.timed_tables import TimedTable, settings_in_time
+from cgla_graph.timed.timed_problem import TimedProblem
 
 #: The command that prints the schema of scenario files.
 SCHEMA = "cgla scenarios --schema"
@@ -63,6 +66,9 @@ class Scenario(Plottable):
         Layers of zones below the altitude of the flight, which count where it takes off and lands; None without any
         zones, or where these count at all heights.
 
+    in_time
+        Settings of a `TimedProblem` beyond those of the problem, if the map changes in time: see `timed`.
+
     Raises
     ------
     ScenarioError
@@ -86,6 +92,7 @@ class Scenario(Plottable):
     area_records: Sequence[ZoneRecord] = field(default=(), repr=False)
     columns: Columns | None = field(default=None, repr=False)
     terrain: TerrainArea | None = field(default=None, repr=False)
+    in_time: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         """Keep the areas as they are, and check that the flight takes off and lands outside of zones below it."""
@@ -100,6 +107,11 @@ class Scenario(Plottable):
     def full_title(self) -> str:
         """Name and title in one line."""
         return f"{self.name}: {self.title}" if self.title else self.name
+
+    @cached_property
+    def timed(self) -> TimedProblem | None:
+        """The problem in space and time, of which `problem` is the part that stands still; None if it is all."""
+        return TimedProblem.of(self.problem, **self.in_time) if self.in_time else None
 
     @property
     def projection(self) -> LocalProjection | None:
@@ -135,7 +147,7 @@ def as_scenario(given: object, name: str) -> Scenario:
     raise ScenarioError(msg)
 
 
-class ScenarioTable(MapTable):
+class ScenarioTable(TimedTable):
     """A scenario file."""
 
     start: Pair
@@ -332,6 +344,8 @@ def scenario_of(
             projection=builder.on_earth,
         )
         lattice = builder.lattice()
+        in_time = settings_in_time(table, builder)
+        _ = TimedProblem.of(problem, **in_time) if in_time else None
     except (ValueError, CglaError) as error:
         msg = f"{place}: {error}"
         raise ScenarioError(msg) from error
@@ -347,4 +361,5 @@ def scenario_of(
         area_records=builder.area_records,
         columns=None if builder.zones is None else builder.zones.columns,
         terrain=None if builder.terrain is None else builder.terrain.area,
+        in_time=in_time,
     )

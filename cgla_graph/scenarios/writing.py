@@ -156,6 +156,8 @@ def _require_sayable(scenario: Scenario, where: str) -> None:
         _refuse(where, "its y grows downwards, as that of grid maps", "a scenario file has none such")
     if scenario.zones is not None:
         _refuse(where, "it has zones, of files with heights and times", "written out, they are areas without these")
+    if scenario.in_time:
+        _refuse(where, "its map changes in time", "only a map that stands still is written")
     if scenario.lattice.bounds != problem.bounds:
         _refuse(where, f"its lattice lies in {scenario.lattice.bounds}", "one of a file lies in the problem's bounds")
     x_min, y_min, x_max, y_max = problem.bounds

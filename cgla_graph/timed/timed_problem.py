@@ -1,13 +1,15 @@
 """Problems in space and time, and the oracle that evaluates every timed path."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import finite_number, point_array
+from cgla_graph._validate import finite_number, instance, point_array
 from cgla_graph.errors import ProblemError
+from cgla_graph.model.problem import Problem, problem_wanted
 from cgla_graph.timed.timed_evaluation import Timed, TimedEvaluation, timed_rows
 from cgla_graph.timed.timed_faults import nearest_area, nearest_other, out_of_time, outside
 from cgla_graph.timed.timed_flight import flown, flown_leg
@@ -66,6 +68,20 @@ class TimedProblem(TimedMap):
     >>> round(straight.cost, 4), straight.feasible
     (1.6862, True)
     """
+
+    @classmethod
+    def of(cls, problem: Problem, **settings: Any) -> "TimedProblem":  # noqa: ANN401 - settings of this class
+        """
+        Return the timed problem of a problem in the plane, with settings of what changes and of how it is flown.
+
+        Examples
+        --------
+        >>> TimedProblem.of(Problem((0, 0), (1, 1), k=5.0), speed=2.0, wind=(1, 0)).k
+        5.0
+        """
+        instance("problem", problem, Problem, problem_wanted)
+        names = ("start", "goal", "field", "k", "bounds", "no_fly", "clearance", "projection")
+        return cls(**{name: getattr(problem, name) for name in names}, **settings)
 
     def fly(self, path: ArrayLike, departure: float | None = None) -> FloatArray:
         """

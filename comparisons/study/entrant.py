@@ -13,6 +13,7 @@ from cgla_graph._text import cut, shown
 from cgla_graph.errors import CglaError, ScenarioError, SolverSettingError, SolverUnavailableError, StudyError
 from cgla_graph.model.solver import Solver
 from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario, GraphScenario
+from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import own, registry
 from cgla_graph.solvers.own import OwnSolver
 
@@ -299,16 +300,23 @@ def check_domain(scenarios: Iterable[AnyScenario], entrants: Sequence[Entrant]) 
     """
     Refuse solvers that plan in the plane, and refinement, where a scenario is a pair of nodes of a graph.
 
+    Maps that change in time are refused too: solvers of studies plan on maps that stand still.
+
     Raises
     ------
     StudyError
-        With the names of the solvers for graphs.
+        With the names of the solvers for graphs, or of the map that changes.
 
     Examples
     --------
     >>> check_domain([], [Entrant.parse("rrt-star")])
     """
-    on_graph = next((one for one in scenarios if isinstance(one, GraphScenario)), None)
+    listed = list(scenarios)
+    changing = next((one for one in listed if isinstance(one, Scenario) and one.in_time), None)
+    if changing is not None:
+        msg = f"{changing.name} changes in time, and studies take maps that stand still; leave it out"
+        raise StudyError(msg)
+    on_graph = next((one for one in listed if isinstance(one, GraphScenario)), None)
     if on_graph is None:
         return
     for entrant in entrants:

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 NamedT = TypeVar("NamedT", Scenario, GraphScenario, AnyScenario, "MissionFile")
 
+#: Commands that plan on maps that change in time.
+PLAN_IN_TIME: tuple[str, ...] = ()
+
 
 def read_entrants(
     text: str | None, *, budget: str | None = None, refine: bool = False, scenarios: Iterable[AnyScenario] = ()
@@ -356,6 +359,12 @@ def open_one(command: str, specs: str | Sequence[str], how: MapOptions | None = 
     opened = list(how.open(first))
     if len(opened) != 1:
         msg = f"{first} has {len(opened)} rows; {command} takes one, as FILE.scen:ROW"
+        raise CglaError(msg)
+    if opened[0].in_time and command not in PLAN_IN_TIME:
+        msg = (
+            f"{first} changes in time, and {command} takes maps that stand still; plan on it in Python: "
+            f"cg.load_scenario({str(first)!r}).timed is the problem"
+        )
         raise CglaError(msg)
     return opened[0]
 

@@ -1,0 +1,141 @@
+"""Keys of scenario files in which the map changes in time."""
+
+from typing import Annotated, Any, Literal, TypeAlias
+
+import shapely
+from pydantic import Field
+
+from cgla_graph.errors import ProblemError
+from cgla_graph.model.risk import RiskField
+from cgla_graph.scenarios.area_tables import Pair, Ring, Table
+from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, RasterTable, ThreatTable
+from cgla_graph.scenarios.text_files import scenario_errors
+from cgla_graph.timed.moving import MovingThreat
+from cgla_graph.timed.timed_area import TimedArea
+from cgla_graph.timed.wind import Wind
+
+Numbers: TypeAlias = Annotated[list[float], Field(min_length=1)]
+#: Keys that say how the map changes, or how it is flown in time: with any of them, the file has to have a speed.
+IN_TIME = ("moving", "timed_areas", "hours", "wind", "departure", "waiting", "latest", "risk_per")
+
+
+class MovingTable(Table):
+    """A threat that moves along a track."""
+
+    track: list[Annotated[list[float], Field(min_length=3, max_length=3)]] = Field(
+        min_length=1,
+        description="rows [time, x, y], times increasing: straight on between them, at rest before and after",
+    )
+    spread: float | Numbers = Field(description="standard deviation, map units: a number, or one for each row")
+    peak: float | Numbers = Field(
+        default=1.0, description="risk per unit length at the centre: a number, or one for each row"
+    )
+
+    def build(self, ground: MapBuilder) -> MovingThreat:
+        """Return the threat in map units."""
+        track = [(time, *ground.point([x, y])) for time, x, y in self.track]
+        return MovingThreat(track, self.spread, self.peak)
+
+
+class ClosingTable(Table):
+    """A no-fly area that closes or opens: a polygon in this file, or a GeoJSON file beside it."""
+
+    polygon: Ring | None = Field(default=None, description="corners, closed or not")
+    geojson: str | None = Field(default=None, description="path of a GeoJSON file (lon/lat), from this file")
+    appears: float = Field(default=0.0, description="when it closes")
+    vanishes: float | None = Field(default=None, description="when it opens again (default: never)")
+
+    def build(self, ground: MapBuilder) -> TimedArea:
+        """Return the area in map units."""
+        if (self.polygon is None) == (self.geojson is None):
+            msg = "an area needs either polygon or geojson"
+            raise ProblemError(msg)
+        rings = {} if self.polygon is None else {"polygon": self.polygon}
+        areas = ground.areas(rings, [] if self.geojson is None else [self.geojson])
+        whole = areas[0] if len(areas) == 1 else shapely.GeometryCollection(areas)
+        return TimedArea(whole, self.appears, self.vanishes)
+
+
+class HourTable(Table):
+    """The risk that stands still, from a time on: it replaces that of the file."""
+
+    since: float = Field(description="the time from which it counts")
+    threats: list[ThreatTable] = Field(default_factory=list)
+    rasters: list[RasterTable] = Field(default_factory=list)
+
+    def build(self, ground: MapBuilder) -> tuple[float, RiskField]:
+        """Return the time and the field."""
+        changes = {"threats": self.threats, "rasters": self.rasters, "random_threats": None, "bounds": list(ground.box)}
+        there = MapBuilder(ground.table.model_copy(update=changes), ground.folder, ground.homes)
+        return self.since, RiskField(there.threats(), rasters=there.rasters())
+
+
+class WindTable(Table):
+    """Wind at nodes from border to border of the map: rows from south to north, for each time."""
+
+    u: list[list[Numbers]] = Field(description="where the air goes, to the east: of each time, rows of numbers")
+    v: list[list[Numbers]] = Field(description="the same to the north")
+    times: Numbers | None = Field(
+        default=None, description="the times, increasing (default: there is one grid, for all times)"
+    )
+
+
+class TimedTable(MapTable):
+    """A map that may change in time; times are in any unit, the speed is in map units for each of these."""
+
+    speed: float | None = Field(
+        default=None, gt=0, description="airspeed, map units per unit of time (metres on lonlat)"
+    )
+    departure: float | Pair = Field(
+        default=0.0, description="when the path begins: a time, or the first and last of a window"
+    )
+    waiting: float | None = Field(
+        default=None, gt=0, description="price of a unit of time spent waiting (default: no waiting)"
+    )
+    latest: float | None = Field(default=None, description="the latest arrival (default: any)")
+    wind: Pair | WindTable | None = Field(
+        default=None, description="where the air goes, [u, v], map units per unit of time"
+    )
+    risk_per: Literal["ground", "time"] = Field(
+        default="ground", description="risk is gathered over the ground, or over time"
+    )
+    moving: list[MovingTable] = Field(default_factory=list)
+    timed_areas: list[ClosingTable] = Field(default_factory=list)
+    hours: list[HourTable] = Field(default_factory=list)
+
+
+def settings_in_time(table: TimedTable, ground: MapBuilder) -> dict[str, Any]:
+    """
+    Return the settings of `TimedProblem` beyond those of a `Problem`; none if the file has no speed.
+
+    Raises
+    ------
+    ValueError, CglaError
+        If one of them is malformed, or needs a speed.
+    """
+    given = [key for key in IN_TIME if key in table.model_fields_set]
+    if table.speed is None:
+        if given:
+            msg = f"{given[0]} is there, but no speed; add speed = …, in map units per unit of time"
+            raise ValueError(msg)
+        return {}
+    wind: Any = table.wind
+    if isinstance(wind, WindTable):
+        with scenario_errors("wind"):
+            wind = Wind(wind.u, wind.v, ground.bounds, wind.times or [0.0])
+    built: dict[str, list[Any]] = {"moving": [], "timed_areas": [], "hours": []}
+    for key, parts in built.items():
+        for number, entry in enumerate(getattr(table, key)):
+            with scenario_errors(f"{key}.{number}"):
+                parts.append(entry.build(ground))
+    return {
+        "speed": table.speed,
+        "moving": built["moving"],
+        "areas": built["timed_areas"],
+        "fields": built["hours"],
+        "departure": tuple(table.departure) if isinstance(table.departure, list) else table.departure,
+        "wind": tuple(wind) if isinstance(wind, list) else wind,
+        "waiting": table.waiting,
+        "latest": table.latest,
+        "risk_per": table.risk_per,
+    }
