@@ -134,6 +134,9 @@ def _check(table: RiskScenariosTable, problem: Problem) -> None:
         held = "neither [[scenarios]] nor" if table.sample is None else "both [[scenarios]] and"
         msg = f"it has {held} [sample]; give one of the two"
         raise CglaError(msg)
+    if table.sample is not None and table.adds:
+        msg = "a [sample] draws the threats of the map anew, so that adds = true would count them twice; leave it out"
+        raise CglaError(msg)
     if table.coordinates == "lonlat" and problem.projection is None:
         msg = "its coordinates are lonlat, and the map is in the plane; leave them out, or give a map in degrees"
         raise CglaError(msg)

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import Any, get_args
 
 from cgla_graph._text import figure, percent, rounded_down
+from cgla_graph._validate import finite_number
 from cgla_graph.airspace.endurance.aircraft import Aircraft
 from cgla_graph.comparisons import console
+from cgla_graph.comparisons.cli.certify import share_of
 from cgla_graph.comparisons.cli.flight_time import Endurance
 from cgla_graph.comparisons.cli.options import BudgetOptions, UncertainOptions
 from cgla_graph.comparisons.study.entrant import Entrant
@@ -133,7 +135,7 @@ class Uncertain:
             resolution=scenario.lattice,
             refine=entrant.refine,
             objective=objective,
-            alpha=self.options.alpha,
+            alpha=None if self.options.alpha is None else share_of(self.options.alpha, "--alpha"),
             **settings,
         )
         return Run(scenario, entrant.label, None, exact=False, solution=solution)
@@ -230,6 +232,10 @@ def read_uncertain(options: UncertainOptions, others: Mapping[str, object], *, i
     if options.alpha is not None and options.objective != "cvar":
         msg = f"--alpha is for --objective cvar, and the objective is {options.objective}; leave it out"
         raise CglaError(msg)
+    if options.alpha is not None:
+        share_of(options.alpha, "--alpha")
+    if options.exceeds is not None:
+        finite_number("--exceeds", options.exceeds)
     wrong = [name for name, value in others.items() if value]
     if wrong:
         msg = f"{wrong[0]} does not go with --scenarios, whose risk is uncertain; leave out one of the two"

@@ -55,6 +55,7 @@ def certify(
     corridor of all paths that cost at most 1 % more than the best possible, and the ways through it
     (NAME-SOLVER-corridor.*).
     """
+    from cgla_graph.certificate.corridor import MOST_CELLS
     from cgla_graph.comparisons.cli import ground as on_ground
     from cgla_graph.comparisons.study.proofs import check_provable, proof_of_run, read_proof
     from cgla_graph.comparisons.study.rows import plan_document
@@ -69,7 +70,7 @@ def certify(
     delta = None if within is None else share_of(within)
     with console.running_solvers([opened.problem.model]):
         run = certified(opened, path, tolerance=tolerance, max_cells=max_cells)
-        corridor = None if delta is None else proof_of(run).corridor(delta)
+        corridor = None if delta is None else proof_of(run).corridor(delta, max_cells=min(max_cells, MOST_CELLS))
     proof = proof_of(run)
     people = on_ground.exposed(run, ground)
     written = _written(folder, run, kinds) if folder else []
@@ -134,14 +135,14 @@ def certified(
     return Run(scenario, name, None, exact=False, solution=bounded, certificate=proof)
 
 
-def share_of(text: str) -> float:
+def share_of(text: str, name: str = "--within") -> float:
     """
     Read a part of one: ``1%``, ``1 %`` or ``0.01``.
 
     Raises
     ------
     CglaError
-        If it is something else.
+        If it is something else, or above 1 without a percent sign: 5 may mean 5 % or 500 %.
 
     Examples
     --------
@@ -151,12 +152,16 @@ def share_of(text: str) -> float:
     from cgla_graph.errors import CglaError
 
     number = text.strip().removesuffix("%")
+    in_percent = number != text.strip()
     try:
-        share = float(number) / (100.0 if number != text.strip() else 1.0)
+        share = float(number) / (100.0 if in_percent else 1.0)
     except ValueError:
         share = math.nan
     if not 0.0 <= share < math.inf:
-        msg = f"--within is {text!r}; give a percentage such as 1%, or a part such as 0.01"
+        msg = f"{name} is {text!r}; give a percentage such as 1%, or a part such as 0.01"
+        raise CglaError(msg)
+    if share > 1.0 and not in_percent:
+        msg = f"{name} is {text!r}, which may be {share:g} % or {100.0 * share:g} %; write it with a percent sign"
         raise CglaError(msg)
     return share
 

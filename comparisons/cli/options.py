@@ -444,7 +444,7 @@ class UncertainOptions:
         str, option("--objective NAME", "expected (default), cvar: the mean of the worst costs, or worst: the greatest")
     ] = "expected"
     alpha: Annotated[
-        Number, option("--alpha A", "of cvar: the worst 1 - A of all cases count, from 0 to 1 (default: 0.9)")
+        Text, option("--alpha A", "of cvar: the worst 1 - A of all cases count, from 0 to 1 (default: 0.9, or 90%)")
     ] = None
     exceeds: Annotated[Number, option("--exceeds C", "also tell the probability of a cost above C")] = None
 

@@ -384,3 +384,4 @@ def test_certify_refuses_shares_that_are_none(cgla: Call, share: str) -> None:
     answer = cgla("certify", "small.toml", f"--within={share}")
     assert answer.code == 2
     assert "give a percentage such as 1%" in answer.err
+    cgla("certify", "small.toml", "--within", "5").refused("'5', which may be 5 % or 500 %", "with a percent sign")

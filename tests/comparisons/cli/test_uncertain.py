@@ -55,6 +55,7 @@ def test_the_command_prints_what_python_finds(folder: Path, cgla: Call) -> None:
         ("", r"neither \[\[scenarios\]\] nor \[sample\]; give one of the two"),
         ("[sample]\nplace = 0.1\n[[scenarios]]\n", "both"),
         ("[sample]\n", "nothing is uncertain"),
+        ("adds = true\n[sample]\nplace = 0.1\n", "would count them twice; leave it out"),
         ("[sample]\npeak = 1000.0\n", "sample.peak: give at most 10"),
         ("[[scenarios]]\nprobability = 0.5\n[[scenarios]]\n", "1 of 2 scenarios have a probability"),
         ("[[scenarios]]\nprobability = 0.5\n", "which add up to 0.5"),
@@ -98,7 +99,9 @@ def test_added_and_drawn_scenarios(folder: Path) -> None:
         (["--scenarios", "two.toml", "--alpha", "0.5"], "--alpha is for --objective cvar"),
         (["--scenarios", "two.toml", "--max-risk", "1"], "--max-risk does not go with"),
         (["--scenarios", "two.toml", "--turn-radius", "0.1"], "--turn-radius does not go with"),
-        (["--scenarios", "two.toml", "--objective", "cvar", "--alpha", "2"], "alpha is 2"),
+        (["--scenarios", "two.toml", "--objective", "cvar", "--alpha", "2"], "write it with a percent sign"),
+        (["--scenarios", "two.toml", "--objective", "cvar", "--alpha", "high"], "such as 1%, or a part"),
+        (["--scenarios", "two.toml", "--exceeds", "nan"], "--exceeds is nan"),
     ],
 )
 @pytest.mark.usefixtures("folder")
