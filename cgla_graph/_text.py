@@ -417,7 +417,8 @@ def percent(value: float) -> str:
 
     Examples
     --------
-    >>> percent(0.0404), percent(-1e-16)
-    ('+4.04 %', '+0.00 %')
+    >>> percent(0.0404), percent(-1e-16), percent(1e300)
+    ('+4.04 %', '+0.00 %', '+1e+302 %')
     """
-    return f"{100.0 * value + 0.0:+.2f} %".replace("-0.00", "+0.00") if math.isfinite(value) else DASH
+    digits = ".2f" if abs(value) < MOST_DIGITS else ".3g"
+    return f"{100.0 * value + 0.0:+{digits}} %".replace("-0.00", "+0.00") if math.isfinite(value) else DASH
