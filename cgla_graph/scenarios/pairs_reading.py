@@ -58,8 +58,8 @@ def read_pairs(file: str | os.PathLike[str], problem: Problem) -> Pairs:
     ------
     ScenarioError
         If the file does not exist, lacks a column or has one twice, has another column whose name begins with ``start``
-        or ``goal``, a line has more cells than the first one, or a coordinate is no finite number; the message says in
-        which line.
+        or ``goal``, there is no line below the first one, a line has more cells than that, or a coordinate is no finite
+        number; the message says in which line.
 
     Examples
     --------
@@ -80,6 +80,9 @@ def read_pairs(file: str | os.PathLike[str], problem: Problem) -> Pairs:
         axes = AXES[:1] if problem.projection is None else AXES
         allowed = " or ".join(",".join(f"{end}_{axis}" for end in ENDS for axis in pair) for pair in axes)
         msg = f"{name}: {got}; the first line has to name the columns {allowed}, or those of one end"
+        raise ScenarioError(msg)
+    if not lines:
+        msg = f"{name}: there is no line below the first one, and so no question; give a line for each"
         raise ScenarioError(msg)
     ends = (problem.start, problem.goal)
     starts, goals = (
