@@ -11,17 +11,18 @@ from numpy.typing import ArrayLike
 from cgla_graph._progress import Tell, showing
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
-from cgla_graph._validate import instance, number_array, point_array, positive_number
+from cgla_graph._validate import instance, number_array, point_array, positive_number, whole_number
+from cgla_graph.certificate.answers import Answers
 from cgla_graph.certificate.certificate import MAX_CELLS, WORTH, is_separated, load_kernels, usual_cells
+from cgla_graph.certificate.isochrones import Isochrones, isochrones_to
 from cgla_graph.certificate.many import MOST_SOLVES, GoalSurface, Ground
 from cgla_graph.certificate.many_cells import CellSurface
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.problem import Evaluation, Problem, problem_wanted
-from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.model.solver import trivial_solution
 from cgla_graph.refine.refine import refine_path
-from cgla_graph.solvers.answers import Answers
 from cgla_graph.solvers.solving import solve
 
 #: The gap that is asked for by default.
@@ -29,6 +30,8 @@ TOLERANCE = 0.01
 #: Cells along the longer side of the grid for a gap of 1 %, by how many questions have their goal in common, at least;
 #: for other gaps, the number goes with the root of the gap.
 STEPS = {24: 512, 6: 384, 0: 256}
+#: The same for isochrones by default: on maps with cells of constant cost, where places take longer, and on others.
+ISOCHRONE_STEPS = {True: 128, False: 256}
 #: Paths whose gap is too wide are refined: until finer waypoints gain less than this part of the tolerance, with so
 #: many waypoints at most.
 REFINED, MOST_WAYPOINTS = 0.05, 64
@@ -148,7 +151,69 @@ class Map(ShortRepr):
         solutions = tuple(every[number] for number in np.reshape(which, -1).tolist())
         counts = work.n_solves, work.most_solves, work.n_own
         seconds = time.perf_counter() - began
-        return Answers(solutions, named, begins, ends, tolerance, *counts, seconds, self.problem.projection)
+        return Answers(solutions, named, begins, ends, tolerance, *counts, seconds, self.problem)
+
+    def isochrones(
+        self, costs: ArrayLike, goal: Sequence[float] | None = None, *, steps: int | None = None
+    ) -> Isochrones:
+        """
+        Find from where a place can be reached at most at some costs: for certain, and possibly.
+
+        Costs are the same in both directions, so that it is also how far one gets from there.
+
+        Parameters
+        ----------
+        costs
+            One cost or several, positive, map units.
+        goal
+            The place, shape ``(2,)``, map units. None: the goal of the problem.
+        steps
+            Cells of a grid along the longer side of the map, 16 to 2048: with more, the areas are closer to each other.
+            None: 256, or 128 on rasters read as `nearest`.
+
+        Returns
+        -------
+        isochrones
+            Two areas for each cost, in ascending order. From each point of the one, a path is known that costs at most
+            that. No path from outside of the other costs less.
+
+        Raises
+        ------
+        ProblemError
+            If a cost is not positive and finite, the place is outside the bounds or in the no-fly area, a setting is
+            out of range, or no grid proves anything on this map (peaks above 1, weights beyond the arithmetic).
+
+        Examples
+        --------
+        >>> import cgla_graph as cg
+        >>> found = cg.Map(cg.Problem((0.5, 0.5), (0.5, 0.5))).isochrones([0.2, 0.4])
+        >>> [bool(row["certain_area"] <= math.pi * row["cost"] ** 2 <= row["possible_area"]) for row in found.rows()]
+        [True, True]
+        """
+        wanted = np.unique(number_array("costs", costs)).tolist()
+        for cost in wanted:
+            positive_number("costs", cost)
+        if not wanted:
+            msg = "costs are empty; give one cost or several, map units"
+            raise ProblemError(msg)
+        place = np.array([self.problem.goal]) if goal is None else _points("goal", goal)
+        if len(place) != 1:
+            msg = f"goal is {shown(goal)}; give one point, shape (2,)"
+            raise ProblemError(msg)
+        self._check("goal", place, self.problem.start)
+        end = (float(place[0, 0]), float(place[0, 1]))
+        cells = CellSurface.towards(self.problem, end, usual_cells(self.problem))
+        cells = None if cells is None or cells.proof.loose else cells
+        steps = ISOCHRONE_STEPS[cells is not None] if steps is None else steps
+        ground = self.ground(whole_number("steps", steps, at_least=16, at_most=2048))
+        if ground is None:
+            why = "k is too great for the arithmetic, or the map reaches too far around the Earth"
+            why = why if self.problem.field.is_proper else NEGATIVE_WEIGHTS
+            msg = f"no isochrones: no grid proves anything here, as {why}"
+            raise ProblemError(msg)
+        load_kernels(MapKind.of(self.problem.model))
+        with showing("isochrones"):
+            return isochrones_to(ground, end, wanted, cells)
 
     def ground(self, steps: int) -> Ground | None:
         """Return the grid of so many steps, which all surfaces share; None where no grid proves anything."""

@@ -154,6 +154,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         cg.Map(PROBLEM).solve,
         {"starts": [PROBLEM.goal], "goals": None, "names": None, "tolerance": 0.5},
     ),
+    "Map.isochrones": (cg.Map(PROBLEM).isochrones, {"costs": [0.2], "goal": None, "steps": 16}),
     "below_density": (cg.below_density, {"problem": ON_RASTER, "level": 3.0, "corridor": 0.0}),
     "density_front": (cg.density_front, {"problem": None, "solver": "straight-line", "levels": [3.0], "corridor": 0.0}),
     "ground_risk": (

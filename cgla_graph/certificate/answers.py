@@ -5,18 +5,20 @@ import io
 import json
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from cgla_graph._display import Plottable
 from cgla_graph._files import write_files
-from cgla_graph._text import ShortRepr, json_number
+from cgla_graph._text import counted, json_number
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import file_path
 from cgla_graph.errors import OutputError
 from cgla_graph.model.earth import LocalProjection, degrees_of
+from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
 
 #: The numbers of an answer in a table, in order.
@@ -24,7 +26,7 @@ NUMBERS = ("cost", "lower_bound", "gap", "length", "risk")
 
 
 @dataclass(frozen=True, eq=False)
-class Answers(ShortRepr):
+class Answers(Plottable):
     """
     Paths with their bounds, in the order of the questions: ``answers[3]`` is a `Solution`.
 
@@ -46,8 +48,8 @@ class Answers(ShortRepr):
         How many questions got a proof of their own.
     seconds
         Time that it took.
-    projection
-        From longitude and latitude to map units; None on a map in the plane.
+    problem
+        The map.
     """
 
     solutions: tuple[Solution, ...]
@@ -59,7 +61,12 @@ class Answers(ShortRepr):
     most_solves: int
     n_own: int
     seconds: float
-    projection: LocalProjection | None = None
+    problem: Problem = field(repr=False)
+
+    @property
+    def projection(self) -> LocalProjection | None:
+        """From longitude and latitude to map units; None on a map in the plane."""
+        return self.problem.projection
 
     def __len__(self) -> int:
         """Count the questions."""
@@ -102,9 +109,10 @@ class Answers(ShortRepr):
     def message(self) -> str:
         """How the answers were found, in one line."""
         closed = sum(one.status is Status.NO_PATH for one in self)
+        solved = f"costs-to-go solved {counted(self.n_solves, 'time')}, at most {self.most_solves} for one goal"
         parts = [
-            f"{len(self)} questions: costs-to-go solved {self.n_solves} times, at most {self.most_solves} for one goal",
-            f"{self.n_own} proofs of their own",
+            f"{counted(len(self), 'question')}: {solved}",
+            f"{counted(self.n_own, 'proof')} of {'its' if self.n_own == 1 else 'their'} own",
             f"{closed} without a path" if closed else "",
             f"{len(self.missed) - closed} above the tolerance" if len(self.missed) > closed else "",
         ]
@@ -185,7 +193,7 @@ class Answers(ShortRepr):
         bounds = ["inf" if bound == np.inf else None for bound in self.lower_bounds]
         for row, bound in zip(rows, bounds, strict=True):
             writer.writerow({**row, "lower_bound": bound or row["lower_bound"]})
-        return _write(file, ".csv", text.getvalue())
+        return write_text(file, ".csv", text.getvalue())
 
     def to_geojson(self, file: str | os.PathLike[str]) -> Path:
         """
@@ -216,10 +224,18 @@ class Answers(ShortRepr):
                 line = {"type": "LineString", "coordinates": places if len(places) > 1 else places * 2}
                 features.append({"type": "Feature", "properties": row, "geometry": line})
         text = json.dumps({"type": "FeatureCollection", "features": features}, allow_nan=False, indent=1) + "\n"
-        return _write(file, ".geojson", text)
+        return write_text(file, ".geojson", text)
 
 
-def _write(file: str | os.PathLike[str], ending: str, text: str) -> Path:
+def write_text(file: str | os.PathLike[str], ending: str, text: str) -> Path:
+    """
+    Write a text to a file with this ending, whole or not at all; return its path.
+
+    Raises
+    ------
+    OutputError
+        If it ends otherwise, or cannot be written.
+    """
     target = file_path("file", file, OutputError)
     if target.suffix.lower() != ending:
         msg = f"{target}: give a file that ends in {ending}"

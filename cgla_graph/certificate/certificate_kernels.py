@@ -231,20 +231,20 @@ def add_rasters(
 
 
 @kernel
-def least_around(
+def range_around(
     points: FloatArray,
     reach: tuple[float, float],
     bounds: tuple[float, float, float, float],
     rasters: Rasters,
     out: FloatArray,
 ) -> None:
-    """Write the least value of rasters within `reach` of points, shape ``(n, 2)``, inside the bounds, to `out`."""
+    """Bound rasters within `reach` of points inside the bounds, from below and from above; all shapes ``(n, 2)``."""
     for n in range(points.shape[0]):
         x = min(max(points[n, 0], bounds[0]), bounds[2])
         y = min(max(points[n, 1], bounds[1]), bounds[3])
         low = max(x - reach[0], bounds[0]), max(y - reach[1], bounds[1])
         high = min(x + reach[0], bounds[2]), min(y + reach[1], bounds[3])
-        out[n] = raster_range(low, high, rasters)[0]
+        out[n, 0], out[n, 1] = raster_range(low, high, rasters)
 
 
 @kernel

@@ -216,7 +216,7 @@ def corridor_around(
     if through.path is None:
         return _without_grids(problem, delta, max(lower_bound, through.lower_bound), free_map(problem), why)
     best = max(lower_bound, through.lower_bound)
-    outer = _outer(problem, through.last, cell_runs.runs_of(through.columns, through.rows))
+    outer = outer_of(problem, through.last, cell_runs.runs_of(through.columns, through.rows))
     shown, inner = _Shown.of(problem, grid, (1.0 + delta) * best).found(through.path, through.upper_bound)
     ways = ways_of(problem, grid, outer, limit, best, [through.path, *shown], most_ways)
     return Corridor(
@@ -318,8 +318,15 @@ def cells_outline(bounds: Bounds, last: tuple[int, int], runs: WholeArray) -> Ba
     return shapely.intersection(shapely.union_all(boxes), shapely.box(*bounds))
 
 
-def _outer(problem: Problem, last: tuple[int, int], runs: WholeArray) -> BaseGeometry:
-    """Return kept cells as polygons without areas; cells that touch in a corner are joined."""
+def outer_of(problem: Problem, last: tuple[int, int], runs: WholeArray) -> BaseGeometry:
+    """
+    Return cells of a grid as polygons without areas; cells that touch in a corner are joined.
+
+    Examples
+    --------
+    >>> outer_of(Problem((0.1, 0.5), (0.9, 0.5)), (4, 4), np.array([[0, 0, 3], [1, 1, 2]])).area.__round__(6)
+    0.140625
+    """
     wide = shapely.buffer(cells_outline(problem.bounds, last, runs), _wider(problem), join_style="mitre")
     return shapely.intersection(wide, free_map(problem))
 

@@ -19,6 +19,7 @@ from cgla_graph._validate import file_path
 from cgla_graph.certificate.corridor import Corridor
 from cgla_graph.errors import OutputError
 from cgla_graph.model.earth import degrees_of
+from cgla_graph.model.problem import Problem
 
 #: Endings of files of corridors.
 ENDINGS: Final = (".geojson", ".kml", ".csv")
@@ -153,17 +154,24 @@ def _features(corridor: Corridor) -> Iterator[tuple[dict[str, Any], BaseGeometry
     numbers = {key: one for key, one in corridor.document().items() if not isinstance(one, list)}
     for name, shape, more in (("corridor", corridor.outer, numbers), ("certain", corridor.inner, {})):
         if not shape.is_empty:
-            yield {"name": name, **more}, shapely.orient_polygons(_as_written(corridor, shape))
+            yield {"name": name, **more}, shapely.orient_polygons(as_written(corridor.problem, shape))
     for number, way in enumerate((*corridor.ways.known, *corridor.ways.undecided), 1):
         if way.path is not None and len(way.path) > 1:
             inside = way.cost <= corridor.limit
             told = {"name": f"way {number}", "within_delta_of_the_known_path": inside, **way.document()}
-            yield told, _as_written(corridor, shapely.LineString(way.path))
+            yield told, as_written(corridor.problem, shapely.LineString(way.path))
 
 
-def _as_written(corridor: Corridor, shape: BaseGeometry) -> BaseGeometry:
-    """Return a shape in degrees, with sides that are straight on the map, or in map units."""
-    projection = corridor.problem.projection
+def as_written(problem: Problem, shape: BaseGeometry) -> BaseGeometry:
+    """
+    Return a shape in degrees, with sides that are straight on the map, or in map units.
+
+    Examples
+    --------
+    >>> as_written(Problem((0, 0), (1, 1)), shapely.Point(0.5, 0.5)).wkt
+    'POINT (0.5 0.5)'
+    """
+    projection = problem.projection
     if projection is None:
         return shape
 

@@ -76,10 +76,11 @@ def costs_to_solve_for(problem: Problem, mesh: SplineMesh, bounds: FloatArray) -
     jumping = [raster for raster in field.rasters if raster.interpolation == "nearest"]
     bilinear = [raster for raster in field.rasters if raster.interpolation == "bilinear"]
     smooth = field.with_rasters(bilinear).for_weight(problem.k)
-    least = np.zeros(len(nodes))
+    ranges = np.zeros((len(nodes), 2))
     if jumping:
         reach = 1.5 * mesh.spacing[0], 1.5 * mesh.spacing[1]
-        certificate_kernels.least_around(points, reach, problem.bounds, raster_array(jumping), least)
+        certificate_kernels.range_around(points, reach, problem.bounds, raster_array(jumping), ranges)
+    least = ranges[:, 0]
 
     def fill(part: slice) -> None:
         risk = smooth.density(points[part]) + least[part]
@@ -87,6 +88,44 @@ def costs_to_solve_for(problem: Problem, mesh: SplineMesh, bounds: FloatArray) -
 
     in_parts(fill, len(nodes))
     return costs
+
+
+def greatest_costs(problem: Problem, middles: FloatArray, reach: tuple[float, float]) -> FloatArray:
+    """
+    Bound the cost of a unit of length from above on rectangles, as far as they are inside the bounds.
+
+    The risk of a threat is greatest where it is nearest, and that of several grows with each of them. Of an
+    `UncertainField`, the risk of all threats at once bounds that of each scenario.
+
+    Parameters
+    ----------
+    problem
+        The problem, whose field is proper.
+    middles
+        Of the rectangles, inside the bounds, shape ``(n, 2)``, map units.
+    reach
+        Half of their sides, map units.
+
+    Returns
+    -------
+    costs
+        Shape ``(n,)``; on a map of the Earth, those of a unit of the plane.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField, Threat
+    >>> problem = Problem((0, 0), (1, 1), RiskField([Threat(0.5, 0.5, spread=0.1)]), k=10.0)
+    >>> greatest_costs(problem, np.array([(0.5, 0.4), (0.0, 0.0)]), (0.1, 0.1)).round(3).tolist()
+    [11.0, 1.0]
+    """
+    none, ranges = np.ones(len(middles)), np.zeros((len(middles), 2))
+    for threat in problem.field.every_threat:
+        away = np.maximum(np.abs(middles - (threat.x, threat.y)) - reach, 0.0)
+        none *= 1.0 - threat.peak * np.exp(-0.5 * ((away / threat.spread) ** 2).sum(axis=1))
+    if problem.field.raster_array is not None:
+        certificate_kernels.range_around(middles, reach, problem.bounds, problem.field.raster_array, ranges)
+    most = 1.0 + problem.k * (1.0 - np.maximum(none, 0.0) + ranges[:, 1])
+    return np.asarray(most * (1.0 + 2.0 * rounding(problem)))
 
 
 def scale_at(problem: Problem, points: FloatArray) -> FloatArray | float:

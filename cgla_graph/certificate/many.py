@@ -34,7 +34,8 @@ from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.certificate import certificate_kernels, many_kernels
 from cgla_graph.certificate.corners import CornerBlock, corners_of, links_of
 from cgla_graph.certificate.costs import geodesic_error, is_provable, least_scale, rounding
-from cgla_graph.certificate.subsolution import ROUNDING, Block, Level, first_grid
+from cgla_graph.certificate.subsolution import ROUNDING, Block, Level, Subsolution, first_grid
+from cgla_graph.certificate.through import costs_to_end, in_corner
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import MOST_STEPS, around_corners, costs_to_go, descent
 from cgla_graph.eikonal.marching_kernels import spline_value
@@ -307,30 +308,63 @@ class GoalSurface:
         (known,) = np.nonzero(~self.states(points)[0])
         pieces = self.level.mesh.pieces_at(points[known])
         if math.isfinite(one.excess):
-            heights, found = self._heights(one, pieces, points[known], least) - one.excess, np.empty(len(known))
+            heights, found = self._heights(one, pieces, points[known]) - one.excess, np.empty(len(known))
             places = one.boxes, one.lowest - one.excess, one.charges
             many_kernels.bounds_from(points[known], heights, costs[known], least, *places, found)
             best[known] = found
         best = best * self.ground.shrink - geodesic_error(self.level.problem)
         return np.maximum(np.minimum(best, costs), 0.0)
 
-    def _heights(self, one: _Solved, pieces: WholeArray, points: FloatArray, least: float) -> FloatArray:
-        """Return a surface at points; inside the block of a corner, the least over its rim and the way there."""
+    def _heights(self, one: _Solved, pieces: WholeArray, points: FloatArray) -> FloatArray:
+        """Return a surface at points; inside the block of a corner, its bound on the whole piece."""
         mesh = self.level.mesh
         at = (points - np.array(mesh.origin)) / np.array(mesh.spacing)
         heights = np.empty(len(points))
-        blocked: list[tuple[int, CornerBlock]] = []
-        of_block = np.full(len(mesh.columns), -1, dtype=np.int64)
-        for number, corner in enumerate(self.corners):
-            of_block[corner.pieces] = number
         for n, piece in enumerate(pieces.tolist()):
             u, v = at[n, 0] - int(mesh.columns[piece]), at[n, 1] - int(mesh.rows[piece])
             heights[n] = spline_value(mesh.controls[piece], u, v, one.values)
-            if of_block[piece] >= 0:
-                blocked.append((n, self.corners[of_block[piece]]))
-        for n, corner in blocked:
-            middles = np.column_stack([mesh.columns[corner.rim], mesh.rows[corner.rim]])
-            # (no part of the rim is nearer than the middle of its cell less half a diagonal)
-            away = np.hypot(*((middles - at[n]) * mesh.spacing).T) - 0.5 * math.hypot(*mesh.spacing)
-            heights[n] = (one.values[mesh.controls[corner.rim]].min(axis=1) + least * np.maximum(away, 0.0)).min()
+        for corner in self.corners:
+            inside = np.isin(pieces, corner.pieces)
+            if inside.any():
+                of_piece = dict(zip(corner.pieces.tolist(), in_corner(self.level, corner, one.values), strict=True))
+                heights[inside] = [of_piece[piece] for piece in pieces[inside].tolist()]
         return heights
+
+    def heights(self) -> FloatArray:
+        """
+        Bound the last surface from below on each piece of the grid, shape ``(m,)``, map units, before charges.
+
+        It is infinite where no way leads to the goal, and minus infinity where nothing is known.
+        """
+        mesh, one = self.level.mesh, self.solved[-1]
+        least = costs_to_end(self.level, Subsolution(0.0, one.values - one.excess, self.corners), self.block)
+        reached = np.isfinite(one.values[mesh.controls])
+        odd = reached.any(axis=1) & ~reached.all(axis=1) & ~self.block.holds
+        odd[[*(piece for corner in self.corners for piece in corner.pieces.tolist())]] = False
+        return np.where(odd, -math.inf, least)
+
+    def may_cost_less(self, heights: FloatArray, cost: float) -> BoolArray:
+        """
+        Tell from which pieces of the grid a path to the goal may cost less than some cost: shape ``(m,)``.
+
+        Parameters
+        ----------
+        heights
+            As `heights` returns them.
+        cost
+            Map units.
+        """
+        mesh, one = self.level.mesh, self.solved[-1]
+        least, half = least_scale(self.level.problem), 0.5 * math.hypot(*mesh.spacing)
+        limit = math.nextafter(
+            (cost + geodesic_error(self.level.problem)) / self.ground.shrink * (1.0 + ROUNDING), math.inf
+        )
+        (near,) = np.nonzero(~(heights >= limit + one.charges.sum()))
+        found = np.empty(len(near))
+        middles = mesh.node_points[mesh.controls[near, 4]]
+        # (no point of a piece is further from its middle)
+        places = one.boxes, one.lowest - one.excess - least * half * (1.0 + ROUNDING), one.charges
+        many_kernels.bounds_from(middles, heights[near], np.full(len(near), limit), least, *places, found)
+        may = np.zeros(len(heights), dtype=np.bool_)
+        may[near] = ~(found >= limit)
+        return may

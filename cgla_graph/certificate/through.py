@@ -381,7 +381,7 @@ def least_through(level: Level, to_goal: Subsolution, to_start: Subsolution) -> 
         # (where one end is not reached and nothing is known of the other, nothing is known)
         with np.errstate(invalid="ignore"):
             least[corner.pieces] = sum(
-                _in_corner(level, corner, one) if corner in one.corners else _lowest(level, one, corner.pieces)
+                in_corner(level, corner, one.values) if corner in one.corners else _lowest(level, one, corner.pieces)
                 for one in (to_goal, to_start)
             )
     for block, other in ((level.start_block, to_goal), (level.goal_block, to_start)):
@@ -419,7 +419,7 @@ def costs_to_end(level: Level, one: Subsolution, block: Block) -> FloatArray:
     """
     least = _lowest(level, one, np.arange(len(level.mesh.columns)))
     for corner in one.corners:
-        least[corner.pieces] = _in_corner(level, corner, one)
+        least[corner.pieces] = in_corner(level, corner, one.values)
     pieces = np.flatnonzero(block.holds)
     least[pieces] = _to_end(level, block, pieces)
     return np.where(np.isnan(least), -math.inf, least)
@@ -432,11 +432,27 @@ def _lowest(level: Level, one: Subsolution, pieces: WholeArray) -> FloatArray:
     return least
 
 
-def _in_corner(level: Level, corner: CornerBlock, one: Subsolution) -> FloatArray:
-    """Bound the cost to an end from the pieces of a block around a corner: across its rim."""
+def in_corner(level: Level, corner: CornerBlock, values: FloatArray) -> FloatArray:
+    """
+    Bound the cost to an end from the pieces of a block around a corner: across its rim.
+
+    Parameters
+    ----------
+    level
+        The grid.
+    corner
+        The block.
+    values
+        Control values of a spline that bounds the cost to the end on its rim.
+
+    Returns
+    -------
+    least
+        In the order of its pieces, map units.
+    """
     mesh = level.mesh
     curves = np.empty((len(corner.rim), 3))
-    corner_kernels.curves(corner.places, corner.rim, mesh.controls, one.values, curves)
+    corner_kernels.curves(corner.places, corner.rim, mesh.controls, values, curves)
     at_rim = np.where(np.isnan(curves), -math.inf, curves).min(axis=1, initial=math.inf)
     middles = np.column_stack([mesh.columns[corner.rim], mesh.rows[corner.rim]])
     ends = np.tile(middles, 2) + corner.places

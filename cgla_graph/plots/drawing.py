@@ -18,8 +18,10 @@ from cgla_graph._lazy import function_above
 from cgla_graph._text import figure as digits
 from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.airspace.volumes.volumes import Volumes
+from cgla_graph.certificate.answers import Answers
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.certificate.corridor import Corridor
+from cgla_graph.certificate.isochrones import Isochrones
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix
 from cgla_graph.errors import OutputError, ProblemError
 from cgla_graph.mission.records import Flight
@@ -30,6 +32,7 @@ from cgla_graph.model.solution import Solution, Status
 from cgla_graph.plots.animation import DPI, Film, frame_ticks
 from cgla_graph.plots.animation_file import animate as write_animation
 from cgla_graph.plots.animation_file import frame_milliseconds
+from cgla_graph.plots.answers import answers_figure, draw_answers
 from cgla_graph.plots.certificate import certificate_figure, draw_certificate
 from cgla_graph.plots.check import check_figure, draw_check
 from cgla_graph.plots.corridor import corridor_figure, draw_corridor
@@ -48,12 +51,13 @@ from cgla_graph.scenarios.scenario import Scenario
 @singledispatch
 def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution] = ()) -> Any:  # noqa: ANN401 - axes, one or two
     """
-    Draw a problem, scenario, graph, cost matrix, solution, certificate, corridor, mission, flight, plan check, volumes.
+    Draw a problem, scenario, graph, cost matrix, solution, certificate, mission, flight, or another result.
 
     Parameters
     ----------
     thing
-        An object of one of these kinds.
+        An object of one of these kinds; other results are corridors, answers to many questions, isochrones, checked
+        plans and volumes.
     ax
         Matplotlib axes to draw on, with a legend inside; None makes a figure, as ``pyplot`` does, with a legend beside
         the map. For a certificate, two axes may be given: for the map, and for the bounds of its grids.
@@ -81,8 +85,9 @@ def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution]
     ['straight-line: 1.1314', 'start', 'goal']
     """
     del ax, solutions
-    known = "problem, scenario, graph, cost matrix, solution, certificate, corridor, mission, flight, checked plan"
-    msg = f"a {type(thing).__name__} has no picture; give a {known} or volumes"
+    known = "problem, scenario, graph, cost matrix, solution, certificate, corridor, mission, flight, checked plan, "
+    known += "volumes, answers of cg.Map"
+    msg = f"a {type(thing).__name__} has no picture; give a {known} or isochrones"
     raise ProblemError(msg)
 
 
@@ -138,6 +143,16 @@ def _(corridor: Corridor, ax: Axes | None = None) -> Axes:
         draw_corridor(_axes(ax), shown, corridor)
         return ax
     return corridor_figure(shown, corridor, figure=_figure()).axes[0]
+
+
+@plot.register(Answers)
+@plot.register(Isochrones)
+def _(answers: Answers | Isochrones, ax: Axes | None = None) -> Axes:
+    shown = TitledProblem(answers.problem)
+    if ax is not None:
+        draw_answers(_axes(ax), shown, answers)
+        return ax
+    return answers_figure(shown, answers, figure=_figure()).axes[0]
 
 
 @plot.register

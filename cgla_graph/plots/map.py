@@ -255,6 +255,11 @@ class BaseMap:
         for name, end, marker, size in (("start", problem.start, "o", around), ("goal", problem.goal, "*", 12.0)):
             place = np.multiply(end, scale)
             yield draw_mark(self.axes, place, marker, size, markeredgecolor="black", clip_on=False, zorder=5), name
+        yield from self.draw_areas()
+
+    def draw_areas(self) -> Iterator[Key]:
+        """Draw the no-fly area; yield its rows of the legend, and that of places without data."""
+        problem, scale = self.shown.problem, unit_scale(self.shown.problem)
         if not problem.area.is_empty:
             area = draw_area(self.axes, problem.area_as_given.geometry, scale)
             clip_to_bounds(self.axes, problem.bounds, area, scale)

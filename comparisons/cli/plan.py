@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, cast
 
 import typer
 
@@ -74,6 +74,9 @@ def plan(
     pairs: Annotated[
         Path | None, option("--pairs FILE", "plan from each start to each goal of a CSV file, with shared work")
     ] = None,
+    isochrones: Annotated[
+        str | None, option("--isochrones C,…", "areas from which the goal can be reached at these costs, with --out")
+    ] = None,
 ) -> None:
     """
     Plan one path.
@@ -88,12 +91,14 @@ def plan(
     them are counted.
     With --altitudes, it plans at each of them and takes the best. With --scenarios, the risk is uncertain, and
     --objective chooses between the expected cost, the mean of the worst costs and the worst one.
-    With --pairs, it answers each line of a table: start_x,start_y,goal_x,goal_y (start_longitude,... on lon/lat maps).
+    With --pairs, it answers each line of a table: start_x,start_y,goal_x,goal_y (start_longitude,... on lon/lat maps);
+    with --isochrones, it finds from where the goal can be reached at some costs, for certain and possibly.
     For the file of a graph, use cgla graph plan.
     """
-    if pairs is not None:
-        _plan_pairs(
+    if pairs is not None or isochrones is not None:
+        _plan_many(
             pairs,
+            isochrones,
             lambda: open_map("plan", scenario, maps, zones, raster, aircraft),
             (proof, output, zones),
             (tour, budget, uncertain, heights, flyable, times, ground, volume, export),
@@ -210,18 +215,22 @@ def _proof_of(file: Path, run: "Run", tolerance: float) -> "ProofLine":
     return proof_of_run(file, run, tolerance)
 
 
-def _plan_pairs(
-    file: Path,
+def _plan_many(
+    pairs: Path | None,
+    isochrones: str | None,
     opened: "Callable[[], Scenario]",
     taken: tuple[ProofOptions, OutputOptions, ZoneOptions],
     groups: Sequence[Any],
     options: Mapping[str, Any],
 ) -> NoReturn:
-    """Answer the questions of a file, and end; `groups` and `options` are those that it does not take."""
-    from cgla_graph.comparisons.cli.tour import check_alone, plan_pairs
+    """Answer the questions of a file, or find isochrones, and end; `groups` and `options` are those not taken."""
+    from cgla_graph.comparisons.cli.tour import check_alone, plan_isochrones, plan_pairs
 
-    check_alone(groups, options)
-    raise typer.Exit(plan_pairs(opened(), file, *taken))
+    if pairs is None and isochrones is not None:
+        check_alone("--isochrones", groups, options)
+        raise typer.Exit(plan_isochrones(opened(), isochrones, *taken))
+    check_alone("--pairs", groups, {**options, "isochrones": isochrones})
+    raise typer.Exit(plan_pairs(opened(), cast("Path", pairs), *taken))
 
 
 def _planned(

@@ -1,4 +1,4 @@
-"""Options ``--via``, a path that visits places, and ``--pairs``, many questions to one map."""
+"""Options ``--via``, a path that visits places, ``--pairs`` and ``--isochrones``, many questions to one map."""
 
 import dataclasses
 import warnings
@@ -34,8 +34,9 @@ from cgla_graph.solvers import registry
 from cgla_graph.solvers.trade_off.tour import ORDERS, Order, Tour, tour
 
 if TYPE_CHECKING:
+    from cgla_graph.certificate.answers import Answers
+    from cgla_graph.certificate.isochrones import Isochrones
     from cgla_graph.comparisons.tables.fitted_table import FittedTable
-    from cgla_graph.solvers.answers import Answers
 
 _MOST_LONGITUDE = 180.0
 #: Places widen the bounds of a map of areas by this at most, metres, as its ends do.
@@ -229,12 +230,14 @@ def _place(text: str) -> tuple[float, float]:
     return x, y
 
 
-def check_alone(groups: Sequence[Any], options: Mapping[str, object]) -> None:
+def check_alone(name: str, groups: Sequence[Any], options: Mapping[str, object]) -> None:
     """
-    Check that no option is given that plans of many pairs do not have.
+    Check that no option is given that many questions to one map do not have.
 
     Parameters
     ----------
+    name
+        The option that asks them.
     groups
         Groups of options that may not be given.
     options
@@ -247,16 +250,16 @@ def check_alone(groups: Sequence[Any], options: Mapping[str, object]) -> None:
 
     Examples
     --------
-    >>> check_alone([ProofOptions()], {"profile": None})
+    >>> check_alone("--pairs", [ProofOptions()], {"profile": None})
     """
     usual = {"solver": "hybrid"} | {
         field.name: field.default for group in groups for field in dataclasses.fields(group)
     }
-    given = {name: value for group in groups for name, value in vars(group).items()} | {**options}
-    for name, value in given.items():
-        if value != usual.get(name) and value not in (None, False, []):
-            option = "scenarios" if name == "risk_scenarios" else name.replace("_", "-")
-            msg = f"--pairs with --{option}: many paths are planned without it; leave one out"
+    given = {other: value for group in groups for other, value in vars(group).items()} | {**options}
+    for other, value in given.items():
+        if value != usual.get(other) and value not in (None, False, []):
+            option = "scenarios" if other == "risk_scenarios" else other.replace("_", "-")
+            msg = f"{name} with --{option}: many questions are answered without it; leave one out"
             raise CglaError(msg)
 
 
@@ -281,7 +284,7 @@ def plan_pairs(scenario: Scenario, file: Path, proof: ProofOptions, output: Outp
         msg = "--pairs proves each path; leave --no-certificate out, and give a --tolerance above 0"
         raise CglaError(msg)
     asked = read_pairs(file, scenario.problem)
-    folder = output.folder()
+    folder, kinds = output.folder(), output.pictures("png")
     zoned = zones.report([scenario], as_json=output.as_json)
     tolerance = TOLERANCE if proof.tolerance is None else proof.tolerance
     with console.running_solvers([scenario.problem.model]):
@@ -291,6 +294,7 @@ def plan_pairs(scenario: Scenario, file: Path, proof: ProofOptions, output: Outp
         written.append(answers.to_csv(folder / f"{scenario.name}-pairs.csv"))
         if answers.projection is not None:
             written.append(answers.to_geojson(folder / f"{scenario.name}-pairs.geojson"))
+        written += _pictures(scenario, answers, folder / f"{scenario.name}-pairs", kinds)
     if output.as_json:
         files = [str(one) for one in written]
         console.out_json({"scenario": scenario.name, **answers.document(), "files": files, **zoned})
@@ -298,6 +302,61 @@ def plan_pairs(scenario: Scenario, file: Path, proof: ProofOptions, output: Outp
         console.out_table(_table(scenario, answers))
         console.out_files(written)
     return 0 if all(one.status.has_path for one in answers) else console.MISSING
+
+
+def plan_isochrones(
+    scenario: Scenario, text: str, proof: ProofOptions, output: OutputOptions, zones: ZoneOptions
+) -> int:
+    """
+    Find from where the goal can be reached at some costs, by `cgla_graph.Map.isochrones`; with --out, write the areas.
+
+    Returns
+    -------
+    code
+        The exit code.
+
+    Raises
+    ------
+    CglaError
+        If an option is not valid.
+    """
+    from cgla_graph.comparisons.tables.fitted_table import FittedTable
+    from cgla_graph.solvers.questions import Map
+
+    check_alone("--isochrones", [proof], {})
+    try:
+        costs = [float(part) for part in text.split(",")]
+    except ValueError as error:
+        msg = f"--isochrones is {shown(text)}; give one cost or several, as 1,2,3"
+        raise CglaError(msg) from error
+    folder, kinds = output.folder(), output.pictures("png")
+    zoned = zones.report([scenario], as_json=output.as_json)
+    with console.running_solvers([scenario.problem.model]):
+        found = Map(scenario.problem).isochrones(costs)
+    written = []
+    if folder is not None:
+        stem = folder / f"{scenario.name}-isochrones"
+        written = [found.to_geojson(stem.with_name(f"{stem.name}.geojson")), *_pictures(scenario, found, stem, kinds)]
+    if output.as_json:
+        files = [str(one) for one in written]
+        console.out_json({"scenario": scenario.name, **found.document(), "files": files, **zoned})
+        return 0
+    square = " m2" if scenario.projection else ""
+    heads = ("cost" + square[:2], f"certain area{square}", f"possible area{square}")
+    rows: list[Sequence[str]] = [[figure(value, 6) for value in row.values()] for row in found.rows()]
+    note = "from every point of the certain area, a path is known; from outside of the possible one, there is none"
+    console.out_table(FittedTable(scenario.full_title, (), heads, (), (note, found.message), rows))
+    console.out_files(written)
+    return 0
+
+
+def _pictures(scenario: Scenario, found: "Answers | Isochrones", stem: Path, kinds: Sequence[str]) -> list[Path]:
+    """Write the picture of answers in several formats."""
+    from cgla_graph.plots import pictures
+    from cgla_graph.plots.answers import answers_figure
+    from cgla_graph.plots.scene import TitledProblem
+
+    return pictures.save_all(answers_figure(TitledProblem.of(scenario), found), stem, kinds)
 
 
 def _table(scenario: Scenario, answers: "Answers") -> "FittedTable":

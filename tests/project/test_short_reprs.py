@@ -85,6 +85,7 @@ def instances() -> dict[str, Any]:
         *(cg.GraphProblem(grid, 0, 1599), cg.CostModel(field, 10.0, area), cg.NoFlyArea(area)),
         *(problem.evaluate(path), cg.cost_matrix(grid, target=0), cg.lower_bound(simple, 0.05), mission.fly()),
         cg.lower_bound(simple, 0.05).corridor(0.1, max_cells=20_000),
+        *(cg.Map(simple).isochrones([0.2], steps=16), cg.Map(simple).solve(starts=[simple.start] * 50)),
         *(cg.Sharing(), cg.VirtualObstacle(), cg.Status.FOUND, cg.MissionStatus.ARRIVED, cg.CglaError("wrong")),
         *(scenario, entrant, comparisons.Run(scenario, "hybrid", None, exact=False, solution=solution)),
         comparisons.Study([scenario] * 30, [entrant] * 30),
