@@ -81,6 +81,12 @@ def test_every_kernel_and_every_test_is_there() -> None:
         assert all((ROOT / word).exists() for word in check.words if word.startswith("tests/"))
 
 
+def test_a_comparison_counts_planners_and_no_flight_plans() -> None:
+    counted = {file.relative_to(ROOT).as_posix() for file in digests.files_of(CHECKS["comparison"])}
+    assert {"cgla_graph/model/risk.py", "solvers/solving.py", "solvers/grid/theta_kernels.py"} <= counted
+    assert not [name for name in counted if name.startswith(("cgla_graph/airspace/", "solvers/trade_off/"))]
+
+
 def test_ci_asks_for_all_of_them() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")

@@ -32,6 +32,12 @@ OF_KERNELS = tuple(
 BROWSER = tuple(f"tests/support/{name}.py" for name in ("chromium", "live_page", "serving"))
 OF_PAGES = ("tests/comparisons/report/test_report_browser.py", "tests/comparisons/live/test_live_browser.py")
 LIBRARY = ("cgla_graph/**/*", "solvers/**/*")
+#: Parts of these that neither a comparison of planners nor a claim runs.
+NOT_COMPARED = (
+    *(f"cgla_graph/{name}/**/*" for name in ("airspace", "networkx_backend", "people", "testing", "timed", "turning")),
+    *(f"solvers/{name}/**/*" for name in ("timed", "trade_off", "uncertain")),
+    "solvers/answers.py", "solvers/questions.py",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -49,12 +55,15 @@ class Check:
         What is set while it runs.
     packages
         Installed packages whose version counts as well.
+    without
+        Patterns of files among the sources that do not count.
     """
 
     sources: tuple[str, ...]
     words: tuple[str, ...]
     environment: tuple[tuple[str, str], ...] = ()
     packages: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
 
 
 CHECKS: Mapping[str, Check] = {
@@ -69,15 +78,19 @@ CHECKS: Mapping[str, Check] = {
     "paper": Check(
         ("comparisons/claims/**/*", "tests/comparisons/claims/**/*", "solvers/**/*", "cgla_graph/mission/**/*"),
         ("tests/comparisons/claims",),
+        without=NOT_COMPARED,
     ),
-    "comparison": Check((*LIBRARY, "comparisons/study/**/*", "comparisons/plots/**/*"), ("make", "compare")),
+    "comparison": Check(
+        (*LIBRARY, "comparisons/study/**/*", "comparisons/plots/**/*"), ("make", "compare"), without=NOT_COMPARED
+    ),
 }
 
 
 def files_of(check: Check, root: Path = ROOT) -> list[Path]:
     """List the files that a check follows from, each where it really is."""
-    found = {path for pattern in check.sources for path in root.glob(pattern) if path.is_file()}
-    inside = (path for path in found if path.resolve() == root.resolve() / path.relative_to(root))
+    found, left_out = ({p for one in patterns for p in root.glob(one)} for patterns in (check.sources, check.without))
+    files = (path for path in found - left_out if path.is_file())
+    inside = (path for path in files if path.resolve() == root.resolve() / path.relative_to(root))
     return sorted(path for path in inside if "__pycache__" not in path.parts)
 
 
