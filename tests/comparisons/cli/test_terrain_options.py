@@ -110,7 +110,18 @@ def test_senseless_options_are_refused(cgla: Call, words: tuple[str, ...], said:
 
 
 def test_the_best_of_several_altitudes_is_planned_told_and_exported(cgla: Call, tmp_path: Path) -> None:
-    words = ("plan", "map.toml", "--ground", "hill.asc", "--above", "sea", "--export", "best.plan")
+    words = (
+        "plan",
+        "map.toml",
+        "--ground",
+        "hill.asc",
+        "--above",
+        "sea",
+        "--export",
+        "best.plan",
+        "--tolerance",
+        "0.05",
+    )
     answer = cgla(*words, "--altitudes", "60,20,340,80", "--json")
 
     assert answer.code == 0, answer.err

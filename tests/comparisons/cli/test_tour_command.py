@@ -63,9 +63,9 @@ def test_what_is_printed(cgla: Call) -> None:
 def test_the_answer_is_that_of_python(cgla: Call) -> None:
     places = [(0.3, 0.8), (0.7, 0.3), (0.2, 0.4)]
     words = [word for x, y in places for word in ("--via", f"{x},{y}")]
-    document = cgla("plan", "paper", *words, "--order", "best", "--solver", "cgla", "--json").document()
-    paper = cg.load_scenario("paper")
-    found = cg.tour(paper.problem, places, order="best", solver="cgla", resolution=paper.lattice)
+    document = cgla("plan", "one-threat", *words, "--order", "best", "--solver", "cgla", "--json").document()
+    plain = cg.load_scenario("one-threat")
+    found = cg.tour(plain.problem, places, order="best", solver="cgla", resolution=plain.lattice)
     assert (document["cost"], document["lower_bound"], document["gap"]) == (found.cost, found.lower_bound, found.gap)
     assert document["tour"] == found.document()
 
