@@ -28,6 +28,7 @@ from cgla_graph.errors import FileFormatError
 from cgla_graph.model.earth import LocalProjection, project_on_map, projected_bounds, require_degrees
 from cgla_graph.model.no_fly import require_valid
 from cgla_graph.scenarios.table_faults import faults
+from cgla_graph.timed.timed_area import TimedArea
 
 #: Settings of terrain, which count without zones.
 OF_TERRAIN = ("altitude", "ground", "terrain_clearance", "terrain_altitude")
@@ -224,12 +225,15 @@ class MapZones:
         How far each of these replacements reaches beyond its zone, metres.
     columns
         The layers that count only where a flight takes off or lands; None at all heights.
+    changing
+        Zones that close and open while the flight is under way, metres and seconds.
     """
 
     applied: Applied
     areas: Sequence[BaseGeometry]
     beyond: Sequence[float]
     columns: Columns | None = None
+    changing: Sequence[TimedArea] = ()
 
     @classmethod
     def of(

@@ -4,6 +4,7 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
@@ -19,6 +20,7 @@ from cgla_graph.airspace.terrain.area import NAME as TERRAIN
 from cgla_graph.airspace.zones.account import ZoneRecord
 from cgla_graph.airspace.zones.applying import OUTSIDE
 from cgla_graph.airspace.zones.geojson import Area
+from cgla_graph.airspace.zones.timed_zones import timed_areas
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.clearance import ROUNDING, closed_area, on_closed_border
 from cgla_graph.model.earth import (
@@ -55,6 +57,7 @@ from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, requi
 from cgla_graph.scenarios.table_faults import faults
 from cgla_graph.scenarios.terrain_tables import MapTerrain
 from cgla_graph.scenarios.text_files import scenario_errors
+from cgla_graph.timed.timed_area import TimedArea
 from cgla_graph.untrusted.numbers import parse_float
 
 #: Spreads around the centre of a threat that a box around threats holds, so that there is room to fly around it; and
@@ -210,6 +213,10 @@ class MapTable(Table):
 
     def journey(self) -> tuple[Point, Point] | None:
         """Return start and goal of a file with one path to plan, in its own coordinates; else None."""
+        return None
+
+    def flight_times(self) -> tuple[datetime, datetime] | None:
+        """Return the moment of time 0, and how long zones are followed as they close and open; None: they stay."""
         return None
 
 
@@ -523,9 +530,13 @@ class MapBuilder:
             raise ValueError(msg)
         projection, clearance = self.projection, getattr(self.table, "clearance", 0.0)
         assert projection is not None  # noqa: S101 - it is a map in degrees
-        applied = applied_zones(given, self.folder).within(seen_box(projection, self.bounds, clearance))
+        times, changing = self.table.flight_times(), list[TimedArea]()
+        of_all_times = given if times is None else given.model_copy(update={"at": None})
+        applied = applied_zones(of_all_times, self.folder).within(seen_box(projection, self.bounds, clearance))
+        if times is not None:
+            applied, changing = timed_areas(applied, projection, since=times[0], until=times[1])
         ends = [self.point(list(place)) for _, place in self.table.ends()]
-        return MapZones.of(applied, projection, self.box, ends, clearance)
+        return replace(MapZones.of(applied, projection, self.box, ends, clearance), changing=changing)
 
     @property
     def area_records(self) -> list[ZoneRecord]:

@@ -1,10 +1,13 @@
 """Keys of scenario files in which the map changes in time."""
 
+from datetime import datetime, timedelta
 from typing import Annotated, Any, Literal, TypeAlias
 
 import shapely
 from pydantic import Field
 
+from cgla_graph.airspace.zones.applying import moment_of_zones
+from cgla_graph.airspace.zones.timed_zones import LONGEST
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.area_tables import Pair, Ring, Table
@@ -103,6 +106,15 @@ class TimedTable(MapTable):
     timed_areas: list[ClosingTable] = Field(default_factory=list)
     hours: list[HourTable] = Field(default_factory=list)
 
+    def flight_times(self) -> tuple[datetime, datetime] | None:
+        """Return the moment of time 0, that of the zones (`at`), and a day after the last departure, or the latest."""
+        if self.speed is None or self.no_fly.at is None:
+            return None
+        since = moment_of_zones(self.no_fly.at)
+        last = self.departure[1] if isinstance(self.departure, list) else self.departure
+        seconds = max(last, 0.0) + 86_400.0 if self.latest is None else max(self.latest, 1.0)
+        return since, since + min(timedelta(seconds=min(seconds, 1e9)), LONGEST)
+
 
 def settings_in_time(table: TimedTable, ground: MapBuilder) -> dict[str, Any]:
     """
@@ -131,7 +143,7 @@ def settings_in_time(table: TimedTable, ground: MapBuilder) -> dict[str, Any]:
     return {
         "speed": table.speed,
         "moving": built["moving"],
-        "areas": built["timed_areas"],
+        "areas": [*built["timed_areas"], *(() if ground.zones is None else ground.zones.changing)],
         "fields": built["hours"],
         "departure": tuple(table.departure) if isinstance(table.departure, list) else table.departure,
         "wind": tuple(wind) if isinstance(wind, list) else wind,

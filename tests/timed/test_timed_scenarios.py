@@ -1,10 +1,12 @@
 """Scenario files whose map changes in time: their keys, in map units, and what refuses them."""
 
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
+from zone_files import data_of, ed269, volume
 
 import cgla_graph as cg
 from cgla_graph.comparisons.study.options import open_one
@@ -127,3 +129,43 @@ def test_a_map_that_changes_is_not_planned_as_if_it_stood_still(tmp_path: Path) 
     for refused in refusals:
         with pytest.raises(CglaError, match="changes in time"):
             refused()
+
+
+def test_zones_close_and_open_while_the_flight_is_under_way(tmp_path: Path) -> None:
+    """At each moment, the areas that are closed are those that the zones of that moment close."""
+    morning = {"permanent": "NO", "startDateTime": "2026-08-03T06:00:00Z", "endDateTime": "2026-08-03T08:30:00Z"}
+    noons = {"permanent": "NO", "schedule": [{"day": ["MON"], "startTime": "11:00Z", "endTime": "12:00Z"}]}
+    features = []
+    for number, (identifier, period) in enumerate([("M", morning), ("N", noons), ("P", {"permanent": "YES"})]):
+        x = 24.2 + 0.2 * number
+        ring = shapely.get_coordinates(shapely.box(x - 0.05, 60.4, x + 0.05, 60.6)).tolist()
+        shape = volume(horizontalProjection={"type": "Polygon", "coordinates": [ring]})
+        features += ed269(shape, identifier=identifier, applicability=[period])["features"]
+    file = tmp_path / "zones.json"
+    file.write_bytes(data_of({"title": "zones", "features": features}))
+    text = f"""
+    coordinates = "lonlat"
+    bounds = [24.0, 60.0, 25.0, 61.0]
+    start = [24.1, 60.9]
+    goal = [24.9, 60.9]
+    k = 0.0
+    speed = 20.0
+    departure = [0, 36000]
+    no_fly = {{zones = ["{file.name}"], at = "2026-08-03T06:00:00Z"}}
+    """
+    scenario = scenario_from_toml(text, "mine", folder=tmp_path)
+    timed = scenario.timed
+    assert timed is not None
+    assert timed.still.no_fly is not None
+    read = cg.read_zones(file)
+    since = datetime(2026, 8, 3, 6, tzinfo=UTC)
+    for second in (0, 60, 8000, 9000, 9002, 17_990, 18_000, 20_000, 21_650, 21_670, 40_000):
+        closed = {one.zone.identifier for one in read.apply(at=since + timedelta(seconds=second)).closed}
+        here = timed.slab_at(second).no_fly
+        assert here is not None
+        found = {
+            name
+            for name, x in (("M", 24.2), ("N", 24.4), ("P", 24.6))
+            if shapely.contains_xy(here, *timed.projection.forward((x, 60.5)))  # type: ignore[union-attr]
+        }
+        assert found == closed, second

@@ -326,7 +326,7 @@ class Zones:
         """
         flight = None if altitude is None else Altitude.of(altitude)
         higher = vertical_clearance_of(vertical_clearance)
-        moment = _moment(at)
+        moment = None if at is None else moment_of_zones(at)
         treated = {**TREATMENTS, **treatments_of(treat or {})}
         if lines not in get_args(Lines):
             msg = f"lines is {short(lines)}; give closed, which closes the insides of closed lines, or open"
@@ -367,13 +367,26 @@ def treatments_of(given: Mapping[str, str]) -> dict[str, str]:
     return found
 
 
-def _moment(at: str | datetime | None) -> datetime | None:
-    if at is None or (isinstance(at, datetime) and at.tzinfo is not None):
+def moment_of_zones(at: str | datetime) -> datetime:
+    """
+    Return the moment of a flight, which has a UTC offset.
+
+    Raises
+    ------
+    FileFormatError
+        If it is not valid or has no offset.
+
+    Examples
+    --------
+    >>> moment_of_zones("2026-08-01T12:00+02:00").isoformat()
+    '2026-08-01T10:00:00+00:00'
+    """
+    if isinstance(at, datetime) and at.tzinfo is not None:
         return at
-    return moment_from(str(at.isoformat() if isinstance(at, datetime) else at), "the time (at)")
+    return moment_from(at.isoformat() if isinstance(at, datetime) else str(at), "the time (at)")
 
 
-def _applies(zone: Zone, moment: datetime) -> bool:
+def zone_applies(zone: Zone, moment: datetime) -> bool:
     """Return whether a zone applies at a moment; events of the sun are those over its whole area."""
     boxes = np.array([layer.area.bounds for layer in zone.layers])
     (west, south), (east, north) = boxes[:, :2].min(axis=0).tolist(), boxes[:, 2:].max(axis=0).tolist()
@@ -392,7 +405,7 @@ def _verdict(
     """Return the state of a zone."""
     if treated[zone.kind] == "open":
         return Verdict(zone, "open", zone.kind)
-    if moment is not None and zone.periods and not _applies(zone, moment):
+    if moment is not None and zone.periods and not zone_applies(zone, moment):
         return Verdict(zone, "open", "not at this time")
 
     def met_by(layer: Layer, *, column: bool = False) -> bool | None:
