@@ -307,6 +307,7 @@ def test_every_public_function_is_called() -> None:
         cg.CostMatrix,
         cg.Evaluation,
         cg.Flight,
+        cg.TimedEvaluation,
     }
     kinds = (cg.Scenario, cg.Status, cg.MissionStatus, cg.CglaError, cg.GeometricGraph)
     # (a test of old names may have imported a module named like a function)

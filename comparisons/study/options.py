@@ -362,7 +362,7 @@ def open_one(command: str, specs: str | Sequence[str], how: MapOptions | None = 
         raise CglaError(msg)
     if opened[0].in_time and command not in PLAN_IN_TIME:
         msg = (
-            f"{first} changes in time, and {command} takes maps that stand still; plan on it in Python: "
+            f"{first} changes in time, and {command} takes maps that stand still; judge flights in Python: "
             f"cg.load_scenario({str(first)!r}).timed is the problem"
         )
         raise CglaError(msg)

@@ -223,7 +223,7 @@ def test_wind_on_a_grid_carries_as_the_differential_equation_says(
             density = float(problem.field_at(state[0]).density(at))
             return [1.0 / ground, density / ground if per_time else density]
 
-        end = solve_ivp(slope, (0.0, length), [first[0], 0.0], "DOP853", rtol=1e-8, atol=1e-10, max_step=0.05).y[:, -1]
+        end = solve_ivp(slope, (0.0, length), [first[0], 0.0], "DOP853", rtol=1e-11, atol=1e-13, max_step=0.05).y[:, -1]
         assert end[0] == pytest.approx(last[0], rel=1e-7)
         risk += end[1]
     assert found.risk == pytest.approx(risk, rel=1e-5, abs=1e-8)
