@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from decimal import ROUND_FLOOR, Decimal
 from enum import Enum
+from functools import cached_property
 from reprlib import Repr
 from typing import Any
 
@@ -235,7 +236,9 @@ def fields_of(thing: object) -> Iterator[tuple[str, str]]:
         if field.repr and not _is_default(field, value):
             yield field.name, field_text(value)
     for name in (name for name in _COMPUTED if name not in {field.name for field in fields}):
-        value = getattr(thing, name, None)
+        # (what is worked out once and kept may take long: it is shown once it is known)
+        waits = isinstance(getattr(type(thing), name, None), cached_property) and name not in vars(thing)
+        value = None if waits else getattr(thing, name, None)
         if isinstance(value, float) and value == value:  # noqa: PLR0124 - no NaN
             yield name, field_text(value)
 

@@ -16,6 +16,7 @@ from cgla_graph._display import Plottable
 from cgla_graph._lazy import function_above
 from cgla_graph._text import ShortRepr, plain_json
 from cgla_graph._types import FloatArray, Point
+from cgla_graph.mission.clairvoyance import least_cost_alone
 from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
 
+#: Lower bounds of UAVs are refined to this gap.
+BOUND_TOLERANCE = 0.001
 #: Risk above which a flight is exposed.
 EXPOSED_ABOVE = 0.1
 
@@ -469,6 +472,35 @@ class Flight(Plottable):
         paths too. It is infinite if the UAV did not arrive, NaN if it does not arrive with full knowledge either.
         """
         return self.costs_over(self.fly_informed())
+
+    @cached_property
+    def lower_bounds(self) -> dict[str, float]:
+        """
+        What each UAV pays at least between the ends of its flight, if it knows all and is alone: proven, map units.
+
+        Only risk that is there at every tick counts, and areas of the chart. If a UAV did not arrive, the ends are its
+        start and goal. With peaks above 1 nothing is proven: NaN.
+        """
+        ends = {
+            name: one.path[[0, -1]].tolist() if one.status is MissionStatus.ARRIVED else (one.uav.start, one.uav.goal)
+            for name, one in self.uavs.items()
+        }
+        return {
+            name: least_cost_alone(self.mission.world, tuple(a), tuple(b), self.uavs[name].uav.k, BOUND_TOLERANCE)
+            for name, (a, b) in ends.items()
+        }
+
+    @cached_property
+    def gap(self) -> float:
+        """
+        How much the team could save at most: its cost over the sum of `lower_bounds`, less 1.
+
+        It is infinite unless all arrived, and NaN where nothing is proven.
+        """
+        least = math.fsum(self.lower_bounds.values())
+        if self.cost == least:
+            return 0.0
+        return self.cost / least - 1.0 if least != 0.0 else math.inf
 
     @cached_property
     def value_of_sharing(self) -> dict[str, float]:

@@ -41,7 +41,10 @@ def fly(
     ground: GroundOption = None,
     terrain_clearance: TerrainClearanceOption = None,
     value: Annotated[
-        bool, typer.Option(help="fly again with full knowledge, and without sharing, to measure their value")
+        bool,
+        typer.Option(
+            help="fly again with full knowledge, and without sharing, to measure their value; bound the costs"
+        ),
     ] = True,
     animation: Annotated[bool, typer.Option(help="with --out: also draw animations")] = True,
     out: OutOption = None,

@@ -183,8 +183,9 @@ def flight_document(flown: MissionRun) -> dict[str, Any]:
 
 def _named(flown: MissionRun, document: dict[str, Any]) -> dict[str, Any]:
     """Add names, the seconds and, where they were measured, the value of knowledge and of sharing."""
-    worth = {"price_of_ignorance": flown.ignorance, "value_of_sharing": flown.sharing}
+    worth = {"price_of_ignorance": flown.ignorance, "value_of_sharing": flown.sharing, "lower_bound": flown.bounds}
     for uav in document["uavs"]:
         uav.update(_plain({name: ratios[uav["name"]] for name, ratios in worth.items() if ratios is not None}))
     names = {"mission": flown.name, "variant": flown.variant, "title": flown.title, "solver": flown.solver}
-    return {**names, **document, "seconds": flown.seconds}
+    gap = {} if flown.bounds is None else _plain({"gap": flown.flight.gap})
+    return {**names, **document, **gap, "seconds": flown.seconds}

@@ -182,7 +182,7 @@ def fly_all(
         Folder of the files; None writes nothing.
     value
         Whether to compute the price of ignorance and the value of sharing, by flying again with full knowledge, and
-        without sharing.
+        without sharing, and lower bounds of the costs.
     animation
         Whether to draw animations; pictures are always drawn.
     step
@@ -292,7 +292,7 @@ class _LogWriter:
 
 def with_worth(flown: MissionRun) -> MissionRun:
     """
-    Compute the price of ignorance and the value of sharing, by flying up to twice more.
+    Compute the price of ignorance and the value of sharing, by flying up to twice more, and bounds of the costs.
 
     Parameters
     ----------
@@ -302,12 +302,13 @@ def with_worth(flown: MissionRun) -> MissionRun:
     Returns
     -------
     with_worth
-        The same with both; without the value of sharing where nothing is shared.
+        The same with all three; without the value of sharing where nothing is shared.
     """
     flight = flown.flight
     shares = flight.mission.sharing.is_on and len(flight.uavs) > 1
     sharing = flight.fly_unshared().costs_over(flight) if shares else None
-    return dataclasses.replace(flown, ignorance=flight.costs_over(flight.fly_informed()), sharing=sharing)
+    ignorance = flight.costs_over(flight.fly_informed())
+    return dataclasses.replace(flown, ignorance=ignorance, sharing=sharing, bounds=flight.lower_bounds)
 
 
 def _part(log: Path) -> Path:

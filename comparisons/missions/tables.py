@@ -3,10 +3,10 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from cgla_graph._text import duration, figure
+from cgla_graph._text import at_most_percent, duration, figure
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
-from cgla_graph.mission.records import EXPOSED_ABOVE, MissionStatus, UavFlight
+from cgla_graph.mission.records import EXPOSED_ABOVE, Flight, MissionStatus, UavFlight
 from cgla_graph.mission.world import TimedThreat
 from cgla_graph.people.units import rate_text, risk_unit
 
@@ -158,7 +158,21 @@ def _worth_lines(flown: MissionRun) -> list[str]:
         lines.append(f"price of ignorance (cost over that with full knowledge): {_ratios(flown.ignorance)}")
     if flown.sharing is not None:
         lines.append(f"value of sharing (cost without it over cost): {_ratios(flown.sharing)}")
+    if flown.bounds is not None:
+        lines.append(_bound_line(flown.flight, math.fsum(flown.bounds.values()), flown.unit))
     return lines
+
+
+def _bound_line(flight: Flight, least: float, unit: str) -> str:
+    """Say what the team pays at least, and how near it came."""
+    if math.isnan(least):
+        return "lower bound: none, as a threat peaks above 1"
+    # (a sum of costs may round to less than that of the bounds)
+    most = at_most_percent(round(max(flight.gap, 0.0), 9))
+    over = f"; the flown paths cost at most {most} more" if flight.all_arrived else ""
+    return (
+        f"lower bound (full knowledge, each UAV alone, what changes left out): {figure(least, 6)}{unit} together{over}"
+    )
 
 
 def _ratios(ratios: Mapping[str, float]) -> str:

@@ -57,6 +57,8 @@ class MissionRun(MissionSpec):
     ignorance, sharing
         The price of ignorance and the value of sharing of each UAV by name (see `Flight`); None where not computed, or
         where UAVs share nothing.
+    bounds
+        The lower bound of the cost of each UAV by name (`Flight.lower_bounds`); None where not computed.
     seconds
         Computing time.
     """
@@ -64,6 +66,7 @@ class MissionRun(MissionSpec):
     flight: Flight
     ignorance: Mapping[str, float] | None = None
     sharing: Mapping[str, float] | None = None
+    bounds: Mapping[str, float] | None = None
     seconds: float = field(default=0.0)
 
     @property

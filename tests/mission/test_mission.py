@@ -593,3 +593,32 @@ def test_without_replanning_the_first_plan_is_flown() -> None:
         assert thing is threat or not shapely.LineString(flown.trace).crosses(gate.polygon)
         # the same UAV that plans again flies around
         assert Mission(world, [uav], cg.solvers.get(solver), resolution=20).fly().uavs["a"].length > 0.81
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.slow) for n in range(1, 12))])
+def test_no_flight_undercuts_its_lower_bound(seed: int) -> None:
+    # (that counts all timed threats as if they had always been there fails)
+    random = np.random.default_rng([seed, 50])
+    timed = [
+        TimedThreat(Threat(*random.uniform(0.2, 0.8, 2).tolist(), 0.08), appears, appears + 4 if appears else None)
+        for appears in (0, 1, 12)
+    ]
+    wall = shapely.box(0.45, 0.0, 0.5, 0.6)
+    uavs = [Uav(f"{n}", (0.1, y), (0.9, y), 0.2, k=k) for n, (y, k) in enumerate([(0.1, 0.0), (0.5, 5.0), (0.9, 40.0)])]
+    field = RiskField([Threat(*random.uniform(0.2, 0.8, 2).tolist(), 0.1)])
+    flight = mission(*uavs, world=World(field, no_fly=wall, timed=timed), collisions="record", knowledge="all").fly()
+    assert flight.all_arrived
+    costs = [one.cost for one in flight.uavs.values()]
+    assert np.all(np.array(costs) >= np.array(list(flight.lower_bounds.values())) * (1.0 - 1e-12))
+    # the first one counts length alone: around the wall's upper corners
+    shortest = math.dist((0.1, 0.1), (0.45, 0.6)) + 0.05 + math.dist((0.5, 0.6), (0.9, 0.1))
+    assert 0.998 * shortest < flight.lower_bounds["0"] <= shortest
+    assert flight.gap == pytest.approx(sum(costs) / sum(flight.lower_bounds.values()) - 1.0)
+    assert flight.gap < 0.25
+
+
+def test_what_peaks_above_1_proves_nothing() -> None:
+    with pytest.warns(ImproperFieldWarning):
+        world = World(RiskField([Threat(0.5, 0.5, 0.08, 1.5)], improper=True))
+    flight = mission(world=world).fly()
+    assert [math.isnan(flight.lower_bounds["a"]), math.isnan(flight.gap)] == [True, True]

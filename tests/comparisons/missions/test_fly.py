@@ -111,6 +111,12 @@ def test_what_ignorance_costs_and_sharing_is_worth(cgla: Call) -> None:
             assert uav["price_of_ignorance"] == pytest.approx(float(text), rel=1e-3)
     alone, told = ([uav["cost"] for uav in flight["uavs"]] for flight in found["flights"])
     worth = [uav["value_of_sharing"] for uav in found["flights"][1]["uavs"]]
+    bounds = re.findall(
+        r"lower bound \(.*\): ([\d.]+) together; the flown paths cost at most ([\d.]+) % more", answer.out
+    )
+    for flight, (least, gap) in zip(found["flights"], bounds, strict=True):
+        assert sum(uav["lower_bound"] for uav in flight["uavs"]) == pytest.approx(float(least), rel=1e-5)
+        assert 100.0 * flight["gap"] <= float(gap) <= 110.0 * flight["gap"]
     # the first variant is the second one without sharing
     np.testing.assert_allclose(worth, np.divide(alone, told))
     assert "value_of_sharing" not in found["flights"][0]["uavs"][0]
