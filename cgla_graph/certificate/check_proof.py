@@ -6,7 +6,8 @@ a file holds a problem, a path and the values of surfaces; grids are laid here, 
 here, in interval arithmetic. ``docs/how-it-works/proof-files.md`` states the argument and the format, and this file
 follows its sections.
 
-Usage: ``python check_proof.py NAME.proof``. It prints what is proven (exit 0), or what is wrong (exit 1).
+Usage: ``python check_proof.py NAME.proof [--most-work N]``. It prints what is proven (exit 0), or what is wrong (exit
+1). A file that asks for more than N numbers to be computed is refused before that is done.
 """
 
 import hashlib
@@ -31,17 +32,16 @@ Point: TypeAlias = tuple[float, float]
 #: Reads an array of a proof file: name, ``f`` for floats or ``i`` for whole numbers, number of axes.
 Reader: TypeAlias = Callable[[str, str, int], Any]
 
-FORMAT, VERSION = "path-cost-proof", 2
-#: Bytes of one array, and of all that is read, uncompressed; surfaces inside surfaces; boxes in one batch; cells of a
-#: grid.
-MOST_BYTES, MOST_IN_ALL, MOST_LEVELS, BATCH, MOST_CELLS = 1 << 28, 1 << 30, 8, 1 << 14, 1 << 24
-#: Cells of all grids together; pairs of runs on borders of cells that are looked at in one batch.
-MOST_CELLS_IN_ALL, MOST_PAIRS = 1 << 24, 1 << 21
-#: Risk below this part of a unit of cost is not looked at, which lowers the cost; parts of a path, at most.
-FAINT, MOST_PARTS = 1e-8, 1_000_000
-#: Parts of each part of a rim around an end.
-RIM_PARTS = 32
-#: Patches of a raster along the side of a box, at most, for which a linear bound is computed.
+FORMAT, VERSION = "path-cost-proof", 3
+#: Bytes of the description, of one array, and of all that is read, uncompressed.
+MOST_TEXT, MOST_BYTES, MOST_IN_ALL = 1 << 24, 1 << 28, 1 << 30
+#: Surfaces inside surfaces; cells of a grid; parts of cells; parts of a path; and numbers that are computed in all.
+MOST_LEVELS, MOST_CELLS, MOST_PARTS, MOST_STEPS, MOST_WORK = 8, 1 << 21, 1 << 24, 1_000_000, 1e10
+#: Boxes in one batch; parts of each part of a rim around an end.
+BATCH, RIM_PARTS = 1 << 14, 32
+#: Risk below this part of a unit of cost is not looked at, which lowers the cost.
+FAINT = 1e-8
+#: Patches of a raster along the side of a box, at most, for which more than a constant is computed.
 FEW_PATCHES = 4
 #: Half of the minor axis of WGS84, metres.
 POLAR_RADIUS = 6356752.314245
@@ -100,21 +100,20 @@ class Interval:
     def __sub__(self, other: "Interval | ArrayLike") -> "Interval":
         return self + -enclosed(other)
 
+    def __rsub__(self, other: ArrayLike) -> "Interval":
+        return -self + other
+
     def __mul__(self, other: "Interval | ArrayLike") -> "Interval":
         other = enclosed(other)
-        four = self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi
-        return _hull(four)
+        return _hull(self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi)
 
     def __truediv__(self, other: "Interval | ArrayLike") -> "Interval":
         other = enclosed(other)
         demand((other.lo > 0.0).all(), "a number is divided by one that may be 0")
-        return _hull((self.lo / other.lo, self.lo / other.hi, self.hi / other.lo, self.hi / other.hi))
+        return _hull(self.lo / other.lo, self.lo / other.hi, self.hi / other.lo, self.hi / other.hi)
 
     __radd__ = __add__
     __rmul__ = __mul__
-
-    def __rsub__(self, other: ArrayLike) -> "Interval":
-        return enclosed(other) - self
 
     def square(self) -> "Interval":
         """Return the squares."""
@@ -130,31 +129,25 @@ class Interval:
         """Return the parts between two numbers: those of numbers that are known to be there."""
         return Interval(np.clip(self.lo, least, most), np.clip(self.hi, least, most))
 
-    def at_least(self, other: "Interval") -> "Interval":
-        """Return the greater ones of two numbers."""
-        return Interval(np.maximum(self.lo, other.lo), np.maximum(self.hi, other.hi))
-
-    def at_most(self, other: "Interval") -> "Interval":
-        """Return the lesser ones of two numbers."""
-        return Interval(np.minimum(self.lo, other.lo), np.minimum(self.hi, other.hi))
-
 
 def enclosed(x: "Interval | ArrayLike") -> Interval:
     """Turn numbers into intervals."""
     return x if isinstance(x, Interval) else Interval(x)
 
 
-def _hull(four: tuple[Floats, Floats, Floats, Floats]) -> Interval:
+def _hull(a: Floats, b: Floats, c: Floats, d: Floats) -> Interval:
     """Return the least intervals that hold four numbers each, which are rounded."""
-    a, b, c, d = four
-    return Interval(
-        down(np.minimum(np.minimum(a, b), np.minimum(c, d))), up(np.maximum(np.maximum(a, b), np.maximum(c, d)))
-    )
+    least = np.minimum(np.minimum(a, b), np.minimum(c, d))
+    return Interval(down(least), up(np.maximum(np.maximum(a, b), np.maximum(c, d))))
+
+
+def length_of(x: Interval, y: Interval) -> Interval:
+    """Enclose the lengths of vectors."""
+    return (x.square() + y.square()).root()
 
 
 #: Half of a third of the root of 3.
 GAUSS = Interval(0.288675134594812, 0.288675134594813)
-
 #: ``log 2``: a number of 33 bits, and the rest but for 2^-86.
 LOG_2_HIGH, LOG_2_LOW = 0.693147180601954460, -4.2009150726810846e-11
 
@@ -193,7 +186,7 @@ class Problem:
     ``F = 1 - prod (1 - f_i)``, with ``f_i = p exp(-r^2 / (2 s^2))`` at r from a threat, plus the risk of rasters.
     """
 
-    def __init__(self, described: dict[str, Any], array: Reader) -> None:
+    def __init__(self, described: dict[str, Any], array: Reader, most_work: float = MOST_WORK) -> None:
         self.start, self.goal = point_of(described["start"]), point_of(described["goal"])
         self.bounds = [number_of(one) for one in described["bounds"]]
         self.k = number_of(described["k"])
@@ -212,39 +205,41 @@ class Problem:
             [np.empty((0, 4)), *(np.column_stack([ring, np.roll(ring, -1, axis=0)]) for ring in rings)]
         )
         self.on_earth = described["on_earth"] is True
-        #: Cells of all grids that have been laid.
-        self.cells = 0
+        self.left = float(most_work)
 
-    def lower_costs(self, boxes: "Boxes") -> Floats:
-        """Bound the cost from below on boxes by linear functions: their values at 3 x 3 places, shape (n, 3, 3)."""
-        x, y = boxes.places()
+    def spend(self, *numbers: float) -> None:
+        """Count numbers that are about to be computed, a product; refuse a file that asks for too many."""
+        self.left -= math.prod(map(float, numbers))
+        demand(self.left >= 0.0, "the file asks for more work than is allowed (--most-work N allows more)")
+
+    def lower_costs(self, grid: "Grid", sides: list[Wholes]) -> Floats:
+        """Return nine numbers for each box of a grid, of which the cost there is at least the mean (Bernstein)."""
+        self.spend(len(sides[0]), 10 + len(self.threats))
+        x, y = grid.places(sides)
         middle_x, middle_y = ((side[0] + side[1]) * 0.5 for side in (x, y))
         half_x, half_y = ((side[1] - side[0]) * 0.5 for side in (x, y))
-        reach = (half_x.square() + half_y.square()).root().hi
+        reach = length_of(half_x, half_y).hi
         risk, slope_x, slope_y, bend = self._risk(middle_x, middle_y, reach)
         lost = Interval(reach).square() * bend * 0.5
+        rise_x, rise_y, place = slope_x * half_x, slope_y * half_y, np.array([-1.0, 0.0, 1.0])
+        each = np.s_[:, None, None]
+        total = (risk - lost)[each] + rise_x[each] * place + rise_y[each] * place[:, None]
         for raster in self.rasters:
-            value, along, across, drop = raster.floor(boxes)
-            risk, slope_x, slope_y, lost = risk + value, slope_x + along, slope_y + across, lost + drop
+            total = total + raster.floor(grid, sides)
         scale = self._scale(x, y) if self.on_earth else Interval(np.ones(len(reach)))
-        rise_x, rise_y, found = slope_x * half_x, slope_y * half_y, np.empty((len(reach), 3, 3))
-        for b in range(3):
-            for a in range(3):
-                total = risk + rise_x * (a - 1.0) + rise_y * (b - 1.0) - lost
-                found[:, b, a] = ((total * self.k + 1.0) * scale).lo
+        found = ((total * self.k + 1.0) * scale[each]).lo
         found[np.isnan(found)] = -np.inf
         # where much is lost, a constant may be the better bound
-        least, most = found.min(axis=(1, 2)), found.max(axis=(1, 2))
-        (poor,) = np.nonzero(~((lost * self.k * scale).hi < 0.1 * found[:, 1, 1]) | ~(least >= scale.lo))
-        constant = self._constant_costs(boxes[poor], scale[poor])
-        # (so is it where it is further above the least of the linear function than below the greatest)
-        better = (constant > found[poor, 1, 1]) | (constant * constant > least[poor] * most[poor])
+        (poor,) = np.nonzero(~((lost * self.k * scale).hi < 0.1 * found.min(axis=(1, 2))))
+        constant = self._constant_costs(grid, [side[poor] for side in sides], scale[poor])
+        least, most = found[poor].min(axis=(1, 2)), found[poor].max(axis=(1, 2))
+        better = (constant > found[poor, 1, 1]) | (constant * constant > least * most)
         found[poor[better]] = constant[better, None, None]
         return found
 
-    def _constant_costs(self, boxes: "Boxes", scale: Interval) -> Floats:
+    def _constant_costs(self, grid: "Grid", sides: list[Wholes], scale: Interval) -> Floats:
         """Bound the cost from below on boxes by constants, shape (n,)."""
-        x, y = boxes.places()
+        x, y = grid.places(sides)
         clear = Interval(np.ones(len(x[0].lo)))
         for at_x, at_y, spread, peak in self.threats:
             far = [Interval(np.maximum((side[1] - at).hi, (at - side[0]).hi)) for side, at in ((x, at_x), (y, at_y))]
@@ -252,7 +247,7 @@ class Problem:
             clear = clear * (1.0 - exp(square * -0.5) * peak)
         risk = Interval(np.maximum((1.0 - clear).lo, 0.0))
         for raster in self.rasters:
-            risk = risk + raster.least(boxes)
+            risk = risk + raster.floor(grid, sides).min(axis=(1, 2))
         return ((risk * self.k + 1.0) * scale).lo
 
     def _risk(self, x: Interval, y: Interval, reach: Floats) -> tuple[Interval, Interval, Interval, Floats]:
@@ -298,12 +293,17 @@ class Problem:
         return Interval(np.maximum(series.lo, 0.0))
 
 
+def bilinear(s: Any, t: Any, corners: Any) -> Any:
+    """Return values between those at corners (south-west, south-east, north-west, north-east)."""
+    return (1 - t) * ((1 - s) * corners[0] + s * corners[1]) + t * ((1 - s) * corners[2] + s * corners[3])
+
+
 class Raster:
     """
     Risk on cells: one value on each (on edges the lesser one), or bilinear between middles; 0 beyond the outer edges.
 
     It consists of patches between knots: edges of cells, or the outer edges and the middles. Each has four values, at
-    its corners, `corners` (row, column, north, east), and is bilinear between them.
+    its corners, `corners` (corner, row, column), and is bilinear between them.
     """
 
     def __init__(self, described: dict[str, Any], array: Reader) -> None:
@@ -322,70 +322,54 @@ class Raster:
             self.knots.append([low + (high - low) * step / (2 * n) for step in halves])
         self.floats = [np.array([float(one) for one in knots]) for knots in self.knots]
         self.enclosed = [Interval(down(one), up(one)) for one in self.floats]
-        if self.is_flat:
-            self.corners = np.broadcast_to(values[:, :, None, None], (*values.shape, 2, 2))
-        else:
-            self.corners = np.lib.stride_tricks.sliding_window_view(np.pad(values, 1, mode="edge"), (2, 2))
+        self.corners = [values] * 4
+        if not self.is_flat:
+            wide = np.pad(values, 1, mode="edge")
+            self.corners = [wide[:-1, :-1], wide[:-1, 1:], wide[1:, :-1], wide[1:, 1:]]
 
-    def patches(self, boxes: "Boxes") -> tuple[list[tuple[Wholes, Wholes]], Truths]:
+    def patches(self, grid: "Grid", sides: list[Wholes]) -> tuple[list[tuple[Wholes, Wholes]], Truths]:
         """Return the first and last patch along each axis that each box meets, and whether no other risk does."""
-        found, inside = [], np.ones(len(boxes.sides[0]), dtype=np.bool_)
+        found, inside = [], np.ones(len(sides[0]), dtype=np.bool_)
         for axis in range(2):
-            low, high = boxes.sides[2 * axis], boxes.sides[2 * axis + 1]
-            (below, above), most = boxes.grid.around(axis, self.knots[axis]), len(self.knots[axis]) - 2
+            low, high = sides[2 * axis], sides[2 * axis + 1]
+            (below, above), most = grid.around(axis, self.knots[axis]), len(self.knots[axis]) - 2
             first = np.searchsorted(above, low, side="right") - 1
             last = np.searchsorted(below, high, side="left") - 1
             inside &= (first >= 0) & (last <= most)
             # on the border of the map, a patch beyond it may be the lesser one, and no other box meets it
             beyond = np.searchsorted(above, low, side="left") - 1, np.searchsorted(below, high, side="right") - 1
             first = np.where(low <= 0, np.maximum(beyond[0], 0), first)
-            last = np.where(high >= boxes.grid.units[axis], np.minimum(beyond[1], most), last)
+            last = np.where(high >= grid.units[axis], np.minimum(beyond[1], most), last)
             found.append((first, last))
         return [(np.where(inside, first, 0), np.where(inside, last, 0)) for first, last in found], inside
 
-    def least(self, boxes: "Boxes") -> Floats:
-        """Bound the risk on boxes from below by constants."""
-        (columns, rows), inside = self.patches(boxes)
-        found = np.full(len(inside), np.inf)
-        for i, j in offsets(columns, rows):
-            found = np.minimum(found, self.corners[j, i].min(axis=(1, 2)))
-        return np.where(inside, found, 0.0)
-
-    def floor(self, boxes: "Boxes") -> tuple[Interval, Interval, Interval, Interval]:
+    def floor(self, grid: "Grid", sides: list[Wholes]) -> Floats:
         """
-        Bound the risk on boxes from below by linear functions: value in the middle, slopes, and the excess.
+        Return nine numbers for each box, of which the risk is at least the mean (Bernstein), shape (n, 3, 3).
 
-        A linear function less a bilinear one is greatest at a corner of what a box has of a patch.
+        A patch has such numbers on the whole box. The least ones of all patches that the box meets will do.
         """
-        (columns, rows), inside = self.patches(boxes)
-        nothing = Interval(np.zeros(len(inside)))
-        if self.is_flat or max((last - first).max(initial=0) for first, last in (columns, rows)) > FEW_PATCHES:
-            return Interval(self.least(boxes)), nothing, nothing, nothing
-        x, y = boxes.places()
-        corner = [[self.at(x[a], y[b], columns[a], rows[b]).lo * inside for a in range(2)] for b in range(2)]
-        (south_west, south_east), (north_west, north_east) = corner
-        value = Interval(0.25 * (south_west + south_east + north_west + north_east))
-        slope_x = Interval(0.5 * (south_east + north_east - south_west - north_west) / (x[1] - x[0]).hi)
-        slope_y = Interval(0.5 * (north_west + north_east - south_west - south_east) / (y[1] - y[0]).hi)
-        middle_x, middle_y = ((side[0] + side[1]) * 0.5 for side in (x, y))
-        lost = np.full(len(inside), -np.inf)
+        (columns, rows), inside = self.patches(grid, sides)
+        across, along = (int((last - first).max(initial=0)) + 1 for first, last in (columns, rows))
+        # (a step of the loop takes as long as many numbers)
+        grid.problem.spend(len(inside) + 1000, across, along)
+        x, y = grid.places(sides)
+        least, found = np.full((len(inside), 1, 1), np.inf), np.full((len(inside), 3, 3), np.inf)
         for i, j in offsets(columns, rows):
-            for u in (x[0].at_least(self.enclosed[0][i]), x[1].at_most(self.enclosed[0][i + 1])):
-                for v in (y[0].at_least(self.enclosed[1][j]), y[1].at_most(self.enclosed[1][j + 1])):
-                    line = value + slope_x * (u - middle_x) + slope_y * (v - middle_y)
-                    lost = np.maximum(lost, (line - self.at(u, v, i, j)).hi)
-        return value, slope_x, slope_y, Interval(np.where(inside, lost, 0.0))
-
-    def at(self, x: Interval, y: Interval, i: Wholes, j: Wholes) -> Interval:
-        """Enclose bilinear patches at points of them."""
-        s, t = (
-            ((place - knots[n]) / (knots[n + 1] - knots[n])).within(0.0, 1.0)
-            for place, knots, n in ((x, self.enclosed[0], i), (y, self.enclosed[1], j))
-        )
-        found: Interval
-        low, high = ((1.0 - s) * self.corners[j, i, b, 0] + s * self.corners[j, i, b, 1] for b in range(2))
-        found = (1.0 - t) * low + t * high
-        return found
+            corners = [corner[j, i] for corner in self.corners]
+            least = np.minimum(least, np.min(corners, axis=0)[:, None, None])
+            if self.is_flat or max(across, along) > FEW_PATCHES + 1:
+                continue
+            s, t = (
+                [(one - knots[n]) / (knots[n + 1] - knots[n]) for one in side]
+                for side, knots, n in ((x, self.enclosed[0], i), (y, self.enclosed[1], j))
+            )
+            low, high = (_with_middle(*(bilinear(p, q, corners).lo for p in s)) for q in t)
+            found = np.minimum(found, _with_middle(low, high))
+        # (where several patches meet, a constant may be better)
+        poor = ~(found.mean(axis=(1, 2)) >= least[:, 0, 0]) | np.isinf(found[:, 0, 0])
+        found = np.where(poor[:, None, None], least, found)
+        return np.where(inside[:, None, None], found, 0.0)
 
     def exact(self, points: list[list[Fraction]], place: list[Fraction]) -> list[Fraction]:
         """Return the risk at points of the patch that holds a place, exactly; of several ones, the least."""
@@ -395,11 +379,15 @@ class Raster:
                 return [Fraction(0)] * len(points)
             held.append({min(max(one(knots, at) - 1, 0), len(knots) - 2) for one in (bisect_left, bisect_right)})
         for i, j in product(*held):
-            (a, b), (c, d) = ([Fraction(float(one)) for one in line] for line in self.corners[j, i])
-            (x, to_x), (y, to_y) = (knots[n : n + 2] for knots, n in zip(self.knots, (i, j), strict=True))
-            places = [((at_x - x) / (to_x - x), (at_y - y) / (to_y - y)) for at_x, at_y in points]
-            found.append([(1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d) for s, t in places])
+            corners = [Fraction(float(corner[j, i])) for corner in self.corners]
+            (x, to_x), (y, to_y) = self.knots[0][i : i + 2], self.knots[1][j : j + 2]
+            found.append([bilinear((p - x) / (to_x - x), (q - y) / (to_y - y), corners) for p, q in points])
         return min(found)
+
+
+def _with_middle(one: Floats, other: Floats) -> Floats:
+    """Return numbers, those in the middle or less, and other numbers, along a new axis."""
+    return np.stack([one, down(0.5 * (one + other)), other], axis=1)
 
 
 def offsets(columns: tuple[Wholes, Wholes], rows: tuple[Wholes, Wholes]) -> Iterator[tuple[Wholes, Wholes]]:
@@ -415,7 +403,7 @@ def offsets(columns: tuple[Wholes, Wholes], rows: tuple[Wholes, Wholes]) -> Iter
 def ranges(first: ArrayLike, last: ArrayLike) -> tuple[Wholes, Wholes]:
     """Return all whole numbers from first to last ones, and before them which range each is of; some may be empty."""
     first, counts = np.asarray(first), np.maximum(np.subtract(last, first) + 1, 0)
-    demand(counts.sum() < MOST_CELLS, "a grid has too many cells or parts of them")
+    demand(counts.sum() < MOST_PARTS, "there are too many parts of cells, or of a path")
     counts = counts.astype(np.int64)
     which = np.repeat(np.arange(len(counts)), counts)
     return which, first.astype(np.int64)[which] + np.arange(len(which)) - (np.cumsum(counts) - counts)[which]
@@ -429,7 +417,8 @@ def batches(n: int, size: int = 1) -> list[slice]:
 
 def all_cells(west: int, east: int, south: int, north: int) -> tuple[Wholes, Wholes]:
     """Return columns and rows of all cells of a rectangle, row by row."""
-    demand(0 <= (east - west) * (north - south) < MOST_CELLS // 8, "a grid or a block is too large")
+    demand(west <= east and south <= north, "a box ends before it begins")
+    demand((east - west + 1) * (north - south + 1) < MOST_CELLS, "a grid or a block is too large")
     columns, rows = np.meshgrid(np.arange(west, east), np.arange(south, north))
     return columns.ravel(), rows.ravel()
 
@@ -448,63 +437,41 @@ def joined(n: int, one: Wholes, other: Wholes) -> Wholes:
         least = new
 
 
-def gaps(edges: Floats, low: tuple[int, int], high: tuple[int, int]) -> tuple[Wholes, Wholes, Wholes, Truths]:
+def gaps(problem: Problem, columns: Interval, rows: Interval) -> tuple[Wholes, Wholes, Wholes, Truths]:
     """
-    Find the unit squares that no edge of an area meets: rows, first columns, columns after the last, which are inside.
+    Find the rectangles that no edge of an area meets: rows, first columns, columns after the last, which are inside.
 
-    Squares are looked at from column and row `low` to before `high`; `edges` are in the same units. Between two such
-    gaps of a row, edges meet all squares. A gap is inside if an odd number of edges is beside its first middle.
+    Columns and rows are intervals, in order. Edges meet all rectangles of a row that are not in a gap. A gap is inside
+    if an odd number of edges that cross the middle of the row is before it.
     """
-    # edges are rounded by far less than `blur`: what is that near counts as met
-    blur = 2.0**-40 * max(1.0, np.abs(edges).max())
-    demand(blur < 0.01, "an area is too far away, or a grid too fine")
-    (ax, ay, bx, by), width = edges.T, high[0] - low[0] + 4
-    demand(high[1] - low[1] < MOST_CELLS and (high[1] - low[1]) * width < 1 << 44, "a grid is too fine")
-    level = np.abs(by - ay) < 2.0**-10
-    rise = np.where(level, 1.0, by - ay)
-    # the rows that an edge meets, and from where to where: a quotient is off by less than 2^-10 times blur over rise
-    edge, row = ranges(
-        np.maximum(np.floor(np.minimum(ay, by) - blur), low[1]),
-        np.minimum(np.floor(np.maximum(ay, by) + blur), high[1] - 1),
+    ax, ay, bx, by = problem.edges.T
+    first = np.searchsorted(rows.hi, np.minimum(ay, by))
+    last = np.searchsorted(rows.lo, np.maximum(ay, by), side="right") - 1
+    problem.spend(np.maximum(last - first + 1, 0).sum() + len(rows.lo), 10)
+    edge, row = ranges(first, last)
+    ax, ay, bx, by = problem.edges[edge].T
+    rise = np.where(by == ay, 1.0, by - ay)
+    # (places on an edge are off by less than 2^-48 of its coordinates)
+    x, to_x = (
+        ax + np.where(by == ay, end, np.clip((side[row] - ay) / rise, 0.0, 1.0)) * (bx - ax)
+        for side, end in ((rows.lo, 0.0), (rows.hi, 1.0))
     )
-    ends = [
-        np.where(level[edge], end, ax[edge] + np.clip((y - ay[edge]) / rise[edge], 0.0, 1.0) * (bx - ax)[edge])
-        for y, end in ((row - blur, ax[edge]), (row + 1.0 + blur, bx[edge]))
-    ]
-    reach = blur * (2.0 + 2.0**-10 * np.abs((bx - ax) / rise)[edge])
-    first = np.clip(np.floor(np.minimum(*ends) - reach), low[0] - 1, high[0])
-    last = np.clip(np.floor(np.maximum(*ends) + reach), low[0] - 1, high[0])
-    # squares as numbers, row by row, with one column more at both ends that counts as met
-    rows = np.arange(high[1] - low[1])
-    first = np.concatenate([(row - low[1]) * width + (first - low[0] + 1), rows * width, rows * width + width - 3])
-    last = np.concatenate([(row - low[1]) * width + (last - low[0] + 1), rows * width, rows * width + width - 3])
-    order = np.argsort(first, kind="stable")
-    first, last = first[order].astype(np.int64), np.maximum.accumulate(last[order]).astype(np.int64)
-    (free,) = np.nonzero((first[1:] > last[:-1] + 1) & (first[1:] // width == last[:-1] // width))
-    begin, end = last[free] + 1, first[free + 1]
-    # where edges cross the middles of rows: each is crossed an even number of times
-    tops = np.floor(np.column_stack([ay, by]) - 0.5)
-    edge, row = ranges(np.maximum(tops.min(axis=1) + 1.0, low[1]), np.minimum(tops.max(axis=1), high[1] - 1))
-    at = ax[edge] + np.clip((row + 0.5 - ay[edge]) / np.where(by == ay, 1.0, by - ay)[edge], 0.0, 1.0) * (bx - ax)[edge]
-    crossed = np.sort((row - low[1]) * width + np.clip(at - low[0] + 1, 0.0, width - 2.0))
-    inside = np.searchsorted(crossed, begin + 0.5) % 2 == 1
-    column = low[0] - 1 - begin // width * width
-    return low[1] + begin // width, begin + column, end + column, inside
-
-
-class Boxes:
-    """Boxes of a grid: sides in units, west, east, south and north, shapes (n,)."""
-
-    def __init__(self, grid: "Grid", sides: list[Wholes]) -> None:
-        self.grid, self.sides = grid, sides
-
-    def __getitem__(self, key: Any) -> "Boxes":
-        return Boxes(self.grid, [side[key] for side in self.sides])
-
-    def places(self) -> tuple[list[Interval], list[Interval]]:
-        """Enclose the sides in map units: west and east, and south and north."""
-        x, y = ([self.grid.place(axis, side) for side in self.sides[2 * axis : 2 * axis + 2]] for axis in range(2))
-        return x, y
+    off = 2.0**-48 * (np.abs(ax) + np.abs(bx))
+    # as numbers, row by row, with one more at both ends that counts as met
+    width = len(columns.lo) + 2
+    starts = np.arange(len(rows.lo)) * width
+    begin = row * width + np.searchsorted(columns.hi, np.minimum(x, to_x) - off) + 1
+    end = row * width + np.searchsorted(columns.lo, np.maximum(x, to_x) + off, side="right") + 1
+    middle = 0.5 * (rows.lo + rows.hi)[row]
+    crossed = np.sort(end[(ay > middle) != (by > middle)])
+    begin = np.concatenate([begin, starts, starts + width - 1])
+    order = np.argsort(begin, kind="stable")
+    end = np.maximum.accumulate(np.concatenate([end, starts + 1, starts + width])[order])
+    begin = begin[order]
+    (free,) = np.nonzero(begin[1:] > end[:-1])
+    low, high = end[free], begin[free + 1]
+    inside = np.searchsorted(crossed, low, side="right") % 2 == 1
+    return low // width, low % width - 1, high - low // width * width - 1, inside
 
 
 class Grid:
@@ -529,22 +496,19 @@ class Grid:
         self.units = [one * self.parts for one in last]
         demand(max(self.units) < 1 << 30, "a grid is too fine")
         order = np.unique(rows * (last[0] + 1) + columns)
-        demand(len(order) < MOST_CELLS // 8, "a grid has too many cells")
-        problem.cells += len(order)
-        demand(problem.cells < MOST_CELLS_IN_ALL, "all grids together have too many cells")
-        #: Columns and rows of the cell of each piece, in order.
+        demand(len(order) < MOST_CELLS, "a grid has too many cells")
+        problem.spend(len(order), 100)
+        #: Columns and rows of the cell of each piece, in order, and whether an edge meets it.
         self.columns, self.rows = order % (last[0] + 1), order // (last[0] + 1)
-        #: Pairs of pieces that touch, those between cells that are not cut apart; None if no cell is cut.
-        self.touching: tuple[Wholes, Wholes] | None = None
-        if parts and len(problem.edges) and len(order):
-            self._cut()
-        if self.touching is None:
-            self.owners, self.rectangles = np.arange(len(self.rows)), self._sides(self.columns, self.rows)
-        self.controls = self._numbered()
-        #: The pieces in boxes, which hold what is open of them, and bounds of the cost there.
+        self.is_cut = np.zeros(len(order), dtype=np.bool_)
+        self.owners, self.rectangles = np.arange(len(order)), self._sides(self.columns, self.rows)
+        touching = self._cut() if parts and len(problem.edges) and len(order) else None
+        #: The numbers of the control values around each piece, and the places of those that come first.
+        self.controls, self.uncut_places = self._numbered(touching)
+        #: The pieces in boxes, which hold what is open of them, and nine numbers for the cost there.
         self.in_box, self.boxes = self._boxes()
-        parts_of = [problem.lower_costs(self.boxes[some]) for some in batches(len(self.in_box))]
-        self.costs: Floats = np.concatenate([np.empty((0, 3, 3)), *parts_of])
+        costs = [problem.lower_costs(self, self.box(some)) for some in batches(len(self.in_box))]
+        self.costs: Floats = np.concatenate([np.empty((0, 3, 3)), *costs])
 
     def unit_of(self, axis: int, place: Fraction) -> Fraction:
         """Return a place along an axis in units, exactly."""
@@ -558,21 +522,40 @@ class Grid:
             self.knots[id(knots)] = np.array([math.floor(u) for u in units]), np.array([math.ceil(u) for u in units])
         return self.knots[id(knots)]
 
+    def step(self, axis: int) -> Interval:
+        """Enclose the length of a unit along an axis."""
+        return (Interval(self.problem.bounds[axis + 2]) - self.problem.bounds[axis]) / float(self.units[axis])
+
     def place(self, axis: int, units: ArrayLike) -> Interval:
         """Enclose the place of units along an axis."""
         return Interval(units) * self.step(axis) + self.problem.bounds[axis]
 
-    def step(self, axis: int) -> Interval:
-        """Enclose the length of a unit along an axis."""
-        return (Interval(self.problem.bounds[axis + 2]) - self.problem.bounds[axis]) / float(self.units[axis])
+    def places(self, sides: list[Wholes]) -> tuple[list[Interval], list[Interval]]:
+        """Enclose the sides of boxes in map units: west and east, and south and north."""
+        west, east, south, north = (self.place(n // 2, side) for n, side in enumerate(sides))
+        return [west, east], [south, north]
+
+    def lines(self, axis: int, first: int, count: int, size: int) -> Interval:
+        """Enclose what is on the map of some parts along an axis, of so many units each, from a unit on."""
+        demand(count < MOST_CELLS, "a grid is too fine")
+        places = self.place(axis, np.clip(first + size * np.arange(count + 1), 0, self.units[axis]))
+        return Interval(places.lo[:-1], places.hi[1:])
 
     def name(self, piece: int) -> str:
         """Name the cell of a piece in a message."""
         return f"cell ({self.columns[piece]}, {self.rows[piece]}) of {self.last[0]}"
 
+    def box(self, some: Any) -> list[Wholes]:
+        """Return some of the boxes."""
+        return [side[some] for side in self.boxes]
+
     def numbers(self, columns: Wholes, rows: Wholes) -> Wholes:
         """Return numbers of cells, row by row; those just outside of the map have some as well."""
         return (rows + 1) * (self.last[0] + 3) + columns + 1
+
+    def around_cells(self, cells: Wholes) -> Wholes:
+        """Return the numbers of three times three cells around each, shape (n, 9)."""
+        return cells[:, None] + [b * (self.last[0] + 3) + a for b in (-1, 0, 1) for a in (-1, 0, 1)]
 
     def _sides(self, columns: Wholes, rows: Wholes) -> list[Wholes]:
         """Return the sides of cells on the map, in units."""
@@ -581,92 +564,88 @@ class Grid:
             found += [np.clip(index * self.parts + side, 0, units) for side in (-half, half)]
         return found
 
-    def _edges(self, times: int, shift: float) -> Floats:
-        """Return the edges of areas in so many parts of cells."""
-        low = np.array(self.problem.bounds[:2] * 2)
-        wide = np.array(self.problem.bounds[2:] * 2) - low
-        return np.asarray((self.problem.edges - low) / wide * (np.array(self.last * 2) * float(times)) + shift)
-
-    def _cut(self) -> None:
-        """Replace cells by the pieces that areas leave of them."""
-        low, high = (int(self.columns.min()), int(self.rows.min())), (int(self.columns.max()), int(self.rows.max()))
-        row, first, after, inside = gaps(self._edges(1, 0.5), low, (high[0] + 1, high[1] + 1))
+    def _cut(self) -> tuple[Wholes, Wholes] | None:
+        """Replace cells by the pieces that areas leave of them; return pairs that touch, None if no cell is cut."""
+        low, lines = (int(self.columns.min()), int(self.rows.min())), []
+        for axis, index in enumerate((self.columns, self.rows)):
+            begin, count = low[axis] * self.parts - self.parts // 2, int(index.max()) + 1 - low[axis]
+            lines.append(self.lines(axis, begin, count, self.parts))
+        row, first, after, inside = gaps(self.problem, *lines)
         cells = self.numbers(self.columns, self.rows)
-        begin, end = (np.append(-1, self.numbers(column, row)) for column in (first, after))
+        begin, end = (np.append(-1, self.numbers(low[0] + column, low[1] + row)) for column in (first, after))
         gap = np.searchsorted(begin, cells, side="right") - 1
         cut = cells >= end[gap]
         stays = cut | ~np.append(False, inside)[gap]
-        self.columns, self.rows, cells, cut = self.columns[stays], self.rows[stays], cells[stays], cut[stays]
-        if not cut.any():
-            return
-        # cells beside those are taken apart as well
-        around = cells[cut][:, None] + [b * (self.last[0] + 3) + a for b in (-1, 0, 1) for a in (-1, 0, 1)]
-        apart = np.isin(cells, around)
-        cell, v, start, stop = self._rows_of_squares(np.flatnonzero(apart))
-        one, other = touching_rows(v, start, stop)
+        self.columns, self.rows, cells, self.is_cut = self.columns[stays], self.rows[stays], cells[stays], cut[stays]
+        self.owners, self.rectangles = np.arange(len(cells)), self._sides(self.columns, self.rows)
+        if not self.is_cut.any():
+            return None
+        # cells beside those that are cut are taken apart as well
+        apart = np.isin(cells, self.around_cells(cells[self.is_cut]))
+        cell, *squares = self._rows_of_squares(np.flatnonzero(apart))
+        one, other = touching_rows(*squares)
         own = cell[one] == cell[other]
         root = joined(len(cell), one[own], other[own])
         # pieces are in the order of cells, then of their first row
         (whole,), many = np.nonzero(~apart), len(cell) + 1
         found, piece = np.unique(np.append(whole * many, cell * many + root + 1), return_inverse=True)
-        self.columns, self.rows, self.is_cut = (one[found // many] for one in (self.columns, self.rows, cut))
-        piece, (uncut,), some = piece[len(whole) :], np.nonzero(~self.is_cut), cut[cell]
-        rows = start[some], stop[some], v[some], v[some] + 1
-        sides = self._sides(self.columns[uncut], self.rows[uncut])
+        some, piece = self.is_cut[cell], piece[len(whole) :]
+        self.columns, self.rows, self.is_cut = (one[found // many] for one in (self.columns, self.rows, self.is_cut))
+        (uncut,) = np.nonzero(~self.is_cut)
+        sides, (v, start, stop) = self._sides(self.columns[uncut], self.rows[uncut]), (one[some] for one in squares)
         self.owners = np.append(uncut, piece[some])
         order = np.argsort(self.owners, kind="stable")
         self.owners = self.owners[order]
-        self.rectangles = [np.append(side, part)[order] for side, part in zip(sides, rows, strict=True)]
-        pairs, numbers = [(piece[one[~own]], piece[other[~own]])], self.numbers(self.columns[uncut], self.rows[uncut])
-        for step in (1, self.last[0] + 2, self.last[0] + 3, self.last[0] + 4):
-            at = np.minimum(np.searchsorted(numbers, numbers + step), len(numbers) - 1)
-            (hit,) = np.nonzero(numbers[at] == numbers + step) if len(numbers) else (at,)
+        self.rectangles = [np.append(*both)[order] for both in zip(sides, (start, stop, v, v + 1), strict=True)]
+        pairs, cells = [(piece[one[~own]], piece[other[~own]])], self.numbers(self.columns[uncut], self.rows[uncut])
+        for beside in self.around_cells(cells).T[5:] if len(cells) else ():
+            at = np.minimum(np.searchsorted(cells, beside), len(cells) - 1)
+            (hit,) = np.nonzero(cells[at] == beside)
             pairs.append((uncut[hit], uncut[at[hit]]))
-        self.touching = np.concatenate([pair[0] for pair in pairs]), np.concatenate([pair[1] for pair in pairs])
+        return np.concatenate([pair[0] for pair in pairs]), np.concatenate([pair[1] for pair in pairs])
 
     def _rows_of_squares(self, cells: Wholes) -> tuple[Wholes, Wholes, Wholes, Wholes]:
         """Return open squares: their cells, rows, first columns and columns after the last, in order of rows."""
         west, east, south, north = self._sides(self.columns[cells], self.rows[cells])
-        row, first, after, inside = gaps(
-            self._edges(self.parts, 0.0), (int(west.min()), int(south.min())), (int(east.max()), int(north.max()))
+        left, bottom = int(west.min()), int(south.min())
+        columns, rows = (
+            self.lines(0, left, int(east.max()) - left, 1),
+            self.lines(1, bottom, int(north.max()) - bottom, 1),
         )
+        row, first, after, inside = gaps(self.problem, columns, rows)
+        # numbers of squares, row by row: open ones are between closed ones
         width = self.units[0] + 1
-        begin, end = (np.append(row[inside] * width + column[inside], 1 << 62) for column in (first, after))
+        closed, to = ((bottom + row[inside]) * width + left + column[inside] for column in (first, after))
+        begin, end = np.append(-1, to), np.append(closed, 1 << 62)
         which, v = ranges(south, north - 1)
         west, east = v * width + west[which], v * width + east[which]
-        # before, between and after closed squares
-        fore, aft = np.searchsorted(end, west, side="right"), np.searchsorted(begin, east)
-        part, n = ranges(fore, aft)
-        start, stop = np.where(n > fore[part], end[n - 1], west[part]), np.where(n < aft[part], begin[n], east[part])
+        part, n = ranges(np.searchsorted(end, west, side="right"), np.searchsorted(begin, east) - 1)
+        self.problem.spend(len(part), 10)
+        start, stop = np.maximum(begin[n], west[part]), np.minimum(end[n], east[part])
         order = np.argsort(start, kind="stable")
-        order = order[(start < stop)[order]]
-        rows = v[part[order]]
-        return cells[which[part[order]]], rows, start[order] - rows * width, stop[order] - rows * width
+        v, part = v[part[order]], part[order]
+        return cells[which[part]], v, start[order] - v * width, stop[order] - v * width
 
-    def _numbered(self) -> Wholes:
+    def _numbered(self, touching: tuple[Wholes, Wholes] | None) -> tuple[Wholes, Wholes]:
         """Return the numbers of control values around pieces, shape (m, 9): what touches shares those around both."""
-        wide = self.last[0] + 3
-        at = self.numbers(self.columns, self.rows)[:, None] + [b * wide + a for b in (-1, 0, 1) for a in (-1, 0, 1)]
-        if self.touching is not None:
+        at, n_shared = self.around_cells(self.numbers(self.columns, self.rows)), None
+        if touching is not None:
             # (where no cell around a place is cut, all share the value there)
-            near, (one, other), links = np.isin(at, at[self.is_cut]), self.touching, []
+            near, (one, other), links = np.isin(at, at[self.is_cut]), touching, []
             across, along = self.columns[other] - self.columns[one], self.rows[other] - self.rows[one]
             for n in range(9):
                 a, b = n % 3 - across, n // 3 - along
                 some = near[one, n] & (a >= 0) & (a < 3) & (b >= 0) & (b < 3)
                 links.append((9 * one[some] + n, (9 * other + 3 * b + a)[some]))
             shared = joined(at.size, *(np.concatenate([pair[end] for pair in links]) for end in range(2)))
-            at[near] = at.max() + 1 + shared.reshape(at.shape)[near]
-        return np.unique(at, return_inverse=True)[1].reshape(at.shape)
+            n_shared = at.max() + 1
+            at[near] = n_shared + shared.reshape(at.shape)[near]
+        places, numbers = np.unique(at, return_inverse=True)
+        return numbers.reshape(at.shape), places if n_shared is None else places[places < n_shared]
 
-    def _boxes(self) -> tuple[Wholes, Boxes]:
+    def _boxes(self) -> tuple[Wholes, list[Wholes]]:
         """Return boxes around what is open of pieces: rasters may have lines through the middles of cells."""
-        pieces, m = np.arange(len(self.columns)), len(self.columns)
-        first = np.searchsorted(self.owners, pieces)
-        sides = [
-            (np.minimum, np.maximum)[n % 2].reduceat(side, first) if m else side
-            for n, side in enumerate(self.rectangles)
-        ]
+        pieces, sides = extents(self.owners, self.rectangles)
         for axis in range(2) if self.problem.rasters else ():
             middle = (self.columns, self.rows)[axis][pieces] * self.parts
             halves = [side.copy() for side in sides], [side.copy() for side in sides]
@@ -675,7 +654,7 @@ class Grid:
             sides, pieces = [np.append(*both) for both in zip(*halves, strict=True)], np.append(pieces, pieces)
             real = sides[2 * axis] < sides[2 * axis + 1]
             sides, pieces = [side[real] for side in sides], pieces[real]
-        return pieces, Boxes(self, sides)
+        return pieces, sides
 
     def pieces_at(self, point: Point) -> Wholes:
         """List the pieces that hold a point."""
@@ -686,12 +665,11 @@ class Grid:
         return np.unique(self.owners[seen])
 
     def leads(self) -> bool:
-        """Tell whether pieces that touch may lead from start to goal; where no cell is cut, this is not known."""
-        start, goal = self.pieces_at(self.problem.start), self.pieces_at(self.problem.goal)
-        if self.touching is None:
-            return len(start) > 0 and len(goal) > 0
-        group = joined(len(self.columns), *self.touching)
-        return bool(np.isin(group[start], group[goal]).any())
+        """Tell whether pieces may lead from start to goal: those that touch share the values in their middles."""
+        middle, beside = np.repeat(self.controls[:, 4], 4), self.controls[:, 5:].ravel()
+        group = joined(int(self.controls.max(initial=-1)) + 1, middle, beside)
+        start, goal = (group[self.controls[self.pieces_at(end)]] for end in (self.problem.start, self.problem.goal))
+        return bool(np.isin(start, goal).any())
 
     def within(self, west: int, east: int, south: int, north: int) -> Truths:
         """Tell which pieces are in a rectangle of cells."""
@@ -701,18 +679,13 @@ class Grid:
         """Return the pieces that touch a rectangle of cells from outside, and the boxes without area where they do."""
         beside = self.within(west - 1, east + 1, south - 1, north + 1) & ~self.within(west, east, south, north)
         some, half = beside[self.owners], self.parts // 2
-        owners, (left, right, bottom, top) = self.owners[some], (side[some] for side in self.rectangles)
-        left, right = np.maximum(left, west * self.parts - half), np.minimum(right, east * self.parts - half)
-        bottom, top = np.maximum(bottom, south * self.parts - half), np.minimum(top, north * self.parts - half)
-        seen = (left <= right) & (bottom <= top)
-        pieces, first = np.unique(owners[seen], return_index=True)
-        if not len(pieces):
-            return pieces, [pieces] * 4
-        least, most = (
-            [which.reduceat(side[seen], first) for side in sides]
-            for which, sides in ((np.minimum, (left, bottom)), (np.maximum, (right, top)))
+        low, high = (np.array([one, other]) * self.parts - half for one, other in ((west, south), (east, north)))
+        left, right, bottom, top = (
+            (np.minimum(side[some], high[n // 2]) if n % 2 else np.maximum(side[some], low[n // 2]))
+            for n, side in enumerate(self.rectangles)
         )
-        return pieces, [least[0], most[0], least[1], most[1]]
+        seen = (left <= right) & (bottom <= top)
+        return extents(self.owners[some][seen], [side[seen] for side in (left, right, bottom, top)])
 
     def inside_block(self, finer: int, parts: int, box: tuple[int, ...]) -> "Grid":
         """Lay a grid inside of this one, over the cells of a box on the map; the same one for both surfaces."""
@@ -732,10 +705,19 @@ class Grid:
             size, side = 2 * self.last[axis], last[axis]
             first.append(np.maximum(((2 * index - 1) * side + self.last[axis]) // size, 0))
             final.append(np.minimum(-((-(2 * index + 1) * side - self.last[axis]) // size) - 1, side))
-        demand(36 * len(first[0]) < 4 * MOST_CELLS, "a grid has too many cells")
+        demand(len(first[0]) < MOST_CELLS, "a grid has too many cells")
         some = list(offsets((first[0], final[0]), (first[1], final[1])))
         columns, rows = (np.concatenate([one[axis] for one in some]) for axis in range(2))
         return Grid(self.problem, last, parts, columns, rows)
+
+
+def extents(owners: Wholes, rectangles: list[Wholes]) -> tuple[Wholes, list[Wholes]]:
+    """Return the pieces that have rectangles, which are in their order, and the boxes around those of each."""
+    pieces, first = np.unique(owners, return_index=True)
+    ways = (np.minimum, np.maximum) * 2
+    return pieces, [
+        way.reduceat(side, first) if len(side) else side for way, side in zip(ways, rectangles, strict=True)
+    ]
 
 
 def touching_rows(v: Wholes, start: Wholes, stop: Wholes) -> tuple[Wholes, Wholes]:
@@ -748,6 +730,24 @@ def touching_rows(v: Wholes, start: Wholes, stop: Wholes) -> tuple[Wholes, Whole
 
 
 # --- Surfaces ---------------------------------------------------------------------------------------------------------
+
+
+def columns_of(grid: Grid) -> tuple[Wholes, Wholes]:
+    """Return the order by columns of control values at places without cuts, and where in it a column begins."""
+    places, width = grid.uncut_places, grid.last[0] + 3
+    order = np.lexsort((places, places % width))
+    return order, np.flatnonzero(np.diff(places[order], prepend=-1 - width) != width)
+
+
+def summed(steps: Wholes, grid: Grid, axes: int) -> Wholes:
+    """Return control values from their second differences along rows, and along columns for two axes."""
+    if axes == 2:
+        order, begin = columns_of(grid)
+        for _ in range(2):
+            total = np.cumsum(steps[order])
+            before = np.append(0, total)[begin]
+            steps[order] = total - np.repeat(before, np.diff(np.append(begin, len(order))))
+    return np.cumsum(np.cumsum(steps))
 
 
 def bezier(controls: Wholes) -> Wholes:
@@ -790,29 +790,43 @@ class Surface:
 
     def __init__(self, described: dict[str, Any], array: Reader, grid: Grid, end: Point | None, level: int = 0) -> None:
         demand(level < MOST_LEVELS, "too many surfaces are inside one another")
+        grid.problem.spend(len(grid.in_box), 100)
         self.grid = grid
         exponent = whole_of(described["exponent"])
         demand(abs(exponent) < 1 << 9, "an exponent is out of range")
         #: One unit of `bezier`.
         self.unit = math.ldexp(0.25, -exponent)
-        values: Wholes = np.cumsum(np.cumsum(array(described["values"], "i", 1)))
+        steps = array(described["values"], "i", 1)
+        demand(len(steps) == grid.controls.max(initial=-1) + 1, "there are more or fewer control values than needed")
+        values = summed(steps, grid, described.get("axes", 1))
         demand((np.abs(values.astype(np.float64)) < 2.0**46).all(), "a control value is too great")
-        demand(len(values) == grid.controls.max(initial=-1) + 1, "there are more or fewer control values than needed")
         self.controls = values[grid.controls].reshape(-1, 3, 3)
         self.in_block = np.zeros(len(grid.columns), dtype=np.bool_)
         #: What a difference of two values may be above the cost of a path between the places or, with an end, what a
         #: value may be above the cost of a path to the end.
         self.loss = 0.0
-        #: What is charged for, and what it is.
-        self.charges: list[tuple[float, str]] = []
+        #: What most is charged for.
+        self.fault, most = "it is not higher", 0.0
         around = [(one, None) for one in described["blocks"]] + ([(described["end"], end)] if end else [])
         for one, its_end in around:
             pieces, charge = block(one, array, self, level, its_end)
             demand(not self.in_block[pieces].any(), "two blocks overlap")
             self.in_block[pieces] = True
             self.loss = float(up(self.loss + charge))
-            self.charges.append((charge, f"the block of cells {one['cells']} of {grid.last[0]} loses {charge:.3g}"))
-        self.steepness = self._measured()
+            if charge > most:
+                most, self.fault = charge, f"the block of cells {one['cells']} of {grid.last[0]} loses {charge:.3g}"
+        self._charge_steep()
+
+    def _charge_steep(self) -> None:
+        """Measure how steep the surface is against the cost on each piece outside of blocks, and charge for that."""
+        grid = self.grid
+        self.steepness = np.zeros(len(grid.columns))
+        for part in batches(len(grid.in_box)):
+            pieces, costs = grid.in_box[part], grid.costs[part]
+            with np.errstate(divide="ignore"):
+                ratio = up(self._squared_slopes(pieces, grid.box(part)) / down(costs * costs)).max(axis=(1, 2))
+            ratio[~(costs > 1e-100).all(axis=(1, 2))] = np.inf
+            np.maximum.at(self.steepness, pieces, up(np.sqrt(ratio)))
         self.steepness[self.in_block] = 0.0
         wrong = ~np.isfinite(self.steepness)
         demand(not wrong.any(), lambda: f"the slope has no bound in {grid.name(int(wrong.argmax()))}")
@@ -820,36 +834,19 @@ class Surface:
         if len(steep):
             values = bezier(self.controls[steep])
             spans = (values.max(axis=(1, 2)) - values.min(axis=(1, 2))) * self.unit
-            lost = Interval(up(math.fsum(up(spans).tolist()))) * (1.0 - Interval(1.0) / steepest)
-            self.loss, lost = float(up(self.loss + lost.hi)), float(lost.hi)
+            lost = (Interval(up(math.fsum(up(spans).tolist()))) * (1.0 - Interval(1.0) / steepest)).hi
+            self.loss = float(up(self.loss + lost))
             name = f"{grid.name(int(self.steepness.argmax()))} is {steepest:.12g} times as steep as the cost"
-            self.charges.append((lost, f"{name}, and {len(steep)} such cells lose {lost:.3g}"))
+            self.fault = f"{name}, and {len(steep)} such cells lose {lost:.3g}; {self.fault}"
 
-    def fault(self) -> str:
-        """Tell what is lost on pieces that are too steep, and in the block that loses most."""
-        blocks, steep = ([one for one in self.charges if one[1].startswith("cell") == way] for way in (False, True))
-        return "; ".join(text for charge, text in [*steep, *sorted(blocks)[-1:]] if charge > 0.0)
-
-    def _measured(self) -> Floats:
-        """Bound how steep the surface is against the cost on each piece."""
-        grid, found = self.grid, np.zeros(len(self.grid.columns))
-        for part in batches(len(grid.in_box)):
-            pieces, costs = grid.in_box[part], grid.costs[part]
-            slopes = self._squared_slopes(pieces, grid.boxes[part])
-            with np.errstate(divide="ignore"):
-                ratio = up(slopes / down(costs * costs)).max(axis=(1, 2))
-            ratio[~(costs > 1e-100).all(axis=(1, 2))] = np.inf
-            np.maximum.at(found, pieces, up(np.sqrt(ratio)))
-        return found
-
-    def _squared_slopes(self, pieces: Wholes, boxes: Boxes) -> Floats:
+    def _squared_slopes(self, pieces: Wholes, sides: list[Wholes]) -> Floats:
         """
         Bound the squares of the lengths of the Bernstein vectors of the gradient from above, on boxes in pieces.
 
         Those on whole cells are means of differences of neighbouring control values: whole numbers.
         """
         grid, u = self.grid, self.controls[pieces]
-        total, ends = Interval(np.zeros(u.shape)), self._ends(pieces, boxes.sides, [1, 1])
+        total, ends = Interval(np.zeros(u.shape)), self._ends(pieces, sides, [1, 1])
         for axis in range(2):
             # (the gradient is linear along its own axis: the middle value is the mean)
             d = np.diff(u if axis == 0 else u.swapaxes(1, 2), axis=2)
@@ -865,8 +862,8 @@ class Surface:
         for n, side in enumerate(sides):
             size = self.grid.parts * times[n // 2]
             corner = (self.grid.columns, self.grid.rows)[n // 2][pieces] * size - size // 2
-            found.append((enclosed(side) - corner) / float(size))
-        return [one.within(0.0, 1.0) for one in found]
+            found.append(((enclosed(side) - corner) / float(size)).within(0.0, 1.0))
+        return found
 
     def on(self, pieces: Wholes, sides: list[Any], times: list[int]) -> Interval:
         """Return the Bernstein values of the surface on boxes in pieces, whose sides are in finer units."""
@@ -902,13 +899,13 @@ def block(
     """
     grid, cells = outer.grid, [whole_of(one) for one in described["cells"]]
     demand(len(cells) == 4 and cells[0] < cells[1] and cells[2] < cells[3], "a block is empty")
+    grid.problem.spend(len(grid.columns), 5)
     (pieces,) = np.nonzero(grid.within(*cells))
-    if end:
-        for axis in range(2):
-            place = grid.unit_of(axis, Fraction(end[axis])) / grid.parts + Fraction(1, 2)
-            demand(cells[2 * axis] <= place <= cells[2 * axis + 1], "the end is not in the block around it")
-        if "inside" not in described:
-            return pieces, above_cone(outer, cells, end)
+    for axis in range(2) if end else ():
+        place = grid.unit_of(axis, Fraction(end[axis])) / grid.parts + Fraction(1, 2)
+        demand(cells[2 * axis] <= place <= cells[2 * axis + 1], "the end is not in the block around it")
+    if end and "inside" not in described:
+        return pieces, above_cone(outer, cells, end)
     inside = described["inside"]
     finer, parts, box = whole_of(inside["finer"]), whole_of(inside["parts"]), [whole_of(one) for one in inside["box"]]
     demand(len(box) == 4, "a box has other sides than four")
@@ -923,8 +920,10 @@ def block(
     # all of that in common units
     times = finer * within.parts, grid.parts
     its, others = ([side * by for side in sides] for sides, by in zip((its, others), times, strict=True))
-    low = [np.maximum(its[n][:, None], others[n]) for n in (0, 2)]
-    high = [np.minimum(its[n][:, None], others[n]) for n in (1, 3)]
+    grid.problem.spend(len(one), len(other), 10)
+    low, high = (
+        [way(its[n][:, None], others[n]) for n in sides] for way, sides in ((np.maximum, (0, 2)), (np.minimum, (1, 3)))
+    )
     p, q = np.nonzero((low[0] <= high[0]) & (low[1] <= high[1]))
     demand(not inner.in_block[other[q]].any(), "a block inside a block is across its rim")
     if not len(p):
@@ -943,6 +942,17 @@ def block(
     return pieces, float(up(up(charge + inner.loss) + up(max(beyond, 0.0))))
 
 
+def least_cost_around(grid: Grid, end: Point, radius: float) -> float:
+    """Bound the cost from below in a square around an end that holds a circle, in 16 x 16 boxes."""
+    lines = []
+    for axis in range(2):
+        first, last = (grid.unit_of(axis, Fraction(end[axis]) + sign * Fraction(radius)) for sign in (-1, 1))
+        span = max(math.floor(first), 0), min(math.ceil(last), grid.units[axis])
+        lines.append(np.unique(np.linspace(*span, 17).astype(np.int64)))
+    i, j = all_cells(0, len(lines[0]) - 1, 0, len(lines[1]) - 1)
+    return float(grid.problem.lower_costs(grid, [lines[0][i], lines[0][i + 1], lines[1][j], lines[1][j + 1]]).min())
+
+
 def above_cone(outer: Surface, cells: list[int], end: Point) -> float:
     """
     Bound by how much a surface is above the least cost nearby times the distance to its end, on the rim of a block.
@@ -955,22 +965,15 @@ def above_cone(outer: Surface, cells: list[int], end: Point) -> float:
     # each part of the rim in many, whose distance is that of their nearest point
     n, sides = np.arange(RIM_PARTS), [side[:, None] for side in sides]
     sides = [(sides[m - m % 2] * RIM_PARTS + (sides[m | 1] - sides[m - m % 2]) * (n + m % 2)).ravel() for m in range(4)]
-    near = far = Interval(0.0)
+    near, far = [], []
     for axis in range(2):
         low, high = (grid.place(axis, side / RIM_PARTS) - end[axis] for side in sides[2 * axis : 2 * axis + 2])
-        near = near + Interval(np.maximum(np.maximum(low.lo, -high.hi), 0.0)).square()
-        far = far + Interval(np.maximum(high.hi, -low.lo)).square()
-    radius, lines = Fraction(float(far.root().hi.max())), []
-    for axis in range(2):
-        first, last = (grid.unit_of(axis, Fraction(end[axis]) + sign * radius) for sign in (-1, 1))
-        span = max(math.floor(first), 0), min(math.ceil(last), grid.units[axis])
-        lines.append(np.unique(np.linspace(*span, 17).astype(np.int64)))
-    i, j = all_cells(0, len(lines[0]) - 1, 0, len(lines[1]) - 1)
-    boxes = Boxes(grid, [lines[0][i], lines[0][i + 1], lines[1][j], lines[1][j + 1]])
-    least = float(grid.problem.lower_costs(boxes).min())
+        near.append(Interval(np.maximum(np.maximum(low.lo, -high.hi), 0.0)))
+        far.append(Interval(np.maximum(high.hi, -low.lo)))
+    least = least_cost_around(grid, end, float(length_of(*far).hi.max()))
     demand(least > 0.0, "the cost around an end is not above 0")
     phi = outer.on(np.repeat(pieces, RIM_PARTS), sides, [RIM_PARTS] * 2).hi.max(axis=(1, 2))
-    return float((phi - near.root() * least).hi.max())
+    return float((phi - length_of(*near) * least).hi.max())
 
 
 # --- Cells of constant cost -------------------------------------------------------------------------------------------
@@ -997,22 +1000,28 @@ class Cells:
             demand((line[:, 0] <= line[:, 1]).all() and (line[1:, 0] > line[:-1, 1]).all(), "lines are not in order")
             demand(line[0, 0] <= low and line[-1, 1] >= high, "lines do not go around the map")
         self.shape = len(self.lines[1]) - 1, len(self.lines[0]) - 1
-        demand(self.shape[0] * self.shape[1] < MOST_CELLS // 8, "there are too many cells")
+        demand(self.shape[0] * self.shape[1] < MOST_CELLS, "there are too many cells")
         self.sizes = [down(line[1:, 0] - line[:-1, 1]) for line in self.lines]
         demand(min(float(size.min()) for size in self.sizes) > 0.0, "a cell has no size")
         self.costs = self._costs(0, 0)
         demand((self.costs < 1e100).all(), "a cost is too great")
         #: Along horizontal lines, shape (rows + 1, columns), and vertical ones, shape (rows, columns + 1).
         self.along = self._costs(0, 1), self._costs(1, 0)
-        self.closed = self._closed()
+        #: Those that no edge of an area meets, with the lines around them, and that are inside.
+        self.closed = np.zeros(self.shape, dtype=np.bool_)
+        around = [Interval(line[:-1, 0], line[1:, 1]) for line in self.lines]
+        for row, first, after, is_inside in zip(*gaps(problem, *around), strict=True):
+            self.closed[row, first:after] = is_inside
         self.ends = [[self._place(axis, end[axis]) for axis in range(2)] for end in (problem.start, problem.goal)]
 
     def _costs(self, *is_line: int) -> Floats:
         """Bound the cost from below between lines along x and y, or on them."""
-        risk = Interval(np.zeros([self.shape[1 - axis] + is_line[axis] for axis in (1, 0)]))
+        shape = [self.shape[1 - axis] + is_line[axis] for axis in (1, 0)]
+        risk = Interval(np.zeros(shape))
         for raster in self.problem.rasters:
+            values = np.pad(raster.corners[0], 1)
+            self.problem.spend(values.size + risk.lo.size, 10)
             columns, rows = (self._touched(raster, axis, is_line[axis]) for axis in range(2))
-            values = np.pad(raster.corners[:, :, 0, 0], 1)
             across = np.stack([values[:, some].min(axis=1) for some in columns], axis=1)
             risk = risk + np.stack([across[some].min(axis=0) for some in rows])
         return (risk * self.problem.k + 1.0).lo
@@ -1021,43 +1030,13 @@ class Cells:
         """List the columns or rows of a raster, counted from 1, that have a place between lines, or touch a line."""
         places, line = raster.knots[axis], self.lines[axis]
         if not is_line:
-            return [
-                slice(bisect_right(places, low), bisect_left(places, high) + 1)
-                for low, high in zip(line[:-1, 1].tolist(), line[1:, 0].tolist(), strict=True)
-            ]
-        found = []
-        for low, high in line.tolist():
-            # (the outer edges belong to the raster)
-            first, last = bisect_left(places, low), bisect_right(places, high)
-            found.append(slice(first + (low == places[0]), last + 1 - (high == places[-1])))
-        return found
-
-    def _closed(self) -> Truths:
-        """Tell which cells, with the lines around them, no edge of an area meets, and an odd number is before them."""
-        (west, east), (south, north) = ((line[:-1, 0], line[1:, 1]) for line in self.lines)
-        ax, ay, bx, by = self.problem.edges.T
-        edge, row = ranges(
-            np.searchsorted(north, np.minimum(ay, by)).astype(np.float64),
-            np.searchsorted(south, np.maximum(ay, by), side="right") - 1.0,
-        )
-        at = row
-        ax, ay, bx, by = self.problem.edges[edge].T
-        rise, level = np.where(by == ay, 1.0, by - ay), by == ay
-        # (parts of an edge are off by less than 2^-50)
-        ends = [
-            ax + np.where(level, end, np.clip((y - ay) / rise, 0.0, 1.0)) * (bx - ax)
-            for y, end in ((south[at], 0.0), (north[at], 1.0))
+            between = zip(line[:-1, 1].tolist(), line[1:, 0].tolist(), strict=True)
+            return [slice(bisect_right(places, low), bisect_left(places, high) + 1) for low, high in between]
+        # (the outer edges belong to the raster)
+        return [
+            slice(bisect_left(places, low) + (low == places[0]), bisect_right(places, high) + 1 - (high == places[-1]))
+            for low, high in line.tolist()
         ]
-        off = 2.0**-48 * (np.abs(ax) + np.abs(bx))
-        first = np.searchsorted(east, np.minimum(*ends) - off)
-        last = np.searchsorted(west, np.maximum(*ends) + off, side="right")
-        met, before = (np.zeros((self.shape[0], self.shape[1] + 1), dtype=np.int64) for _ in range(2))
-        np.add.at(met, (at, first), 1)
-        np.add.at(met, (at, last), -1)
-        middle = 0.5 * (south[at] + north[at])
-        np.add.at(before, (at, last), (ay > middle) != (by > middle))
-        found: Truths = (met.cumsum(axis=1)[:, :-1] == 0) & (before.cumsum(axis=1)[:, :-1] % 2 == 1)
-        return found
 
     def _place(self, axis: int, at: float) -> tuple[int, float]:
         """Return the cell of a coordinate and where in it, or the line, and -1."""
@@ -1080,6 +1059,7 @@ class Net:
         self.is_open = np.zeros(cells.shape, dtype=np.bool_)
         for row, first, end in array(described["runs"], "i", 2).tolist():
             demand(0 <= row < cells.shape[0] and 0 <= first < end <= cells.shape[1], "a run leaves the map")
+            cells.problem.spend(end - first)
             self.is_open[row, first:end] = True
         lacking = np.argwhere(needed & ~self.is_open)
         demand(not len(lacking), lambda: f"cell ({lacking[0][1]}, {lacking[0][0]}) is missing")
@@ -1090,7 +1070,7 @@ class Net:
         for has, size in ((is_corner, 1), (has_side[0], m), (has_side[1], m)):
             numbers.append(np.where(has, self.count + size * (np.cumsum(has).reshape(has.shape) - 1), -1))
             self.count += size * int(has.sum())
-            demand(self.count < MOST_CELLS, "there are too many points")
+        demand(self.count < MOST_PARTS, "there are too many points")
         self.corner, self.side = numbers[0], numbers[1:]
         self.rows, self.columns = np.nonzero(self.is_open)
         # (no path that costs less than what is claimed gets to the border of a cell that is not open)
@@ -1137,27 +1117,22 @@ class Heights:
 
     def at(self, end: int) -> Interval:
         """Enclose the value at the start, 0, or the goal, 1."""
-        (i, x), (j, y) = self.net.cells.ends[end]
+        net, ((i, x), (j, y)) = self.net, self.net.cells.ends[end]
         if x >= 0.0 and y >= 0.0:
-            demand(self.net.is_open[j, i], "an end is in a cell that is missing")
+            demand(net.is_open[j, i], "an end is in a cell that is missing")
             return Interval(self.whole[end] * self.unit)
+        demand(net.corner[j, i] >= 0, "an end is on a line that is missing")
         if x < 0.0 and y < 0.0:
-            first = last = self.net.corner[j, i]
-            number, axis, inner = -1, 0, 0
-        else:
-            axis = 0 if x >= 0.0 else 1
-            number, inner = int(self.net.side[axis][j, i]), len(self.net.parts) - 2
-            first, last = self.net.corner[j, i], self.net.corner[j + axis, i + 1 - axis]
-        demand(first >= 0 and last >= 0 and (number >= 0 or x == y), "an end is on a line that is missing")
-        if first == last:
-            return Interval(self.whole[first] * self.unit)
-        values = self.whole[[first, *range(number, number + inner), last]] * self.unit
-        places = self.net.parts * self.net.cells.sizes[axis][(i, j)[axis]]
-        offset, steps, rises = max(x, y), np.diff(places), np.diff(values)
-        n = min(int(np.searchsorted(places, offset, side="right")) - 1, len(steps) - 1)
+            return Interval(self.whole[net.corner[j, i]] * self.unit)
+        axis, offset = (0, x) if x >= 0.0 else (1, y)
+        first, inner = net.side[axis][j, i], np.arange(len(net.parts) - 2)
+        demand(first >= 0, "an end is on a line that is missing")
+        values = self.whole[[net.corner[j, i], *(first + inner), net.corner[j + axis, i + 1 - axis]]] * self.unit
+        places = net.parts * net.cells.sizes[axis][(i, j)[axis]]
         # (the place is off by less than 2^-50 of the side)
-        off = 2.0**-46 * (float(np.abs(values).max()) + float(np.abs(rises / steps).max()) * float(places[-1]))
-        value = float(values[n] + rises[n] * ((offset - places[n]) / steps[n]))
+        steepest = float(np.abs(np.diff(values) / np.diff(places)).max())
+        off = 2.0**-46 * (float(np.abs(values).max()) + steepest * float(places[-1]))
+        value = float(np.interp(offset, places, values))
         return Interval(value - off, value + off)
 
     def _check(self, part: slice) -> None:
@@ -1168,134 +1143,117 @@ class Heights:
         """
         net, cells = self.net, self.net.cells
         j, i, numbers = net.rows[part], net.columns[part], net.points(part)
-        width, height, zero = cells.sizes[0][i], cells.sizes[1][j], np.zeros(len(i))
-        costs = cells.costs[j, i]
-        up, right = net.along
-        along = np.stack([up[j, i], up[j + 1, i], right[j, i], right[j, i + 1]])
-        values: Floats = (self.whole[numbers] - self.whole[numbers[:, :1, :1]]).astype(np.float64) * self.unit
+        cells.problem.spend(numbers.size, 100)
+        width, height = cells.sizes[0][i], cells.sizes[1][j]
+        costs, (up, right) = cells.costs[j, i], net.along
+        along = np.stack([up[j, i], up[j + 1, i], right[j, i], right[j, i + 1]], axis=1)
+        base = self.whole[numbers[:, 0, 0]]
+        values: Floats = (self.whole[numbers] - base[:, None, None]).astype(np.float64) * self.unit
         self.is_flat &= not values.any()
-        places = np.stack([net.parts * size[:, None] for size in (width, width, height, height)], axis=1)
+        places = net.parts * np.stack([width, width, height, height], axis=1)[:, :, None]
         steps, rises = down(np.diff(places)), np.diff(values)
-        steep = ~(np.abs(rises) <= down(np.minimum(costs[:, None], along.T)[..., None] * steps)).all(axis=(1, 2))
+        steep = ~(np.abs(rises) <= down(np.minimum(costs[:, None], along)[:, :, None] * steps)).all(axis=(1, 2))
         # at a corner: p at s on one side and q at t on the other, s and t from there
         for one, other, a, b in ((0, 2, 0, 0), (0, 3, -1, 0), (1, 2, 0, -1), (1, 3, -1, -1)):
-            rise = rises[:, one, a] * (1.0 + 2.0 * a), rises[:, other, b] * (1.0 + 2.0 * b)
-            slope = [
-                Interval(n) / Interval(steps[:, side, end])
-                for n, side, end in zip(rise, (one, other), (a, b), strict=True)
-            ]
-            for p, q in ((slope[0], -slope[1]), (-slope[0], slope[1])):
+            alpha, beta = (
+                Interval(rises[:, side, end] * (1.0 + 2.0 * end)) / Interval(steps[:, side, end])
+                for side, end in ((one, a), (other, b))
+            )
+            for p, q in ((alpha, -beta), (-alpha, beta)):
                 total = p.within(0.0, np.inf).square() + q.within(0.0, np.inf).square()
                 steep |= ~(total.hi <= down(costs * costs))
-        far = np.stack([zero, height, zero, width], axis=1)
-        border = _Border(values, places, far, costs, width + height)
-        n = np.arange(len(i))
-        sides = [(side, n, len(net.parts) - 1) for side in range(4)]
+        border, n = Border(values, places, width, height, costs), np.arange(len(i))
+        sides = [(side, n) for side in range(4)]
         for end, ((column, x), (row, y)) in enumerate(cells.ends):
             (inside,) = np.nonzero((i == column) & (j == row) & (x >= 0.0) & (y >= 0.0))
-            value = (self.whole[end] - self.whole[numbers[inside, 0, 0]]) * self.unit
+            value = (self.whole[end] - base[inside]) * self.unit
             self.is_flat &= not value.any()
             border.put(4 + end, inside, x, y, value)
-            sides.append((4 + end, inside, 0))
-        pairs = []
-        for (one, held, last), (other, also, other_last) in permutations(sides, 2):
-            if other == 4 + self.begin or one == 5 - self.begin:
-                continue
-            both = held if len(held) < len(also) else also
-            pairs.append(
-                np.column_stack(np.broadcast_arrays(both, one, 0, last, other, 0, other_last))
-                if np.isin(both, held).all() and np.isin(both, also).all()
-                else np.empty((0, 7), dtype=np.int64)
-            )
-        steep[border.steep(np.concatenate(pairs))] = True
+            sides.append((4 + end, inside))
+        pairs = [
+            np.column_stack(np.broadcast_arrays(np.intersect1d(held, also), one, 0, other, 0))
+            for (one, held), (other, also) in permutations(sides, 2)
+            if other != 4 + self.begin and one != 5 - self.begin
+        ]
+        steep[border.steep(np.concatenate(pairs), cells.problem)] = True
         demand(
             not steep.any(),
             lambda: f"cell ({i[steep.argmax()]}, {j[steep.argmax()]}): values fall faster than the cost",
         )
 
 
-class _Border:
-    """Values and places on the sides of cells, and at the start and the goal inside of one, as sides 4 and 5."""
+class Border:
+    """
+    Points of cells, shape (n, 6, 2^k + 1): x, y and values on the four sides, and at start and goal inside a cell.
 
-    def __init__(self, values: Floats, places: Floats, far: Floats, costs: Floats, reach: Any) -> None:
-        n, _, self.size = values.shape
-        self.values, self.places, self.far = (np.zeros((n, 6, *shape)) for shape in ([self.size], [self.size], []))
-        self.values[:, :4], self.places[:, :4], self.far[:, :4] = values, places, far
-        self.costs, self.reach, self.most = costs, reach, np.abs(values).max(axis=(1, 2))
+    The last point of a side, and start and goal, are repeated.
+    """
 
-    def put(self, side: int, cells: Wholes, along: float, far: float, values: Floats) -> None:
+    def __init__(self, values: Floats, places: Floats, width: Floats, height: Floats, costs: Floats) -> None:
+        self.size, m = 1, values.shape[2] - 1
+        while self.size < m:
+            self.size *= 2
+        some = np.minimum(np.arange(self.size + 1), m)
+        shape = len(values), 6, self.size + 1
+        self.x, self.y, self.values = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        self.values[:, :4] = values[:, :, some]
+        self.x[:, :2], self.y[:, 2:4] = places[:, :2, some], places[:, 2:, some]
+        self.x[:, 3], self.y[:, 1] = width[:, None], height[:, None]
+        #: Sums are off by less than 2^-49 of their parts, and places of ends by less than 2^-50 of a side.
+        self.off = 2.0**-46 * (np.abs(values).max(axis=(1, 2)) + costs * (width + height))
+        self.costs = costs
+
+    def put(self, side: int, cells: Wholes, x: float, y: float, values: Floats) -> None:
         """Put an end into cells."""
-        self.values[cells, side, 0], self.places[cells, side, 0], self.far[cells, side] = values, along, far
-        self.most[cells] = np.maximum(self.most[cells], np.abs(values))
+        self.x[cells, side], self.y[cells, side], self.values[cells, side] = x, y, values[:, None]
+        self.off[cells] += 2.0**-46 * np.abs(values)
 
-    def steep(self, pairs: Wholes) -> Wholes:
+    def steep(self, pairs: Wholes, problem: Problem) -> Wholes:
         """
         Return the cells in which values may fall faster than the cost from one run of points to another one.
 
-        Pairs are rows: cell, side, first and last point, and the same for the other run. Pairs of which that is not
+        Pairs are rows: cell, side and number of the run, side and number of the other one. Those of which that is not
         clear are halved, down to intervals, of which those that meet in a corner have been looked at.
         """
-        found = [np.empty(0, dtype=np.int64)]
+        length = self.size
         while len(pairs):
-            demand(len(pairs) < MOST_PAIRS, "values fall faster than the cost, or too nearly so, at many places")
-            longest = int((pairs[:, [3, 6]] - pairs[:, [2, 5]]).max()) + 1
-            pairs = np.concatenate([pairs[part][self._unclear(pairs[part])] for part in batches(len(pairs), longest)])
-            last = (pairs[:, [3, 6]] - pairs[:, [2, 5]] <= 1).all(axis=1)
-            found.append(pairs[last, 0])
-            pairs = pairs[~last]
-            for first in (2, 5):
-                long = pairs[:, first + 1] - pairs[:, first] > 1
-                upper, middle = pairs[long], (pairs[long, first] + pairs[long, first + 1]) // 2
-                pairs[long, first + 1] = upper[:, first] = middle
-                pairs = np.concatenate([pairs, upper])
-        return np.concatenate(found)
+            problem.spend(len(pairs), length + 20)
+            demand(len(pairs) < MOST_CELLS, "values fall faster than the cost, or too nearly so, at many places")
+            unclear = [self._unclear(pairs[part], length) for part in batches(len(pairs), length)]
+            pairs = pairs[np.concatenate(unclear)]
+            if length == 1:
+                break
+            length //= 2
+            pairs = np.concatenate([pairs * [1, 1, 2, 1, 2] + [0, 0, a, 0, b] for a in range(2) for b in range(2)])
+        return pairs[:, 0]
 
-    def _unclear(self, pairs: Wholes) -> Truths:
+    def _unclear(self, pairs: Wholes, length: int) -> Truths:
         """
         Tell of which pairs of runs it is not clear that ``W(p) - W(q) <= c |p - q|`` for all p in one, q in the other.
 
         It is if some vector g of length c has ``W(p) - g . p <= W(q) - g . q`` for all points p and q of them.
         """
-        cell, costs = pairs[:, 0], self.costs[pairs[:, 0]]
-        runs = [_Run(self, cell, *pairs[:, first : first + 3].T) for first in (1, 4)]
-        (x, y, value), (to_x, to_y, other) = (run.ends() for run in runs)
-        dx, dy = x[:, None] - to_x, y[:, None] - to_y
-        far, mean_x, mean_y = np.hypot(dx, dy), dx.mean(axis=(0, 1)), dy.mean(axis=(0, 1))
-        # (any direction would do: this one is in the middle of those that serve the ends)
+        cell, *runs = pairs.T
+        costs, inner, n = self.costs[cell], np.arange(length + 1)[:, None], self.size + 1
+        at = [(cell * 6 + side) * n + number * length + inner for side, number in (runs[:2], runs[2:])]
+        (x, to_x), (y, to_y), (value, other) = ([of.ravel()[one] for one in at] for of in (self.x, self.y, self.values))
+        # (any direction would do: this one is in the middle of those that serve the ends of both)
+        dx, dy, fall = (
+            one[[0, 0, -1, -1]] - two[[0, -1, 0, -1]] for one, two in ((x, to_x), (y, to_y), (value, other))
+        )
+        far, mean_x, mean_y = np.hypot(dx, dy), dx.mean(axis=0), dy.mean(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.where(far > 0.0, np.clip((value[:, None] - other) / (costs * far), -1.0, 1.0), -1.0)
-        turn, reach = np.arctan2(mean_x * dy - mean_y * dx, mean_x * dx + mean_y * dy), np.arccos(ratio)
-        turn = np.arctan2(mean_y, mean_x) + 0.5 * ((turn - reach).max(axis=(0, 1)) + (turn + reach).min(axis=(0, 1)))
-        length = costs * (1.0 - 2.0**-45)
-        g = length * np.cos(turn), length * np.sin(turn)
-        is_short = up(up(g[0] * g[0]) + up(g[1] * g[1])) <= down(costs * costs)
-        # (sums are off by less than 2^-49 of their parts, and places of ends by less than 2^-50 of a side)
-        margin = 2.0**-46 * (self.most[cell] + costs * self.reach[cell])
-        clear = is_short & (runs[0].beyond(g).max(axis=0) + margin <= runs[1].beyond(g).min(axis=0))
-        meet = (far == 0.0).any(axis=(0, 1)) & (pairs[:, [1, 4]] < 4).all(axis=1)
-        meet &= (pairs[:, [3, 6]] - pairs[:, [2, 5]] == 1).all(axis=1)
-        found: Truths = ~(clear | meet)
-        return found
-
-
-class _Run:
-    """Points on sides of cells, from first to last ones."""
-
-    def __init__(self, border: _Border, cells: Wholes, sides: Wholes, first: Wholes, last: Wholes) -> None:
-        self.is_upright, self.far = (sides >= 2) & (sides < 4), border.far[cells, sides]
-        inner = np.minimum(first + np.arange(int((last - first).max(initial=0)) + 1)[:, None], last)
-        at = (cells * 6 + sides) * border.size + inner
-        self.values, self.places = border.values.ravel()[at], border.places.ravel()[at]
-
-    def ends(self) -> tuple[Floats, Floats, Floats]:
-        """Return coordinates and values of the first and last points, shape (2, n) each."""
-        along, far = self.places[[0, -1]], self.far
-        return np.where(self.is_upright, far, along), np.where(self.is_upright, along, far), self.values[[0, -1]]
-
-    def beyond(self, g: tuple[Floats, Floats]) -> Any:
-        """Return the values less the products of the places with a vector."""
-        along, across = np.where(self.is_upright, g[1], g[0]), np.where(self.is_upright, g[0], g[1])
-        return self.values - (along * self.places + across * self.far)
+            reach = np.arccos(np.where(far > 0.0, np.clip(fall / (costs * far), -1.0, 1.0), -1.0))
+        turn = np.arctan2(mean_x * dy - mean_y * dx, mean_x * dx + mean_y * dy)
+        turn = np.arctan2(mean_y, mean_x) + 0.5 * ((turn - reach).max(axis=0) + (turn + reach).min(axis=0))
+        size = costs * (1.0 - 2.0**-45)
+        g_x, g_y = size * np.cos(turn), size * np.sin(turn)
+        is_short = up(up(g_x * g_x) + up(g_y * g_y)) <= down(costs * costs)
+        highest = (value - (g_x * x + g_y * y)).max(axis=0)
+        lowest = (other - (g_x * to_x + g_y * to_y)).min(axis=0)
+        clear = is_short & (highest + self.off[cell] <= lowest)
+        meet = (far == 0.0).any(axis=0) & (runs[0] < 4) & (runs[2] < 4) & (length == 1)
+        return ~np.asarray(clear | meet)
 
 
 def bound_over_cells(described: dict[str, Any], array: Reader, problem: Problem, claimed: float) -> float:
@@ -1336,13 +1294,14 @@ def lower_bound(described: dict[str, Any], array: Reader, problem: Problem) -> t
     """
     limit = math.inf if described["limit"] is None else number_of(described["limit"])
     demand(described["grids"], "there is no grid")
-    bound, fault, most, grid = -math.inf, "", math.inf, None
+    most, grid = math.inf, None
     surfaces: list[Surface] = []
     for number, one in enumerate(described["grids"], 1):
         last, parts = [whole_of(side) for side in one["last"]], whole_of(one["parts"])
         demand(len(last) == 2, "a grid has other sides than two")
         if grid is None:
             grid = Grid(problem, last, parts, *all_cells(0, last[0] + 1, 0, last[1] + 1))
+            bound, fault = straight(grid), "the distance of the ends, times the least cost near the goal"
         else:
             demand(len(surfaces) == 2, "a grid that is made finer has one surface")
             most, grid = limit, grid.finer(kept(surfaces[0], surfaces[1], limit), last, parts)
@@ -1354,8 +1313,15 @@ def lower_bound(described: dict[str, Any], array: Reader, problem: Problem) -> t
                 surfaces.append(Surface(one[name], array, grid, end))
                 found = min(most, surfaces[-1].bound(other))
                 if found > bound:
-                    bound, fault = found, f"on grid {number}, {name}: {surfaces[-1].fault() or 'it is not higher'}"
+                    bound, fault = found, f"on grid {number}, {name}: {surfaces[-1].fault}"
     return bound, fault
+
+
+def straight(grid: Grid) -> float:
+    """Bound the cost of all paths by the distance of the ends, times the least cost as near to the goal as that."""
+    start, goal = grid.problem.start, grid.problem.goal
+    far = length_of(*(Interval(one) - other for one, other in zip(start, goal, strict=True)))
+    return float((far * max(least_cost_around(grid, goal, float(far.hi)), 0.0)).lo)
 
 
 def kept(to_goal: Surface, to_start: Surface, limit: float) -> Truths:
@@ -1375,14 +1341,16 @@ def check_free(problem: Problem, path: Floats) -> None:
     Between places where a segment meets edges, it is inside or outside as a whole. All of this is exact.
     """
     edges, ends = problem.edges, [(Fraction(x), Fraction(y)) for x, y in path.tolist()]
-    demand(not is_inside(edges, ends[0]), "the path begins inside an area")
+    demand(not is_inside(problem, ends[0]), "the path begins inside an area")
     for n, ((x, y), (to_x, to_y)) in enumerate(pairwise(ends)):
+        problem.spend(len(edges) + 100)
         low, high = np.minimum(path[n], path[n + 1]), np.maximum(path[n], path[n + 1])
         apart = (np.minimum(edges[:, :2], edges[:, 2:]) > high) | (np.maximum(edges[:, :2], edges[:, 2:]) < low)
         dx, dy, near = to_x - x, to_y - y, edges[~apart.any(axis=1)]
         # (without any edge near, a segment is where its begin is)
         if not len(near) or not (dx or dy):
             continue
+        problem.spend(len(near), 1000)
         cuts = {Fraction(0), Fraction(1)}
         for ax, ay, bx, by in (map(Fraction, edge) for edge in near.tolist()):
             across = dx * (by - ay) - dy * (bx - ax)
@@ -1392,15 +1360,17 @@ def check_free(problem: Problem, path: Floats) -> None:
                 cuts |= {((p - x) * dx + (q - y) * dy) / (dx * dx + dy * dy) for p, q in ((ax, ay), (bx, by))}
         for first, last in pairwise(sorted(t for t in cuts if 0 <= t <= 1)):
             t = (first + last) / 2
-            demand(not is_inside(edges, (x + t * dx, y + t * dy)), f"the path crosses an area after waypoint {n}")
+            demand(not is_inside(problem, (x + t * dx, y + t * dy)), f"the path crosses an area after waypoint {n}")
 
 
-def is_inside(edges: Floats, point: tuple[Fraction, Fraction]) -> bool:
+def is_inside(problem: Problem, point: tuple[Fraction, Fraction]) -> bool:
     """Tell whether a point is inside of areas, and not on an edge."""
-    (x, y), inside = point, False
+    (x, y), inside, edges = point, False, problem.edges
     near, margin = float(y), 2.0**-40 * max(1.0, abs(float(y)))
     low, high = np.minimum(edges[:, 1], edges[:, 3]), np.maximum(edges[:, 1], edges[:, 3])
-    for edge in edges[(low <= near + margin) & (high >= near - margin)].tolist():
+    some = edges[(low <= near + margin) & (high >= near - margin)].tolist()
+    problem.spend(len(edges) + 1000 * len(some))
+    for edge in some:
         ax, ay, bx, by = map(Fraction, edge)
         side = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
         if side == 0 and min(ax, bx) <= x <= max(ax, bx) and min(ay, by) <= y <= max(ay, by):
@@ -1424,7 +1394,7 @@ def upper_bound(problem: Problem, path: Floats) -> float:
     demand(inside.all(), "the path leaves the map")
     check_free(problem, path)
     sides = [Interval(path[1:, axis]) - path[:-1, axis] for axis in range(2)]
-    length = (sides[0].square() + sides[1].square()).root().hi
+    length = length_of(*sides).hi
     total = cost = float(up(math.fsum(length.tolist())))
     if problem.k == 0.0:
         return total
@@ -1434,8 +1404,9 @@ def upper_bound(problem: Problem, path: Floats) -> float:
     )
     bend = (four + 4.0 * three * one + 3.0 * two**2 + 6.0 * two * one**2 + one**4) * (1.0 + 1e-9)
     # so fine that the error is a part of 1e-7 of the length
-    finest = max((4320e-7 / max(problem.k * bend, 1e-300)) ** 0.25, total / MOST_PARTS)
+    finest = max((4320e-7 / max(problem.k * bend, 1e-300)) ** 0.25, total / MOST_STEPS)
     counts = np.maximum(np.ceil(length / finest), 1.0)
+    problem.spend(counts.sum(), 10 + 2 * len(problem.threats))
     which, number = ranges(np.zeros(len(counts)), counts - 1.0)
     for part in batches(len(which)):
         segment, n = which[part], counts[which[part]]
@@ -1452,23 +1423,22 @@ def upper_bound(problem: Problem, path: Floats) -> float:
         risk = risk + step.square().square() * bend / 4320.0
         cost = float(up(cost + math.fsum((risk * step * problem.k).hi.tolist())))
     for raster in problem.rasters:
-        cost = float(up(cost + risk_of_raster(raster, path, length) * problem.k * (1.0 + 4.0 * ULP)))
+        cost = float(up(cost + risk_of_raster(problem, raster, path, length) * problem.k * (1.0 + 4.0 * ULP)))
     return cost
 
 
-def risk_of_raster(raster: Raster, path: Floats, length: Floats) -> float:
+def risk_of_raster(problem: Problem, raster: Raster, path: Floats, length: Floats) -> float:
     """Bound the integral of a raster along a path from above, patch by patch: on each it is a quadratic function."""
     total = 0.0
     for begin, end, far in zip(path[:-1].tolist(), path[1:].tolist(), length.tolist(), strict=True):
-        at, side = (
-            [Fraction(one) for one in begin],
-            [Fraction(b) - Fraction(a) for a, b in zip(begin, end, strict=True)],
-        )
+        at = [Fraction(one) for one in begin]
+        side = [Fraction(b) - a for a, b in zip(at, end, strict=True)]
         cuts = {Fraction(0), Fraction(1)}
         for axis in range(2):
             first, last = np.searchsorted(raster.floats[axis], sorted((begin[axis], end[axis])))
             knots = raster.knots[axis][max(int(first) - 1, 0) : int(last) + 1] if side[axis] else ()
             cuts |= {t for t in ((one - at[axis]) / side[axis] for one in knots) if 0 < t < 1}
+        problem.spend(len(cuts), 5000)
         for first, last in pairwise(sorted(cuts)) if far > 0.0 else ():
             points = [[at[axis] + t * side[axis] for axis in range(2)] for t in (first, (first + last) / 2, last)]
             a, b, c = raster.exact(points, points[1])
@@ -1510,7 +1480,7 @@ def point_of(x: Any) -> Point:
     return number_of(x[0]), number_of(x[1])
 
 
-def check(file: Any) -> Result:
+def check(file: Any, most_work: float = MOST_WORK) -> Result:
     """
     Check a proof file.
 
@@ -1518,6 +1488,8 @@ def check(file: Any) -> Result:
     ----------
     file
         Its name, or a stream of bytes.
+    most_work
+        Numbers that are computed, at most: a file that asks for more is refused.
 
     Raises
     ------
@@ -1527,7 +1499,8 @@ def check(file: Any) -> Result:
     try:
         with zipfile.ZipFile(file) as archive:
             demand(sum(one.file_size for one in archive.infolist()) < MOST_IN_ALL, "the file is too large")
-            return proven(json.loads(_part_of(archive, "proof.json")), _reader(archive))
+            text = _part_of(archive, "proof.json", MOST_TEXT)
+            return proven(json.loads(text), _reader(archive), most_work)
     except Refused:
         raise
     except Exception as error:  # any error that a file leads to is a fault of the file
@@ -1535,12 +1508,12 @@ def check(file: Any) -> Result:
         raise Refused(msg) from error
 
 
-def _part_of(archive: zipfile.ZipFile, name: str) -> bytes:
+def _part_of(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
     # (a name goes into messages)
     demand(name.isascii() and name.isprintable(), "a name of an array is not plain")
-    demand(archive.getinfo(name).file_size < MOST_BYTES, f"{name} is too large")
+    demand(archive.getinfo(name).file_size < most, f"{name} is too large")
     with archive.open(name) as stream:
-        return stream.read(MOST_BYTES)
+        return stream.read(most)
 
 
 def _reader(archive: zipfile.ZipFile) -> Reader:
@@ -1548,7 +1521,7 @@ def _reader(archive: zipfile.ZipFile) -> Reader:
 
     def array(name: str, kind: str, axes: int) -> Any:
         nonlocal read
-        found = np.lib.format.read_array(io.BytesIO(_part_of(archive, name)), allow_pickle=False)
+        found = np.lib.format.read_array(io.BytesIO(_part_of(archive, name, MOST_BYTES)), allow_pickle=False)
         demand(8 * found.size <= MOST_BYTES, f"{name} is too large")
         # (a file may name an array as often as it likes)
         read += 8 * found.size
@@ -1562,12 +1535,11 @@ def _reader(archive: zipfile.ZipFile) -> Reader:
     return array
 
 
-def proven(described: dict[str, Any], array: Reader) -> Result:
+def proven(described: dict[str, Any], array: Reader, most_work: float = MOST_WORK) -> Result:
     """Check what a file describes (errors as `check`)."""
-    demand(
-        described.get("format") == FORMAT and described.get("version") == VERSION, "the format or version is not known"
-    )
-    problem = Problem(described["problem"], array)
+    known = described.get("format") == FORMAT and described.get("version") == VERSION
+    demand(known, f"the format is not {FORMAT} of version {VERSION}")
+    problem = Problem(described["problem"], array, most_work)
     lower = math.inf if described["lower"] is None else number_of(described["lower"])
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         if "cells" in described:
@@ -1594,11 +1566,12 @@ def digest(described: dict[str, Any], array: Reader) -> str:
 
 def main(arguments: list[str]) -> int:
     """Check a file, and print what it proves."""
-    if len(arguments) != 1:
+    file, *more = arguments or [""]
+    if not file or more[:1] not in ([], ["--most-work"]) or len(more) not in {0, 2}:
         sys.stdout.write(f"{__doc__}\n")
         return 2
     try:
-        found = check(arguments[0])
+        found = check(file, float(more[1]) if more else MOST_WORK)
     except Refused as error:
         sys.stdout.write(f"refused: {error}\n".encode("ascii", "backslashreplace").decode())
         return 1

@@ -42,13 +42,17 @@ from cgla_graph.model.problem import Problem, problem_wanted
 Rectangle: TypeAlias = list[int]
 #: Grids inside blocks are so many times as fine, an odd number, and go so many levels deep.
 FINER, AROUND_ENDS, AROUND_CORNERS = 5, 2, 2
+#: Differences of control values are along rows, 1, or along rows and columns, 2, which takes a fourth less.
+AXES = 2
 #: A step of control values, in spacings times the tolerance, and cells of a grid, at most.
-STEP, MOST_PIECES = 1.0 / 64.0, 1_000_000
+STEP, MOST_PIECES = 1.0 / 24.0, 1_000_000
 #: Around a corner: cells to the rim of a block on a grid inside one, cells beyond a box from which the front starts,
 #: sub-cells, rounds, and the slope from which another round is made.
 REACH, BEYOND, SUB_CELLS, ROUNDS, STEEP = 2, 2, 200_000, 6, 1.002
 #: Pieces that may be charged for have slopes from this on; and surfaces are scaled by a little more than their slopes.
 NEARLY_STEEP, MORE = 0.9, 1.0 + 1e-7
+#: Grids have cells that are so many floats wide, at least, and a map that is narrower than so many is too narrow.
+LEAST_FLOATS, FEW_FLOATS = 16.0, 1e5
 #: What surfaces stand for where no way leads to their end, in heights.
 UNREACHED = 4.0
 
@@ -114,7 +118,7 @@ def save_proof(
     require_provable(problem.field, problem.start, problem.goal)
     archive = Archive()
     described = describe_problem(problem.relaxed(), archive)
-    writer = _Writer(problem.relaxed(), archive, checker.Problem(described, archive.array), wanted)
+    writer = _Writer(problem.relaxed(), archive, checker.Problem(described, archive.array, math.inf), wanted)
     waypoints, cost = None, math.inf
     if path is not None:
         waypoints = point_array("path", path)
@@ -129,20 +133,30 @@ def save_proof(
             "format": checker.FORMAT, "version": checker.VERSION, "problem": described, **argument,
             "lower": lower if math.isfinite(lower) else None,
         }  # fmt: skip
+        upper = math.inf
         if waypoints is not None:
             is_on_cells = any(one.interpolation == "nearest" for one in problem.field.rasters)
             held = beside_lines(waypoints, writer.checked) if is_on_cells else waypoints
             whole["path"] = archive.add(held, "path")
-        data = archive.packed(whole)
-        result = checker.check(io.BytesIO(data))
+            with np.errstate(all="ignore"):
+                upper = checker.upper_bound(writer.checked, held)
+        # (the grids and surfaces of the bound are the checker's: only files over cells are checked once more)
+        result = checker.Result(lower=lower, upper=upper, problem=checker.digest(described, archive.array))
+        if "cells" in argument:
+            result = checker.check(io.BytesIO(archive.packed(whole)), math.inf)
     except checker.Refused as error:
-        msg = f"no proof of this problem fits into a file: {error}; `certify` without a file may know a bound"
+        remedy = "`certify` without a file may know a bound"
+        if (floats := writer.floats_across()) < FEW_FLOATS:
+            remedy = f"the map is only {floats:.3g} floats wide: move it closer to (0, 0)"
+        msg = f"no proof of this problem fits into a file: {error}; {remedy}"
         raise ProblemError(msg) from error
-    write_files({name: data})
+    write_files({name: archive.packed(whole)})
     return {**result, "note": ON_EARTH if problem.projection is not None else ""}
 
 
-def verify_proof(file: str | os.PathLike[str], problem: Problem | None = None) -> Proven:
+def verify_proof(
+    file: str | os.PathLike[str], problem: Problem | None = None, *, most_work: float = checker.MOST_WORK
+) -> Proven:
     """
     Check a proof file, by the program that needs nothing of this library.
 
@@ -152,6 +166,9 @@ def verify_proof(file: str | os.PathLike[str], problem: Problem | None = None) -
         Its name.
     problem
         A problem that has to be the one of the file, apart from the path. None: any.
+    most_work
+        Numbers that are computed, at most: a file that asks for more is refused before that is done. The default is
+        some minutes; proofs of the maps that come with the library take a tenth of it.
 
     Returns
     -------
@@ -172,9 +189,9 @@ def verify_proof(file: str | os.PathLike[str], problem: Problem | None = None) -
         ...
     cgla_graph.errors.ProblemError: pyproject.toml: refused: the file is not a proof: BadZipFile: File is not a zip file
     """
-    name = file_path("file", file)
+    name, most = file_path("file", file), positive_number("most_work", most_work)
     try:
-        result = checker.check(name)
+        result = checker.check(name, most)
     except checker.Refused as error:
         msg = f"{place(name)}: refused: {error}"
         raise ProblemError(msg) from error
@@ -342,6 +359,7 @@ class _Writer:
             one: dict[str, Any] = {"last": list(last), "parts": parts}
             if grid is None:
                 grid = checker.Grid(self.checked, list(last), parts, *checker.all_cells(0, last[0] + 1, 0, last[1] + 1))
+                best = min(cost, checker.straight(grid))
             else:
                 grid = grid.finer(kept, list(last), parts)
             sheet = _Sheet.on(level.mesh, grid)
@@ -350,6 +368,10 @@ class _Writer:
             )
             if found is None:
                 described.append(one)
+                if grid.leads():
+                    # (by cells that almost touch)
+                    described.pop()
+                    return whole, best
                 return whole, math.inf if len(described) == 1 else cost
             surfaces = []
             ends = (problem.goal, level.goal_block, problem.start), (problem.start, level.start_block, problem.goal)
@@ -369,9 +391,15 @@ class _Writer:
             columns, rows = grid.columns[kept].astype(np.int32), grid.rows[kept].astype(np.int32)
             runs = cell_runs.clipped(cell_runs.refined(cell_runs.runs_of(columns, rows), last, finer), finer)
             pieces = int((runs[:, 2] - runs[:, 1]).sum())
-            if not cost > best * (1.0 + self.tolerance) or not math.isfinite(cost) or pieces > MOST_PIECES:
+            is_done = not cost > best * (1.0 + self.tolerance) or not math.isfinite(cost)
+            if is_done or pieces > MOST_PIECES or self.floats_across() < LEAST_FLOATS * max(finer):
                 return whole, best
             last = finer
+
+    def floats_across(self) -> float:
+        """Return about how many floats there are along the longer side of the map."""
+        x_min, y_min, x_max, y_max = self.problem.bounds
+        return max(x_max - x_min, y_max - y_min) / math.ulp(max(map(abs, self.problem.bounds)))
 
     def surface(
         self,
@@ -393,8 +421,8 @@ class _Writer:
 
         def described(scale: float, blocks: list[dict[str, Any]]) -> dict[str, Any]:
             numbers = np.rint(np.ldexp(finite[sheet.nodes] / scale, exponent)).astype(np.int64)
-            steps = self.archive.add(np.diff(numbers, 2, prepend=[0, 0]), "values")
-            return {"exponent": exponent, "values": steps, "blocks": blocks}
+            steps = self.archive.add(differences(numbers, sheet.grid, AXES), "values")
+            return {"exponent": exponent, "values": steps, "axes": AXES, "blocks": blocks}
 
         tried = checker.Surface(described(1.0, []), self.archive.array, sheet.grid, None)
         rectangles = [*places, around_end["cells"]] if around_end else places
@@ -423,7 +451,7 @@ class _Writer:
         sheet = _Sheet.on(level.mesh, outer.grid.inside_block(FINER, 0, tuple(box)), low)
         centre = level.goal_block.centre[0] + low[0], level.goal_block.centre[1] + low[1]
         block: dict[str, Any] = {"cells": _around(centre, level.reach)}
-        if levels > 1:
+        if levels > 1 and self.floats_across() >= LEAST_FLOATS * FINER * max(last):
             block["inside"] = self.around_end(sheet, block["cells"], end, levels - 1)
         height = float(np.max(found.values[:-1], where=np.isfinite(found.values[:-1]), initial=0.0))
         surface = self.surface(sheet, found.values, height, block)
@@ -448,7 +476,8 @@ class _Writer:
         keep = (columns >= low[0]) & (columns <= high[0]) & (rows >= low[1]) & (rows <= high[1]) & mesh.matters
         box = [low[0], high[0] + 1, low[1], high[1] + 1]
         sheet = _Sheet.on(mesh, outer.grid.inside_block(FINER, parts_of(mesh), tuple(box)), first)
-        laid = corners_of(problem, mesh, REACH, [])[0] if levels > 1 else []
+        is_finer = levels > 1 and self.floats_across() >= LEAST_FLOATS * FINER * max(last)
+        laid = corners_of(problem, mesh, REACH, [])[0] if is_finer else []
         # (further blocks need a box of their own inside this one, and are not across the rim)
         margin = FINER - 1
         west, east, south, north = (FINER * one - FINER // 2 for one in cells)
@@ -511,6 +540,19 @@ class _Writer:
             for axis, (least, most) in enumerate(((x_min, x_max), (y_min, y_max)))
         )
         return west, south, east, north
+
+
+def differences(numbers: WholeArray, grid: checker.Grid, axes: int) -> WholeArray:
+    """Return the second differences of control values along rows, and along columns for two axes."""
+    steps = np.diff(numbers, 2, prepend=[0, 0])
+    if axes == 2:  # noqa: PLR2004 - rows and columns
+        order, begin = checker.columns_of(grid)
+        for _ in range(2):
+            some = steps[order]
+            lower = np.append(0, some[:-1])
+            lower[begin] = 0
+            steps[order] = some - lower
+    return steps
 
 
 def parts_of(mesh: SplineMesh) -> int:

@@ -6,12 +6,15 @@ import io
 import math
 import subprocess
 import sys
+import time
 import zipfile
+from collections.abc import Callable
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -22,6 +25,7 @@ from proofs import HILLS, OPEN, THREATS, WALL, WALLED, packed_and_checked, parts
 
 import cgla_graph as cg
 from cgla_graph.certificate import check_proof as checker
+from cgla_graph.certificate import proof_file
 from cgla_graph.certificate.proof_file import Archive, describe_problem
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.risk import ImproperFieldWarning
@@ -42,7 +46,8 @@ def proof_of(problem: cg.Problem, tolerance: float) -> tuple[bytes, float, float
     import tempfile  # noqa: PLC0415 - beside its only use
 
     best = cg.solve(problem, "hybrid")
-    with tempfile.TemporaryDirectory() as folder:
+    # (differences along rows alone can be changed without a grid)
+    with tempfile.TemporaryDirectory() as folder, patch.object(proof_file, "AXES", 1):
         file = Path(folder) / "one.proof"
         found = cg.save_proof(problem, file, best.path, tolerance=tolerance)
         return file.read_bytes(), found["lower"], best.cost
@@ -491,9 +496,9 @@ def test_closed_units_are_inside_areas(points: list[tuple[int, int]], turn: floa
     problem = checker.Problem(described | {"rasters": [], "rings": rings, "on_earth": False}, archive.array)
     u, v = (one.ravel() for one in np.meshgrid(np.arange(2 * n), np.arange(2 * n)))
     squares = shapely.box(u / (2 * n), v / (2 * n), (u + 1) / (2 * n), (v + 1) / (2 * n))
-    edges = problem.edges * (2 * n)
+    lines = checker.Interval(np.arange(2 * n) / (2 * n), np.arange(1, 2 * n + 1) / (2 * n))
     found = np.zeros((2 * n, 2 * n), dtype=np.bool_)
-    for row, first, after, inside in zip(*checker.gaps(edges, (0, 0), (2 * n, 2 * n)), strict=True):
+    for row, first, after, inside in zip(*checker.gaps(problem, lines, lines), strict=True):
         found[row, first:after] = inside
     found = found.ravel()
     assert not (found & ~shapely.contains(area.buffer(1e-12), squares)).any()
@@ -571,12 +576,93 @@ def test_a_file_that_names_an_array_often_is_refused(monkeypatch: pytest.MonkeyP
         checker.check(io.BytesIO(whole))
 
 
-def test_all_grids_of_a_file_have_a_number_of_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_all_grids_of_a_file_have_a_number_of_cells() -> None:
     whole, _, _ = proof_of(OPEN, 0.5)
     last = parts_of(whole)[0]["grids"][0]["last"]
-    monkeypatch.setattr(checker, "MOST_CELLS_IN_ALL", (last[0] + 1) * (last[1] + 1) + 1)
-    with pytest.raises(checker.Refused, match="all grids together have too many cells"):
-        checker.check(io.BytesIO(whole))
+    with pytest.raises(checker.Refused, match="more work than is allowed"):
+        checker.check(io.BytesIO(whole), 100 * (last[0] + 1) * (last[1] + 1) + 1)
+
+
+def with_a_path(described: dict[str, Any], archive: Archive) -> None:
+    """Lead a path of many segments along an area of many edges."""
+    line = np.linspace(0.3, 0.7, 2000)
+    ring = np.column_stack([np.append(line, 0.5), np.append(np.full(len(line), 0.5), 0.6)])
+    described["problem"]["rings"] = [archive.add(ring, "ring")]
+    described["path"] = archive.add(np.tile([(0.25, 0.5), (0.75, 0.5)], (2000, 1)), "path")
+
+
+def with_blocks(described: dict[str, Any], archive: Archive) -> None:
+    """Lay a hundred blocks with one large surface."""
+    _, inner = sheet_by_hand(archive, 480, np.zeros((483, 483), dtype=np.int64), 0)
+    inside = {"finer": 15, "parts": 0, "box": [0, 481, 0, 481], "surface": inner}
+    described["grids"][0]["to_goal"]["blocks"] = [
+        {"cells": [2 * n, 2 * n + 1, 2 * m, 2 * m + 1], "inside": inside} for n in range(10) for m in range(10)
+    ]
+
+
+def with_a_raster(described: dict[str, Any], archive: Archive) -> None:
+    """Lay few cells over a raster of many."""
+    raster = {"values": archive.add(np.zeros((1500, 1500)), "raster"), "bounds": [0.0, 0.0, 1.0, 1.0]}
+    described["problem"] |= {"k": 1.0, "rasters": [raster | {"interpolation": "nearest"}]}
+    described["grids"][0]["last"] = [2, 2]
+
+
+def with_threats(described: dict[str, Any], archive: Archive) -> None:
+    """Lay many cells over many threats."""
+    described["problem"]["threats"] = archive.add(np.tile([0.5, 0.5, 0.1, 0.5], (50_000, 1)), "threats")
+    described["grids"][0]["last"] = [300, 300]
+
+
+@pytest.mark.parametrize("hostile", [with_a_path, with_blocks, with_a_raster, with_threats])
+def test_a_small_file_that_would_run_for_minutes_is_refused(hostile: Callable[..., None]) -> None:
+    """Its own sizes say what it asks for: it is refused after a second of work."""
+    described, archive = by_hand(cone, [22, 27, 14, 19])
+    hostile(described, archive)
+    data = archive.packed(described)
+    assert len(data) < 50_000
+    begin = time.process_time()
+    with pytest.raises(checker.Refused, match=r"more work than is allowed \(--most-work N allows more\)"):
+        checker.check(io.BytesIO(data), 2e7)
+    assert time.process_time() - begin < 10.0
+
+
+def test_more_work_is_allowed_on_demand(tmp_path: Path) -> None:
+    file = tmp_path / "one.proof"
+    file.write_bytes(proof_of(OPEN, 0.02)[0])
+    with pytest.raises(ProblemError, match="more work than is allowed"):
+        cg.verify_proof(file, most_work=1e6)
+    assert cg.verify_proof(file, most_work=1e9)["lower"] == proof_of(OPEN, 0.02)[1]
+    assert checker.main([str(file), "--most-work", "1e6"]) == 1
+    assert checker.main([str(file), "--most-work", "1e9"]) == 0
+    assert checker.main([str(file), "--more"]) == 2
+
+
+@pytest.mark.parametrize("problem", [OPEN, WALLED], ids=["open", "walled"])
+def test_differences_along_columns_are_the_same_values(problem: cg.Problem, tmp_path: Path) -> None:
+    """Files as the library writes them, where tests change those with differences along rows alone."""
+    found = cg.save_proof(problem, tmp_path / "one.proof", cg.solve(problem, "hybrid").path, tolerance=COARSE)
+    data, lower, _ = proof_of(problem, COARSE)
+    assert checker.check(str(tmp_path / "one.proof")) == {key: found[key] for key in ("lower", "upper", "problem")}
+    assert found["lower"] == lower
+    assert (tmp_path / "one.proof").stat().st_size < 0.9 * len(data)
+
+
+def test_a_start_in_the_block_of_the_goal_has_a_bound(tmp_path: Path) -> None:
+    """Without a path, there is one grid, and the start is in the goal's block."""
+    near = cg.Problem((0.5, 0.5), (0.507, 0.503), cg.RiskField(THREATS), k=8.0, bounds=(0.0, 0.0, 1.0, 1.0))
+    cost = near.evaluate(np.array([near.start, near.goal])).cost
+    found = cg.save_proof(near, tmp_path / "one.proof")
+    assert 0.9 * cost < found["lower"] < cost
+    assert cg.verify_proof(tmp_path / "one.proof", near) == found
+
+
+def test_a_map_of_few_floats_has_a_file(tmp_path: Path) -> None:
+    origin, size = 1e6, 1e-7
+    (x, y), (to_x, to_y) = ((origin + size * one, origin + size * other) for one, other in ((0.1, 0.5), (0.9, 0.5)))
+    problem = cg.Problem((x, y), (to_x, to_y), bounds=(origin, origin, origin + size, origin + size))
+    found = cg.save_proof(problem, tmp_path / "one.proof", np.array([problem.start, problem.goal]))
+    assert 0.9 * found["upper"] < found["lower"] <= found["upper"]
+    assert cg.verify_proof(tmp_path / "one.proof", problem) == found
 
 
 @pytest.mark.parametrize(("spread", "k"), [(0.0129, 711.0), (0.0056, 72.0)])

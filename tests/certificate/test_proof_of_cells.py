@@ -208,7 +208,7 @@ def test_a_proof_by_hand() -> None:
 def test_values_that_fall_too_fast_everywhere_cost_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """All pairs of intervals on different sides would have to be looked at: their number grows with its square."""
     parts = [2.0 * n / 201 for n in range(1, 201)]
-    monkeypatch.setattr(checker, "MOST_PAIRS", 1 << 12)
+    monkeypatch.setattr(checker, "MOST_CELLS", 1 << 12)
     with pytest.raises(checker.Refused, match="values fall faster than the cost, or too nearly so, at many places"):
         packed_and_checked(*single(lambda at: 1e3 * at[:, 1], parts, 8.0))
 
