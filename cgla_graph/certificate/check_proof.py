@@ -555,7 +555,8 @@ class Grid:
 
     def around_cells(self, cells: Wholes) -> Wholes:
         """Return the numbers of three times three cells around each, shape (n, 9)."""
-        return cells[:, None] + [b * (self.last[0] + 3) + a for b in (-1, 0, 1) for a in (-1, 0, 1)]
+        around: Wholes = np.array([b * (self.last[0] + 3) + a for b in (-1, 0, 1) for a in (-1, 0, 1)])
+        return cells[:, None] + around
 
     def _sides(self, columns: Wholes, rows: Wholes) -> list[Wholes]:
         """Return the sides of cells on the map, in units."""
@@ -568,8 +569,8 @@ class Grid:
         """Replace cells by the pieces that areas leave of them; return pairs that touch, None if no cell is cut."""
         low, lines = (int(self.columns.min()), int(self.rows.min())), []
         for axis, index in enumerate((self.columns, self.rows)):
-            begin, count = low[axis] * self.parts - self.parts // 2, int(index.max()) + 1 - low[axis]
-            lines.append(self.lines(axis, begin, count, self.parts))
+            count = int(index.max()) + 1 - low[axis]
+            lines.append(self.lines(axis, low[axis] * self.parts - self.parts // 2, count, self.parts))
         row, first, after, inside = gaps(self.problem, *lines)
         cells = self.numbers(self.columns, self.rows)
         begin, end = (np.append(-1, self.numbers(low[0] + column, low[1] + row)) for column in (first, after))
@@ -901,8 +902,8 @@ def block(
     demand(len(cells) == 4 and cells[0] < cells[1] and cells[2] < cells[3], "a block is empty")
     grid.problem.spend(len(grid.columns), 5)
     (pieces,) = np.nonzero(grid.within(*cells))
-    for axis in range(2) if end else ():
-        place = grid.unit_of(axis, Fraction(end[axis])) / grid.parts + Fraction(1, 2)
+    for axis, at in enumerate(end or ()):
+        place = grid.unit_of(axis, Fraction(at)) / grid.parts + Fraction(1, 2)
         demand(cells[2 * axis] <= place <= cells[2 * axis + 1], "the end is not in the block around it")
     if end and "inside" not in described:
         return pieces, above_cone(outer, cells, end)
