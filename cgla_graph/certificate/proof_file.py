@@ -107,7 +107,7 @@ def save_proof(
     >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0.1, 0.5), (0.9, 0.5), RiskField([Threat(0.5, 0.55, 0.1)]), k=10.0)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = np.array([(0.1, 0.5), (0.5, 0.35), (0.9, 0.5)])
+    ...     path = np.array([(0.1, 0.5), (0.5, 0.2), (0.9, 0.5)])
     ...     found = save_proof(problem, f"{folder}/one.proof", path, tolerance=0.2)
     >>> 0.8 < found["lower"] < found["upper"] < 2.0
     True
