@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 
 import numpy as np
+import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.eikonal import cell_runs
@@ -23,6 +24,7 @@ from cgla_graph.regions import bound
 from cgla_graph.regions.arrangement import Arrangement, refusal
 from cgla_graph.regions.bound import Rounding
 from cgla_graph.regions.points import covered
+from cgla_graph.regions.walls import Walls, tips
 
 #: Points of a side in the first round, by how many cells there are at most; and in the last round, at most.
 POINTS, MOST_POINTS = {4_000: 15, 40_000: 7, 10**9: 3}, 63
@@ -37,6 +39,10 @@ NODES_A_CELL = 12
 #: The gap is expected to fall at least with this power of the number of points; and gaps, above which another path is
 #: sought, times that power of the number of points.
 ORDER, USUAL_GAP = 1.5, 0.6
+#: Corners of areas through which lines are laid, at most, and how far inside of them, as a part of the least cell.
+MOST_TIPS, DEPTH = 12, 1e-3
+#: Cells that areas cut, at most: while there are more, paths lead through.
+MOST_CUT = 4_000
 #: A round has to close so much of the gap, or the next one is not made.
 WORTH = 0.2
 #: Picture elements along each side of a tube.
@@ -62,8 +68,8 @@ class CellProof:
         Nodes, at most.
     is_last
         Whether the round is expected to be good enough.
-    loose
-        Whether more is lost than by few points, as an area cuts cells.
+    cut
+        Which cells areas cut; None if there are no areas.
     """
 
     problem: Problem
@@ -71,11 +77,12 @@ class CellProof:
     rounding: Rounding
     m: int
     most: int
-    loose: bool
+    cut: BoolArray | None = None
     is_last: bool = False
+    _walls: Walls | None = None
 
     @classmethod
-    def begin(cls, problem: Problem, max_cells: int) -> "CellProof | None":
+    def begin(cls, problem: Problem, max_cells: int, near: FloatArray | None = None) -> "CellProof | None":
         """
         Prepare the first round; None where the cost is not constant on cells, or there are too many of them.
 
@@ -85,6 +92,8 @@ class CellProof:
             The problem, without clearance.
         max_cells
             As `cgla_graph.certificate.certificate.prove` takes it.
+        near
+            A path near which lines of cells go through corners of areas, shape ``(m, 2)``; None: there are none.
         """
         if problem.projection is not None or refusal(problem) or problem.k == 0.0:
             return None
@@ -93,21 +102,41 @@ class CellProof:
             return None
         rounding = Rounding.of(problem, cells)
         most = NODES_A_CELL * max_cells
-        loose = False
-        if not problem.model.area.is_empty:
-            # (a line beside an outline, as near as rounding, has the lesser cost: also that of a cell inside)
-            inside, cut = covered(cells, problem.model.area, rounding.apart)
-            cells, loose = cells.without(inside), bool(cut.any())
         wide, high = (float(np.median(np.diff(lines))) for lines in (cells.x, cells.y))
         # (in long cells, the points of the short sides are too many, and those of the long sides too few)
         if cells.along is None:
             most_parts = max(LONG_CELLS // cells.costs.size, 1)
             cells = cells.divided(*(min(max(round(of), 1), most_parts) for of in (wide / high, high / wide)))
+        area, cut = problem.model.area, None
+        if not area.is_empty:
+            if near is not None:
+                depth = DEPTH * min(float(np.diff(lines).min()) for lines in (cells.x, cells.y))
+                # (a path of one point too)
+                way = shapely.LineString(np.vstack([near, near[-1:]]))
+                cells = cells.with_lines(*tips(area, depth, way, MOST_TIPS).T)
+                rounding = Rounding.of(problem, cells)
+            # (a line beside an outline, as near as rounding, has the lesser cost: also that of a cell inside)
+            inside, cut = covered(cells, area, rounding.apart)
+            cells = cells.without(inside)
         m = next(m for few, m in POINTS.items() if cells.costs.size <= few)
-        first = cls(problem, cells, rounding, m, most, loose)
+        first = cls(problem, cells, rounding, m, most, cut)
         if first.nodes(m) > most:
             first.m = int(m * most / first.nodes(m))
         return first if rounding.share < 1.0 and first.m >= LEAST_POINTS else None
+
+    @property
+    def loose(self) -> bool:
+        """Whether more is lost than by few points, as an area cuts cells."""
+        return self.cut is not None and bool(self.cut.any())
+
+    @property
+    def walls(self) -> Walls | None:
+        """What areas leave free of the cells that they cut; None if there are none, or still too many."""
+        if self._walls is None and self.cut is not None:
+            left = self.cut & self.is_open
+            if 0 < np.count_nonzero(left) <= MOST_CUT:
+                self._walls = Walls.of(self.cells, left, self.problem.model.area, self.rounding.apart)
+        return self._walls
 
     @property
     def is_open(self) -> BoolArray:
@@ -144,7 +173,7 @@ class CellProof:
             the bound is good enough.
         """
         problem = self.problem
-        points = bound.lay(self.cells, self.m)
+        points = bound.lay(self.cells, self.m, self.walls)
         if points is None:
             return 0.0, None
         costs = bound.least_cost_at(self.cells, problem.start) + bound.least_cost_at(self.cells, problem.goal)

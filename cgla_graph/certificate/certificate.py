@@ -82,6 +82,8 @@ MOST_TIMES, WORTH_LESS = 2.0, 1.75
 #: The next grid aims at this part of the deficit that the tolerance allows. The deficit is expected to fall by at most
 #: this power of the spacing.
 AIMED_AT, MOST_ORDER = 0.85, 1.5
+#: Finer grids gain at most so many times as much as the last one did.
+LIKELY_GAIN = 3.0
 #: Parts of a path on each of which the scale in the middle is used.
 PARTS = 1024
 #: Times that a proof begins again with a better path that it has found.
@@ -636,6 +638,8 @@ class _Search:
             here = max(one.bound for one in bounds) - geodesic_error(problem)
             # no bound exceeds the cost of a known path
             self._prove(min(here * shrink, self.known.least), "grid")
+            if self.proof == "cells" and here + LIKELY_GAIN * (here - before) < self.best:
+                return self._end("more points on cells gain little, and finer grids less")
             if math.isinf(self.known.least) and len(self.grids) == 1 and is_separated(closed):
                 self._prove(math.inf, "grid")
             self.grids[-1] = replace(self.grids[-1], lower_bound=self.best)
@@ -669,7 +673,8 @@ class _Search:
 
         Returns the outcome; empty if a spline is to go on: among areas, whose outlines cut cells.
         """
-        proof = CellProof.begin(closed, self.max_cells)
+        straight = np.array([self.problem.start, self.problem.goal])
+        proof = CellProof.begin(closed, self.max_cells, straight if self.known.path is None else self.known.path)
         if proof is None:
             return ""
         has_looked, before = self.known.path is None, math.inf
@@ -785,7 +790,7 @@ class _Search:
         Each grid at least about halves the deficit of the bound, so that the deficit is about the last gain; up to
         three times that gain is allowed.
         """
-        return self.known.least > (bound + 3.0 * max(gained, 0.0)) * (1.0 + self._slack)
+        return self.known.least > (bound + LIKELY_GAIN * max(gained, 0.0)) * (1.0 + self._slack)
 
     def improve(self, level: Level, to_goal: Subsolution) -> None:
         """Search for a better path by descending the costs-to-go."""

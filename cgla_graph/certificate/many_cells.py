@@ -61,7 +61,7 @@ class CellSurface:
         proof = self.proof
         if self.n_solves:
             proof.m = min(TIMES * proof.m + 1, MOST_POINTS)
-        points = bound.lay(proof.cells, proof.m)
+        points = bound.lay(proof.cells, proof.m, proof.walls)
         self.n_solves += 1
         if points is not None:
             self._bounds = points, bound.values_to(points, self.goal)

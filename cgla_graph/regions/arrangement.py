@@ -16,6 +16,8 @@ SAME = 1e-9
 #: The outer edges of a raster belong to it. Beside them the risk may be less, so that no path is best: lines lie
 #: outside of the edges, by this part of a cell, where paths along them have the lesser cost.
 BESIDE = 1e-7
+#: No line is laid nearer to another one than this part of a cell.
+APART = 0.1
 #: Different widths of columns times heights of rows, at most: there is a table of distances for each.
 MOST_SHAPES = 256
 #: Cells of an arrangement, at most, about 50 bytes each while it is searched; more are joined to blocks.
@@ -138,6 +140,35 @@ class Arrangement:
         """
         x, y = _in_parts(self.x, across), _in_parts(self.y, up)
         return Arrangement.laid(x, y, np.repeat(np.repeat(self.costs, up, axis=0), across, axis=1))
+
+    def with_lines(self, x: FloatArray, y: FloatArray) -> "Arrangement":
+        """
+        Divide cells at further lines, but for those beside others.
+
+        Parameters
+        ----------
+        x, y
+            The lines, map units; those that are outside, or nearer to another line than `APART` of a cell, are left
+            out.
+
+        Examples
+        --------
+        >>> laid = Arrangement.laid(np.arange(3.0), np.arange(2.0), np.array([[1.0, 2.0]]))
+        >>> more = laid.with_lines(np.array([0.5, 1.001]), np.array([]))
+        >>> more.x.tolist(), more.costs.tolist()
+        ([0.0, 0.5, 1.0, 2.0], [[1.0, 1.0, 2.0]])
+        """
+        (x, column), (y, row) = (_further(lines, more) for lines, more in ((self.x, x), (self.y, y)))
+        costs = self.costs[np.ix_(row[:-1], column[:-1])]
+        divided = Arrangement.laid(x, y, costs, self.block)
+        if self.along is None:
+            return divided
+        # (on a line inside of a cell, its cost holds)
+        within_x, within_y = ~np.isin(x, self.x), ~np.isin(y, self.y)
+        up, across = self.along[0][np.ix_(row, column[:-1])], self.along[1][np.ix_(row[:-1], column)]
+        up[within_y] = costs[within_y[:-1]]
+        across[:, within_x] = costs[:, within_x[:-1]]
+        return replace(divided, along=(up, across))
 
     def of_few_shapes(self, most: int) -> "Arrangement":
         """
@@ -361,6 +392,20 @@ def _in_parts(lines: FloatArray, times: int) -> FloatArray:
     """Return lines with others between them."""
     parts = lines[:-1, None] + np.diff(lines)[:, None] * (np.arange(times) / times)
     return np.append(parts.ravel(), lines[-1])
+
+
+def _further(lines: FloatArray, more: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return lines and some of `more` between them, and the number of the last old one up to each."""
+    kept = lines.tolist()
+    for at in np.sort(more).tolist():
+        number = int(np.searchsorted(kept, at))
+        if 0 < number < len(kept):
+            low, high = kept[number - 1], kept[number]
+            step = APART * min(high - low, float(np.diff(lines)[np.searchsorted(lines, at) - 1]))
+            if low + step < at < high - step:
+                kept.insert(number, at)
+    found = np.array(kept)
+    return found, np.searchsorted(lines, found, "right") - 1
 
 
 def _different(sizes: FloatArray) -> tuple[FloatArray, IntArray]:

@@ -19,6 +19,11 @@ W(w)`` is at most that cost of the interval for neighbours on the line (`Points.
 up as well. The last piece, along the line to the goal, does so too: where the goal is inside of an interval, `W` is at
 most 0 on it.
 
+**In a cell that an area cuts** (`walls`), a piece inside of it, or along its sides, stays in one of the free parts. So
+only pairs of intervals that one part meets need the inequality, also two of the same side, between which the side may
+be closed: there the distance is the mean of the four, and no length is lowered. A part counts with all that rounding
+may move into it.
+
 **Rounding** (`Rounding`). Let ``d`` bound how far lines are from where the oracle has them. It counts places within
 some ulps of a line as on it; lines nearer than `SAME` are one. A map that draws strips of width ``d`` on both sides of
 the lines onto them stretches the rest of a cell, of width ``w`` at least, by ``1 / (1 - 2 d / w)`` at most. It turns a
@@ -41,6 +46,7 @@ from cgla_graph.model.risk_raster_kernels import NEAR_X, NEAR_Y
 from cgla_graph.regions import pair_kernels
 from cgla_graph.regions.arrangement import SAME, Arrangement
 from cgla_graph.regions.points import Points, border_points, fractions, lengths, side_orders
+from cgla_graph.regions.walls import Walls
 
 #: Boxes along each side of the unit square, and along an interval.
 BOXES, PARTS = 8, 16
@@ -100,27 +106,58 @@ def intervals(m: int) -> IntArray:
     return np.array([(a, b, side) for side, order in enumerate(orders) for a, b in pairwise(order)])
 
 
-def lowered(width: float, height: float, parts: FloatArray) -> FloatArray:
-    """Return the table of a cell with lowered lengths, map units; infinite where a pair needs no limit."""
+def lowered(width: float, height: float, parts: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """
+    Return two tables of a cell with lowered lengths, map units.
+
+    The first one is infinite where a pair needs no limit, as places of a side are joined along it. Where an area cuts
+    the cell they may be joined by another way: the second one has all pairs.
+    """
     at = border_points(width, height, parts)
     less = np.zeros((len(at), len(at)))
     pair_kernels.lowering(at, intervals(len(parts)), BOXES, less)
     full = np.hypot(*(at[:, None] - at).transpose(2, 0, 1))
-    table = np.where(less > 0.0, full, lengths(width, height, parts))
-    return np.asarray(table * (1.0 - less) * (1.0 - pair_kernels.ROUNDED))
+    left = (1.0 - less) * (1.0 - pair_kernels.ROUNDED)
+    return np.where(less > 0.0, full, lengths(width, height, parts)) * left, full * left
 
 
-def lay(cells: Arrangement, m: int) -> Points | None:
-    """Lay `m` points on each side, with lowered lengths; None if there would be too many tables."""
+def lay(cells: Arrangement, m: int, walls: Walls | None = None) -> Points | None:
+    """
+    Lay `m` points on each side, with lowered lengths; None if there would be too many tables.
+
+    Parameters
+    ----------
+    cells
+        The cells.
+    m
+        Points of a side.
+    walls
+        What an area leaves free of the cells that it cuts; None: paths lead through.
+    """
     shapes = [(width, height) for height in cells.heights for width in cells.widths]
+    used = np.unique(cells.shape_of[np.isfinite(cells.costs)])
     size = 4 + 4 * m
-    if len(shapes) * size**2 > TABLE_NUMBERS:
+    # (each shape has two)
+    most = TABLE_NUMBERS // size**2 - 2 * len(used)
+    if most < 0:
         return None
-    parts, tables = fractions(m), np.empty((len(shapes), size, size))
-    for number in np.unique(cells.shape_of[np.isfinite(cells.costs)]).tolist():
-        width, height = shapes[number]
-        tables[number] = lowered(width, height, parts)
-    return Points(cells, parts, tables, cells.shape_of)
+    parts, unit = fractions(m), border_points(1.0, 1.0, fractions(m))
+    both = [lowered(*shapes[number], parts) for number in used.tolist()]
+    tables = [table for table, _ in both] or [np.empty((size, size))]
+    # (cells that no path enters have any table)
+    table_of = np.minimum(np.searchsorted(used, cells.shape_of), len(tables) - 1)
+    for number, (row, column) in enumerate(() if walls is None else walls.places.tolist()):
+        # (a cell without a table of its own counts as free)
+        if walls is None or not math.isfinite(cells.costs[row, column]) or len(tables) - len(used) >= most:
+            continue
+        low = np.array([cells.x[column], cells.y[row]])
+        at = low + unit * (np.array([cells.x[column + 1], cells.y[row + 1]]) - low)
+        separated = walls.separated(number, at, intervals(m))
+        if separated is not None:
+            every = both[table_of[row, column]][1]
+            table_of[row, column] = len(tables)
+            tables.append(np.where(separated, math.inf, every))
+    return Points(cells, parts, np.array(tables), table_of)
 
 
 def _segments(points: Points, cell: tuple[int, int]) -> tuple[IntArray, FloatArray, FloatArray]:

@@ -68,7 +68,9 @@ def _enclosed(points: FloatArray, a0: int, a1: int, b0: int, b1: int, boxes: int
                     s1, t1 = (m + right) / boxes, (n + up) / boxes
                     tangent = f + by_s * (s1 - s) + by_t * (t1 - t) - off
                     mean = (1.0 - s1) * ((1.0 - t1) * d00 + t1 * d01) + s1 * ((1.0 - t1) * d10 + t1 * d11)
-                    worst = max(worst, 1.0 - tangent / mean)
+                    # (a division takes as long as all else)
+                    if tangent < (1.0 - worst) * mean:
+                        worst = 1.0 - tangent / mean
     return min(worst + ROUNDED, 1.0)
 
 

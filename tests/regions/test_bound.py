@@ -215,7 +215,7 @@ def test_lowered_lengths_bound_all_pairs_of_places(aspect: float, m: int, seed: 
     """Of values that keep to the lowered lengths, no two places of the border differ by more than their distance."""
     rng = np.random.default_rng(seed)
     parts = fractions(m)
-    table, at = lowered(aspect, 1.0, parts), border_points(aspect, 1.0, parts)
+    table, at = lowered(aspect, 1.0, parts)[0], border_points(aspect, 1.0, parts)
     values = rng.uniform(0.0, 2.0, len(at)) * rng.choice([0.0, 1.0, 1.0], len(at))
     for _ in range(len(at)):
         values = np.minimum(values, (values + table).min(axis=1))
@@ -251,7 +251,7 @@ def test_enclosed_ratios_are_little_above_sampled_ones(m: int) -> None:
 @pytest.mark.parametrize("thin", [1e-3, 1e-6, 1e-9])
 def test_in_thin_cells_no_length_is_negative(thin: float) -> None:
     """Tangent planes of long intervals on near sides fall below 0: lengths were negative, and were not checked."""
-    table = lowered(1.0, thin, fractions(3))
+    table = lowered(1.0, thin, fractions(3))[0]
     assert (table >= 0.0).all()
 
 
@@ -265,8 +265,8 @@ def check() -> None:
         refute(adverse(seed), 3, 8)
 
 
-def not_lowered(width: float, height: float, parts: FloatArray) -> FloatArray:
-    return lengths(width, height, parts)
+def not_lowered(width: float, height: float, parts: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return lengths(width, height, parts), lengths(width, height, parts)
 
 
 #: Maps on which each broken twin is seen.
