@@ -142,7 +142,10 @@ def lay(cells: Arrangement, m: int, walls: Walls | None = None) -> Points | None
     if most < 0:
         return None
     parts, unit = fractions(m), border_points(1.0, 1.0, fractions(m))
-    both = [lowered(*shapes[number], parts) for number in used.tolist()]
+    both = []
+    for number in used.tolist():
+        width, height = shapes[number]
+        both.append(lowered(width, height, parts))
     tables = [table for table, _ in both] or [np.empty((size, size))]
     # (cells that no path enters have any table)
     table_of = np.minimum(np.searchsorted(used, cells.shape_of), len(tables) - 1)

@@ -102,7 +102,7 @@ class Walls:
         """
         ends = intervals[:, :2]
         lines = shapely.linestrings(points[ends])
-        meets = np.zeros((len(self.parts[number]), len(lines)), dtype=np.bool_)
+        meets = np.zeros((len(self.parts[number]), len(ends)), dtype=np.bool_)
         for part, row in zip(self.parts[number], meets, strict=True):
             row[:] = shapely.dwithin(lines, part, self.within)
         if meets.all(axis=-1).any():
@@ -110,7 +110,7 @@ class Walls:
         # (a point meets what its intervals meet)
         near = np.zeros((len(meets), len(points)), dtype=np.bool_)
         for column in ends.T:
-            np.logical_or.at(near, (slice(None), column), meets)
+            np.logical_or.at(near.T, column, meets.T)
         return np.asarray(~(near[:, :, None] & near[:, None, :]).any(axis=0))
 
 
