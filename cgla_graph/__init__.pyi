@@ -75,6 +75,7 @@ from cgla_graph.solvers.trade_off.tour import tour as tour
 from cgla_graph.timed.moving import MovingThreat as MovingThreat
 from cgla_graph.timed.timed_area import TimedArea as TimedArea
 from cgla_graph.timed.timed_evaluation import TimedEvaluation as TimedEvaluation
+from cgla_graph.timed.timed_plan import TimedPlan as TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem as TimedProblem
 from cgla_graph.timed.wind import Wind as Wind
 from cgla_graph.turning.flyable import flyable as flyable

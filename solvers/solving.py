@@ -5,7 +5,7 @@ import math
 import time
 from functools import partial
 from types import NoneType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,12 +22,21 @@ from cgla_graph.model.solver import Solver, run, trivial_solution, with_bounds_o
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.warm_up import warm_up, warm_up_restricted
+from cgla_graph.timed.timed_plan import TimedPlan
+from cgla_graph.timed.timed_problem import TimedProblem
 
 if TYPE_CHECKING:
     from cgla_graph.certificate.certificate import Certificate
     from cgla_graph.solvers.uncertain.outlook import Objective
 
 
+@overload
+def solve(
+    problem: TimedProblem,
+    solver: str | None = None,
+    **settings: Any,  # noqa: ANN401
+) -> TimedPlan: ...
+@overload
 def solve(
     problem: Problem | GraphProblem,
     solver: str | Solver | None = None,
@@ -38,8 +47,20 @@ def solve(
     isolated: bool = False,
     objective: "Objective | None" = None,
     alpha: float | None = None,
-    **settings: Any,  # noqa: ANN401 - each solver has settings of its own
-) -> Solution:
+    **settings: Any,  # noqa: ANN401
+) -> Solution: ...
+def solve(
+    problem: Problem | GraphProblem | TimedProblem,
+    solver: str | Solver | None = None,
+    *,
+    resolution: int | tuple[int, int] | Lattice = 20,
+    on: GraphProblem | None = None,
+    refine: bool = False,
+    isolated: bool = False,
+    objective: "Objective | None" = None,
+    alpha: float | None = None,
+    **settings: Any,
+) -> Solution | TimedPlan:
     """
     Solve a problem and have the oracle judge the answer.
 
@@ -48,10 +69,12 @@ def solve(
     Parameters
     ----------
     problem
-        A `Problem` in the plane, which every solver takes, or a `GraphProblem`, which graph solvers take.
+        A `Problem` in the plane, which every solver takes, a `GraphProblem`, which graph solvers take, or a
+        `TimedProblem`, whose answer is a `TimedPlan`.
     solver
         A name (see `cgla_graph.solvers.names`) or a solver. None: `hybrid` for a `Problem`, `cgla` for a
-        `GraphProblem`.
+        `GraphProblem`. A `TimedProblem` has solvers of its own
+        (`cgla_graph.solvers.timed.solving_timed.solve_timed`), which take settings alone.
     resolution
         For solvers that need a lattice: points a side, or a `Lattice`.
     on
@@ -110,6 +133,12 @@ def solve(
     >>> bool(worst.lower_bound <= worst.cost == worst.costs.max() < uncertain.field.costs(uncertain, best.path).max())
     True
     """
+    if isinstance(problem, TimedProblem):
+        from cgla_graph.solvers.timed.solving_timed import solve_timed  # noqa: PLC0415 - rarely needed
+
+        given = {"on": on, "refine": refine, "isolated": isolated, "objective": objective, "alpha": alpha}
+        more: dict[str, Any] = {} if resolution == 20 else {"resolution": resolution}  # noqa: PLR2004 - the default
+        return solve_timed(problem, solver, **settings, **more, **{name: one for name, one in given.items() if one})
     if alpha is not None and objective is None:
         msg = f"alpha is {shown(alpha)}, and there is no objective; give objective='cvar'"
         raise ProblemError(msg)

@@ -1,0 +1,183 @@
+"""The answer of a solver to a timed problem: a flight, its numbers, and its best departure."""
+
+import csv
+import io
+import json
+import math
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cgla_graph._display import Plottable
+from cgla_graph._files import write_files
+from cgla_graph._text import json_number
+from cgla_graph._types import FloatArray
+from cgla_graph._validate import file_path
+from cgla_graph.errors import OutputError
+from cgla_graph.model.earth import degrees_of
+from cgla_graph.model.solution import Status
+
+#: Endings of the files that hold a plan.
+ENDINGS = (".csv", ".geojson", ".json")
+
+
+@dataclass(frozen=True, eq=False)
+class TimedPlan(Plottable):
+    """
+    A flight through risk that moves.
+
+    Attributes
+    ----------
+    status
+        How the search ended.
+    trajectory
+        Rows ``(t, x, y)``, shape ``(m, 3)``; empty without a flight.
+    cost, departure, arrival, air_distance, ground_distance, waiting, risk, clearance
+        By the oracle, as `TimedEvaluation` has them; infinite without a flight (clearance: NaN).
+    lower_bound
+        A proven lower bound of the cost of every flight; NaN where none is proven.
+    departures
+        Rows ``(t, cost)``: about the least cost of flights that depart at that time, from one march over space and
+        time; infinite where none was found. Empty where the solver knows none.
+    solver, seconds, evaluations
+        Which solver, its time to plan, and the flights or legs whose cost it computed.
+    message
+        What was done, in one line.
+    problem
+        The `TimedProblem`, for pictures; None in a copy from elsewhere.
+    certificate
+        The proof of `lower_bound`; None without one.
+
+    Examples
+    --------
+    >>> plan = TimedPlan(Status.FOUND, np.array([[0.0, 0.1, 0.5], [0.8, 0.9, 0.5]]), cost=0.9, lower_bound=0.8)
+    >>> plan.path.tolist(), round(plan.gap, 3)
+    ([[0.1, 0.5], [0.9, 0.5]], 0.125)
+    """
+
+    status: Status
+    trajectory: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    cost: float = math.inf
+    departure: float = math.inf
+    arrival: float = math.inf
+    air_distance: float = math.inf
+    ground_distance: float = math.inf
+    waiting: float = math.inf
+    risk: float = math.inf
+    clearance: float = math.nan
+    lower_bound: float = math.nan
+    departures: FloatArray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
+    solver: str = ""
+    seconds: float = 0.0
+    evaluations: int = 0
+    message: str = ""
+    problem: Any = field(default=None, repr=False, kw_only=True)
+    certificate: Any = field(default=None, repr=False, kw_only=True)
+
+    @property
+    def path(self) -> FloatArray:
+        """The places of the rows, shape ``(m, 2)``, map units."""
+        return self.trajectory[:, 1:]
+
+    @property
+    def time(self) -> float:
+        """From departure to arrival."""
+        return self.arrival - self.departure if self.status.has_path else math.inf
+
+    @property
+    def gap(self) -> float:
+        """The greatest possible excess over the optimum, ``cost / lower_bound - 1``; NaN without a proven bound."""
+        if math.isnan(self.lower_bound):
+            return math.nan
+        if self.lower_bound <= 0.0:
+            return 0.0 if self.cost == 0.0 else math.inf
+        return self.cost / self.lower_bound - 1.0
+
+    def at(self, time: float) -> tuple[float, float]:
+        """
+        Return the place at a time; before the departure the start, after the arrival the goal.
+
+        Examples
+        --------
+        >>> TimedPlan(Status.FOUND, np.array([[0.0, 0.0, 0.0], [2.0, 1.0, 4.0]])).at(1)
+        (0.5, 2.0)
+        """
+        if not len(self.trajectory):
+            msg = f"there is no flight: {self.status.label}"
+            raise OutputError(msg)
+        x, y = (float(np.interp(time, self.trajectory[:, 0], self.trajectory[:, i])) for i in (1, 2))
+        return x, y
+
+    def save(self, file: str | os.PathLike[str]) -> Path:
+        """
+        Write the flight with its times: ``.csv``, ``.json`` (with its numbers), or ``.geojson`` on a map in lon/lat.
+
+        Parameters
+        ----------
+        file
+            The file; its ending gives the format. In GeoJSON the property ``times`` has one time a position.
+
+        Returns
+        -------
+        file
+            The path of the file.
+
+        Raises
+        ------
+        OutputError
+            If there is no flight, the ending is unknown, the map of a GeoJSON file is in the plane, or the file cannot
+            be written.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> plan = TimedPlan(Status.FOUND, np.array([[0.0, 0.1, 0.5], [0.8, 0.9, 0.5]]))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     plan.save(f"{folder}/plan.csv").read_text().split()
+        ['time,x,y', '0.0,0.1,0.5', '0.8,0.9,0.5']
+        """
+        target = file_path("file", file, OutputError)
+        kind = target.suffix.lower()
+        projection = getattr(self.problem, "projection", None)
+        if kind not in ENDINGS:
+            msg = f"{target}: no plan is written so; give a file that ends in {', '.join(ENDINGS)}"
+            raise OutputError(msg)
+        if not len(self.trajectory):
+            msg = f"{target}: there is no flight to write: {self.status.label}"
+            raise OutputError(msg)
+        if kind == ".geojson" and projection is None:
+            msg = f"{target}: the flight has no longitudes and latitudes, only x and y; save it as .csv or .json"
+            raise OutputError(msg)
+        degrees = None if projection is None else degrees_of(self.path, projection).tolist()
+        if kind == ".csv":
+            text = self._csv(degrees)
+        else:
+            times = self.trajectory[:, 0].tolist()
+            if kind == ".json":
+                lonlat = {} if degrees is None else {"trajectory_lonlat": degrees}
+                document: dict[str, Any] = {**self.numbers(), "trajectory": self.trajectory.tolist(), **lonlat}
+            else:
+                line = {"type": "LineString", "coordinates": degrees if len(times) > 1 else (degrees or []) * 2}
+                properties = {**self.numbers(), "times": times}
+                feature = {"type": "Feature", "properties": properties, "geometry": line}
+                document = {"type": "FeatureCollection", "features": [feature]}
+            text = json.dumps(document, allow_nan=False, indent=1) + "\n"
+        write_files({target: text.encode("utf-8")})
+        return target
+
+    def numbers(self) -> dict[str, Any]:
+        """Return its numbers as they stand in JSON: not known and infinite ones are null."""
+        names = ("cost", "departure", "arrival", "time", "air_distance", "ground_distance", "waiting", "risk")
+        known = {name: json_number(float(getattr(self, name))) for name in (*names, "clearance", "lower_bound", "gap")}
+        return {"solver": self.solver, "status": self.status.label, **known}
+
+    def _csv(self, degrees: list[list[float]] | None) -> str:
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["time", "x", "y", *([] if degrees is None else ["longitude", "latitude"])])
+        rows = self.trajectory.tolist()
+        writer.writerows(rows if degrees is None else [[*row, *at] for row, at in zip(rows, degrees, strict=True)])
+        return text.getvalue()

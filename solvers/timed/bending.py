@@ -1,0 +1,232 @@
+"""Bend flights through moving risk to a local optimum: waypoints, waits and departure, by cost and exact gradient."""
+
+import math
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import minimize
+
+from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph._validate import point_array
+from cgla_graph.solvers.timed.timed_kernels import TimedMap, flight_cost, flight_times, leg_time
+from cgla_graph.timed.timed_problem import TimedProblem
+
+#: Waypoints of the first stage; later stages add one in the middle of each leg, up to `MOST` of them.
+FIRST, MOST = 25, 100
+#: Depths, as parts of the distance from start to goal, by which areas are widened, one stage after the other.
+MARGINS = (1e-2, 1e-3, 1e-4, 1e-5)
+#: A stage that gains less than this part of the cost is the last; what leaving waypoints out may cost.
+GAIN, SLACK = 2e-6, 1e-7
+#: Waits shorter than it takes to fly this part of the distance from start to goal are none.
+SHORT = 1e-9
+#: A step of a trace that arrives earlier by this part of its time is one that waits or circles.
+IDLE = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Flying:
+    """
+    A flight that is bent.
+
+    Attributes
+    ----------
+    points, waits
+        Waypoints ``(m, 2)``, and the time spent waiting at each.
+    departure
+        When it departs.
+    cost
+        Its cost; infinite where it is not feasible.
+    """
+
+    points: FloatArray
+    waits: FloatArray
+    departure: float
+    cost: float = math.inf
+
+    def rows(self, chart: TimedMap) -> FloatArray:
+        """Return the flight as rows ``(t, x, y)``, two for a waypoint at which it waits."""
+        times = flight_times(chart, self.points, self.waits, self.departure)
+        rows = []
+        for t, wait, (x, y) in zip(times, self.waits, self.points, strict=True):
+            rows.append((t, x, y))
+            if wait > 0.0:
+                rows.append((t + wait, x, y))
+        found = np.array(rows)
+        rises: BoolArray = np.append(True, np.diff(found[:, 0]) > 0.0)
+        return np.ascontiguousarray(found[rises])
+
+
+def along(points: ArrayLike, departure: float) -> Flying:
+    """
+    Return a flight along waypoints without waits.
+
+    Examples
+    --------
+    >>> along([(0, 0), (1, 1)], 2.0).departure
+    2.0
+    """
+    path = point_array("points", points)
+    kept = np.append(True, (np.diff(path, axis=0) != 0.0).any(axis=1))
+    return Flying(path[kept], np.zeros(int(kept.sum())), departure)
+
+
+def of_trace(chart: TimedMap, rows: FloatArray, amplitude: float) -> Flying:
+    """
+    Return the flight of a trace: where it is slower than the aircraft, it waits, or flies to and fro by `amplitude`.
+
+    Few waypoints are kept where it neither waits nor circles.
+    """
+    points, waits, owed = [rows[0, 1:]], [0.0], 0.0
+    heading = rows[-1, 1:] - rows[0, 1:]
+    side = np.array([-heading[1], heading[0]]) / np.hypot(*heading)
+    for before, after in pairwise(rows):
+        step = after[1:] - before[1:]
+        late = after[0] - before[0] - leg_time(chart, step[0], step[1])
+        if late > IDLE * (after[0] - before[0]):
+            owed += late
+        elif owed > 0.0:
+            if chart.price < math.inf:
+                waits[-1] += owed
+            else:
+                reach = 0.5 * owed * chart.speed
+                for turn in range(trips := math.ceil(reach / amplitude)):
+                    points += [points[-1] + side * reach / trips * (1.0 - 2.0 * (turn % 2)), points[-1]]
+                    waits += [0.0, 0.0]
+            owed = 0.0
+        points.append(after[1:])
+        waits.append(0.0)
+    found = Flying(np.array(points), np.array(waits), float(rows[0, 0]))
+    kept = np.append(True, (np.diff(found.points, axis=0) != 0.0).any(axis=1))
+    found = Flying(found.points[kept], found.waits[kept], found.departure)
+    circled = len(found.points) > len(rows)
+    return found if circled or found.waits.any() else _evenly(found, FIRST)
+
+
+def _evenly(flying: Flying, count: int) -> Flying:
+    """Return the flight through `count` places that are evenly far apart."""
+    lengths = np.append(0.0, np.cumsum(np.hypot(*np.diff(flying.points, axis=0).T)))
+    places = np.linspace(0.0, lengths[-1], count)
+    points = np.column_stack([np.interp(places, lengths, flying.points[:, i]) for i in range(2)])
+    points[-1] = flying.points[-1]
+    return Flying(points, np.zeros(count), flying.departure)
+
+
+def _halved(flying: Flying) -> Flying:
+    """Return the same flight with a waypoint in the middle of each leg."""
+    points = np.empty((2 * len(flying.points) - 1, 2))
+    points[::2], points[1::2] = flying.points, 0.5 * (flying.points[:-1] + flying.points[1:])
+    waits = np.zeros(len(points))
+    waits[::2] = flying.waits
+    return Flying(points, waits, flying.departure, flying.cost)
+
+
+class Bender:
+    """Bends flights of one problem; counts evaluations of the cost."""
+
+    def __init__(self, problem: TimedProblem, chart: TimedMap) -> None:
+        self.problem, self.chart = problem, chart
+        self.evaluations = 0
+        self.scale = math.dist(problem.start, problem.goal)
+
+    def judged(self, flying: Flying) -> Flying:
+        """Return the flight with its cost by the oracle; infinite where it is not feasible."""
+        times = flight_times(self.chart, flying.points, flying.waits, flying.departure)
+        if not math.isfinite(times[-1]):
+            return replace(flying, cost=math.inf)
+        found = self.problem.evaluate(flying.rows(self.chart))
+        return replace(flying, cost=found.cost if found.feasible else math.inf)
+
+    def coarse(self, flying: Flying) -> Flying:
+        """Bend a flight with few waypoints, to see which class of ways it belongs to and what that costs about."""
+        few = flying if len(flying.points) >= FIRST or flying.waits.any() else self._filled(flying)
+        return self._staged(few, MARGINS[:3] if len(self.chart.boxes) else (0.0,))
+
+    def fine(self, flying: Flying) -> Flying:
+        """Bend a flight with more and more waypoints, then leave out those that gain nothing."""
+        best = flying
+        while 2 * len(best.points) - 1 <= MOST:
+            # (where areas are near, only the least margins gain)
+            found = self._staged(_halved(best), MARGINS[2:] if len(self.chart.boxes) else (0.0,))
+            gained = best.cost - found.cost
+            best = found if found.cost < best.cost or not math.isfinite(best.cost) else _halved(best)
+            if 0.0 <= gained < GAIN * best.cost:
+                break
+        return self._thinned(best)
+
+    def _filled(self, flying: Flying) -> Flying:
+        while 2 * len(flying.points) - 1 <= 2 * FIRST:
+            flying = _halved(flying)
+        return flying
+
+    def _staged(self, flying: Flying, margins: tuple[float, ...]) -> Flying:
+        best, current = self.judged(flying), flying
+        for margin in margins:
+            current = self._bent(current, margin * self.scale)
+            found = self.judged(current)
+            if found.cost < best.cost:
+                best = found
+        return best
+
+    def _bent(self, flying: Flying, margin: float) -> Flying:
+        """Minimize the cost, with a penalty inside areas that are wider by `margin`."""
+        chart, m = self.chart, len(flying.points)
+        peak = 1.0 + chart.k
+        weight = 10.0 * chart.speed * peak / margin**2 if margin > 0.0 else 0.0
+        if margin == 0.0 and chart.latest < math.inf:
+            weight = 100.0 * chart.speed * peak / (1e-4 * self.scale / chart.speed)
+        first, last = self.problem.departures
+        waits = chart.price < math.inf
+        x_min, y_min, x_max, y_max = self.problem.bounds
+        inner = 2 * (m - 2)
+        bounds = [(x_min, x_max), (y_min, y_max)] * (m - 2)
+        bounds += [(0.0, math.inf)] * (m - 1) if waits else []
+        bounds += [(first, last)] if last > first else []
+        slopes = np.empty((m, 3))
+        points, waiting = flying.points.copy(), flying.waits.copy()
+
+        def laid(z: FloatArray) -> float:
+            points[1:-1] = z[:inner].reshape(-1, 2)
+            if waits:
+                waiting[:-1] = z[inner : inner + m - 1]
+            return float(z[-1]) if last > first else first
+
+        def cost(z: FloatArray) -> tuple[float, FloatArray]:
+            departure = laid(z)
+            total, by_departure = flight_cost(chart, points, waiting, departure, weight, margin, slopes)
+            self.evaluations += 1
+            parts = [slopes[1:-1, :2].ravel()]
+            parts += [slopes[:-1, 2]] if waits else []
+            parts += [np.array([by_departure])] if last > first else []
+            return total, np.concatenate(parts)
+
+        start = [flying.points[1:-1].ravel()]
+        start += [flying.waits[:-1]] if waits else []
+        start += [np.array([flying.departure])] if last > first else []
+        z = np.concatenate(start)
+        if not len(z):
+            return flying
+        settings = {"maxiter": 150, "maxfun": 200, "maxcor": 20, "ftol": 1e-9, "gtol": 1e-9}
+        # (the stubs of scipy know no functions that return their gradient)
+        found = cast("Any", minimize)(cost, z, jac=True, method="L-BFGS-B", bounds=bounds, options=settings)
+        departure = laid(np.clip(found.x, *np.array(bounds).T))
+        return Flying(points.copy(), np.where(waiting > SHORT * self.scale / chart.speed, waiting, 0.0), departure)
+
+    def _thinned(self, flying: Flying) -> Flying:
+        """Leave out the waypoints that gain next to nothing, if the flight stays feasible."""
+        if not math.isfinite(flying.cost):
+            return flying
+        slopes = np.empty((len(flying.points), 3))
+        kept, _ = flight_cost(self.chart, flying.points, flying.waits, flying.departure, 0.0, 0.0, slopes)
+        most = kept * (1.0 + SLACK)
+        points, waits = flying.points, flying.waits
+        for i in range(len(points) - 2, 0, -1):
+            if waits[i] > 0.0:
+                continue
+            fewer, left = np.delete(points, i, axis=0), np.delete(waits, i)
+            if flight_cost(self.chart, fewer, left, flying.departure, 0.0, 0.0, slopes[: len(fewer)])[0] <= most:
+                points, waits = fewer, left
+        found = self.judged(Flying(points, waits, flying.departure))
+        return found if found.cost <= flying.cost * (1.0 + 2.0 * SLACK) else flying

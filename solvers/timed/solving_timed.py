@@ -1,0 +1,85 @@
+"""`solve` for timed problems: one answer that the oracle has judged."""
+
+import inspect
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from cgla_graph._progress import showing
+from cgla_graph._text import shown
+from cgla_graph.errors import SolverSettingError, UnknownSolverError
+from cgla_graph.model.solution import Status
+from cgla_graph.solvers.timed.planning import FoundFlight, plan_in_time
+from cgla_graph.timed.timed_plan import TimedPlan
+from cgla_graph.timed.timed_problem import TimedProblem
+
+#: The solvers of timed problems by name; the first is the default.
+TIMED_SOLVERS: Mapping[str, Callable[..., FoundFlight]] = {"space-time": plan_in_time}
+
+
+def solve_timed(problem: TimedProblem, solver: object = None, **settings: Any) -> TimedPlan:  # noqa: ANN401
+    """
+    Plan a flight through risk that moves, and have the oracle judge it.
+
+    Parameters
+    ----------
+    problem
+        A timed problem.
+    solver
+        A name of `TIMED_SOLVERS`; None: ``space-time``.
+    **settings
+        Settings of that solver.
+
+    Returns
+    -------
+    plan
+        Its numbers are the oracle's. If no flight was found, the status says so.
+
+    Raises
+    ------
+    UnknownSolverError, SolverSettingError
+        If there is no such solver, or a setting is wrong.
+
+    Examples
+    --------
+    >>> from cgla_graph.timed.moving import MovingThreat
+    >>> storm = MovingThreat([(0, 0.5, 0.9), (1, 0.5, 0.1)], spread=0.1)
+    >>> problem = TimedProblem((0.1, 0.5), (0.9, 0.5), moving=[storm], k=5.0, speed=0.8)
+    >>> plan = solve_timed(problem, nodes=20_000)
+    >>> plan.status.label, bool(plan.cost < problem.evaluate(problem.fly([(0.1, 0.5), (0.9, 0.5)])).cost)
+    ('found', True)
+    """
+    name = next(iter(TIMED_SOLVERS)) if solver is None else solver
+    if not isinstance(name, str) or name not in TIMED_SOLVERS:
+        msg = f"solver is {shown(solver)}; a timed problem is solved by one of {', '.join(TIMED_SOLVERS)}"
+        raise UnknownSolverError(msg)
+    plan = TIMED_SOLVERS[name]
+    known = [parameter for parameter in inspect.signature(plan).parameters if parameter != "problem"]
+    for setting in settings:
+        if setting not in known:
+            msg = f"{name} has no setting {shown(setting)}; it has {', '.join(known)}"
+            raise SolverSettingError(msg)
+    with showing(f"planning with {name}"):
+        began = time.perf_counter()
+        found = plan(problem, **settings)
+        seconds = time.perf_counter() - began
+    return judged(problem, found, name, seconds)
+
+
+def judged(problem: TimedProblem, found: FoundFlight, name: str, seconds: float) -> TimedPlan:
+    """Return what a search found, with the numbers of the oracle."""
+    numbers: dict[str, Any] = {"solver": name, "seconds": seconds, "evaluations": found.evaluations}
+    numbers |= {"message": found.message, "departures": found.departures, "problem": problem}
+    if not found.status.has_path:
+        return TimedPlan(found.status, **numbers)
+    seen = problem.evaluate(found.rows)
+    at_ends = tuple(found.rows[0, 1:]) == problem.start and tuple(found.rows[-1, 1:]) == problem.goal
+    if not seen.feasible or not at_ends:
+        reason = seen.violations[0] if seen.violations else "it does not lead from start to goal"
+        numbers["message"] = f"its flight is not feasible: {reason}"
+        return TimedPlan(Status.FAILED, **numbers)
+    names = ("cost", "departure", "arrival", "air_distance", "ground_distance", "waiting", "risk", "clearance")
+    rows = found.rows.copy()
+    rows.flags.writeable = False
+    numbers |= {each: float(getattr(seen, each)) for each in names}
+    return TimedPlan(found.status, rows, **numbers)
