@@ -11,7 +11,8 @@ from scipy.optimize import minimize
 
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph._validate import point_array
-from cgla_graph.solvers.timed.timed_kernels import TimedMap, flight_cost, flight_times, leg_time
+from cgla_graph.errors import ProblemError
+from cgla_graph.solvers.timed.timed_kernels import Chart, flight_cost, flight_times, leg_time
 from cgla_graph.timed.timed_problem import TimedProblem
 
 #: Waypoints of the first stage; later stages add one in the middle of each leg, up to `MOST` of them.
@@ -46,7 +47,7 @@ class Flying:
     departure: float
     cost: float = math.inf
 
-    def rows(self, chart: TimedMap) -> FloatArray:
+    def rows(self, chart: Chart) -> FloatArray:
         """Return the flight as rows ``(t, x, y)``, two for a waypoint at which it waits."""
         times = flight_times(chart, self.points, self.waits, self.departure)
         rows = []
@@ -73,7 +74,7 @@ def along(points: ArrayLike, departure: float) -> Flying:
     return Flying(path[kept], np.zeros(int(kept.sum())), departure)
 
 
-def of_trace(chart: TimedMap, rows: FloatArray, amplitude: float) -> Flying:
+def of_trace(chart: Chart, rows: FloatArray, amplitude: float) -> Flying:
     """
     Return the flight of a trace: where it is slower than the aircraft, it waits, or flies to and fro by `amplitude`.
 
@@ -126,17 +127,28 @@ def _halved(flying: Flying) -> Flying:
 class Bender:
     """Bends flights of one problem; counts evaluations of the cost."""
 
-    def __init__(self, problem: TimedProblem, chart: TimedMap) -> None:
+    def __init__(self, problem: TimedProblem, chart: Chart) -> None:
         self.problem, self.chart = problem, chart
         self.evaluations = 0
         self.scale = math.dist(problem.start, problem.goal)
+
+    def rows(self, flying: Flying) -> FloatArray:
+        """Return the rows of a flight, in the true wind where it changes."""
+        if self.problem.constant_wind is not None:
+            return flying.rows(self.chart)
+        return self.problem.fly(flying.points, flying.departure)
 
     def judged(self, flying: Flying) -> Flying:
         """Return the flight with its cost by the oracle; infinite where it is not feasible."""
         times = flight_times(self.chart, flying.points, flying.waits, flying.departure)
         if not math.isfinite(times[-1]):
             return replace(flying, cost=math.inf)
-        found = self.problem.evaluate(flying.rows(self.chart))
+        try:
+            rows = self.rows(flying)
+        except ProblemError:
+            # (too strong a wind somewhere)
+            return replace(flying, cost=math.inf)
+        found = self.problem.evaluate(rows)
         return replace(flying, cost=found.cost if found.feasible else math.inf)
 
     def coarse(self, flying: Flying) -> Flying:

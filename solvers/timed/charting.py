@@ -12,7 +12,7 @@ from cgla_graph._types import BoolArray, Bounds, FloatArray
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
 from cgla_graph.solvers.timed.march_kernels import Grid
-from cgla_graph.solvers.timed.timed_kernels import TimedMap, slab_of
+from cgla_graph.solvers.timed.timed_kernels import Chart, slab_of
 from cgla_graph.timed.timed_area import union_of
 from cgla_graph.timed.timed_problem import TimedProblem
 
@@ -20,8 +20,13 @@ from cgla_graph.timed.timed_problem import TimedProblem
 SAMPLES = 512
 
 
-def timed_map(problem: TimedProblem, until: float) -> TimedMap:
-    """Return a timed problem as arrays; the last law holds on after `until`."""
+def chart_of(problem: TimedProblem, until: float) -> Chart:
+    """
+    Return a timed problem as arrays; the last law holds on after `until`.
+
+    Wind that changes is replaced by its mean, in which no flight waits.
+    """
+    wind = problem.constant_wind or _mean_wind(problem, until)
     slabs = problem.slabs(max(until, problem.departures[0] + 1e-9))
     rows = [np.vstack([slab.threats, _still_rows(slab.field)]) for slab in slabs]
     corner, step, axes = _samples_of(problem.bounds)
@@ -45,7 +50,7 @@ def timed_map(problem: TimedProblem, until: float) -> TimedMap:
         closed.append(here)
     rings = [(number, ring) for number, shape in enumerate(shapes) for ring in (shape.exterior, *shape.interiors)]
     corners = [shapely.get_coordinates(ring) for _, ring in rings]
-    return TimedMap(
+    return Chart(
         edges=np.array([slabs[0].begins, *(slab.ends for slab in slabs)]),
         first=np.cumsum([0, *map(len, rows)]),
         threats=np.vstack(rows),
@@ -62,12 +67,21 @@ def timed_map(problem: TimedProblem, until: float) -> TimedMap:
         ),
         speed=problem.speed,
         k=problem.k,
-        wind_x=problem.wind[0] if problem.wind else 0.0,
-        wind_y=problem.wind[1] if problem.wind else 0.0,
+        wind_x=wind[0],
+        wind_y=wind[1],
         per_time=problem.risk_per == "time",
-        price=math.inf if problem.waiting is None else problem.waiting,
+        price=math.inf if problem.waiting is None or problem.constant_wind is None else problem.waiting,
         latest=math.inf if problem.latest is None else problem.latest,
     )
+
+
+def _mean_wind(problem: TimedProblem, until: float) -> tuple[float, float]:
+    """Return the mean wind over the map and the time until then."""
+    _, _, axes = _samples_of(problem.bounds)
+    places = np.stack(np.meshgrid(*(axis[::16] for axis in axes)), axis=-1).reshape(-1, 2)
+    times = np.linspace(problem.departures[0], until, 9)
+    u, v = np.mean([problem.wind_at(places, float(time)) for time in times], axis=(0, 1))
+    return float(u), float(v)
 
 
 def _still_rows(field: RiskField) -> FloatArray:
@@ -93,7 +107,7 @@ def _polygons(geometry: BaseGeometry | None) -> list[shapely.Polygon]:
     return [one for one in shapely.get_parts(shapely.get_parts(geometry)) if isinstance(one, shapely.Polygon)]
 
 
-def grid_for(problem: TimedProblem, chart: TimedMap, most: float, nodes: int) -> Grid:
+def grid_for(problem: TimedProblem, chart: Chart, most: float, nodes: int) -> Grid:
     """
     Lay a grid over all flights that cost at most `most`.
 
@@ -130,7 +144,7 @@ def grid_for(problem: TimedProblem, chart: TimedMap, most: float, nodes: int) ->
     return Grid(x_min, y_min, h, nx, ny, layers, slabs, _blocked(problem, chart, (x_min, y_min, h), (nx, ny)))
 
 
-def _box(problem: TimedProblem, chart: TimedMap, time: float) -> Bounds:
+def _box(problem: TimedProblem, chart: Chart, time: float) -> Bounds:
     """Return the box of the places from which both ends are within reach, inside the bounds."""
     (ax, ay), (bx, by) = problem.start, problem.goal
     x_min, y_min, x_max, y_max = problem.bounds
@@ -145,7 +159,7 @@ def _box(problem: TimedProblem, chart: TimedMap, time: float) -> Bounds:
 
 
 def _blocked(
-    problem: TimedProblem, chart: TimedMap, corner: tuple[float, float, float], shape: tuple[int, int]
+    problem: TimedProblem, chart: Chart, corner: tuple[float, float, float], shape: tuple[int, int]
 ) -> BoolArray:
     """Return which nodes are closed in each slab: their cells meet an area, or they are inside where an end is near."""
     (x, y, h), (nx, ny) = corner, shape

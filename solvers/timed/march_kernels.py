@@ -14,7 +14,7 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, IntArray
-from cgla_graph.solvers.timed.timed_kernels import TimedMap, leg_time, risk_at
+from cgla_graph.solvers.timed.timed_kernels import Chart, leg_time, risk_at
 
 #: Values from this on mean that a node is closed or not reached.
 FAR: Final = 1e30
@@ -73,7 +73,7 @@ class Ends(NamedTuple):
 
 
 @kernel
-def layer_risk(chart: TimedMap, grid: Grid, s: int, t: float, out: FloatArray) -> None:
+def layer_risk(chart: Chart, grid: Grid, s: int, t: float, out: FloatArray) -> None:
     """Fill `out` ``(ny, nx)`` with the density of risk at a time of slab `s`."""
     for j in range(grid.ny):
         for i in range(grid.nx):
@@ -151,9 +151,7 @@ def _sight(grid: Grid, s: int, x: float, y: float, dx: float, dy: float) -> bool
 
 
 @kernel
-def _shot(
-    chart: TimedMap, grid: Grid, ends: Ends, sign: float, s: int, x: float, y: float, t: float, dt: float
-) -> float:
+def _shot(chart: Chart, grid: Grid, ends: Ends, sign: float, s: int, x: float, y: float, t: float, dt: float) -> float:
     """Return the cost of a straight flight between a point and the end of a march; `FAR` if it is not close."""
     dx, dy = ends.x - x, ends.y - y
     span = leg_time(chart, sign * dx, sign * dy)
@@ -184,7 +182,7 @@ def _shot(
 
 @kernel
 def _step(
-    chart: TimedMap,
+    chart: Chart,
     grid: Grid,
     ahead: FloatArray,
     risk_ahead: FloatArray,
@@ -210,7 +208,7 @@ def _step(
 
 @kernel
 def best_step(
-    chart: TimedMap,
+    chart: Chart,
     grid: Grid,
     ahead: FloatArray,
     risk_ahead: FloatArray,
@@ -281,7 +279,7 @@ def _downhill(values: FloatArray, i: int, j: int, sign: float) -> float:
 
 
 @kernel
-def march(chart: TimedMap, grid: Grid, ends: Ends, sign: float) -> FloatArray:
+def march(chart: Chart, grid: Grid, ends: Ends, sign: float) -> FloatArray:
     """
     Return the least cost from each node and time to the goal (`sign` 1), or from the start to it (-1).
 
@@ -336,7 +334,7 @@ def march(chart: TimedMap, grid: Grid, ends: Ends, sign: float) -> FloatArray:
 
 @kernel
 def trace(
-    chart: TimedMap, grid: Grid, ends: Ends, sign: float, values: FloatArray, layer: int, x: float, y: float
+    chart: Chart, grid: Grid, ends: Ends, sign: float, values: FloatArray, layer: int, x: float, y: float
 ) -> FloatArray:
     """Follow the best steps from a point of a layer to the end of a march; rows ``(t, x, y)``."""
     n = grid.times.shape[0]

@@ -9,9 +9,9 @@ from cgla_graph._types import FloatArray
 from cgla_graph._validate import whole_number
 from cgla_graph.model.solution import Status
 from cgla_graph.solvers.timed.bending import Bender, Flying, along, of_trace
-from cgla_graph.solvers.timed.charting import always_closed, grid_for, timed_map
+from cgla_graph.solvers.timed.charting import always_closed, chart_of, grid_for
 from cgla_graph.solvers.timed.march_kernels import FAR, Ends, Grid, cubic, linear, march, trace
-from cgla_graph.solvers.timed.timed_kernels import TimedMap, leg_time
+from cgla_graph.solvers.timed.timed_kernels import Chart, leg_time
 from cgla_graph.timed.timed_problem import TimedProblem
 
 #: Nodes of a grid in space and time, and of a second one after a failure.
@@ -76,10 +76,10 @@ class _Search:
     def __init__(self, problem: TimedProblem, nodes: int) -> None:
         self.problem, self.nodes = problem, nodes
         last = problem.departures[1]
-        span = leg_time(timed_map(problem, last + 1.0), *np.subtract(problem.goal, problem.start))
+        span = leg_time(chart_of(problem, last + 1.0), *np.subtract(problem.goal, problem.start))
         events = problem.events[np.isfinite(problem.events)]
         late = max([last + 20.0 * (span if math.isfinite(span) else 1.0), *(events + 1.0).tolist()])
-        self.chart: TimedMap = timed_map(problem, late)
+        self.chart: Chart = chart_of(problem, late)
         self.bender = Bender(problem, self.chart)
         self.found: list[Flying] = []
         self.departures = np.empty((0, 2))
@@ -99,7 +99,9 @@ class _Search:
         final = [self.bender.fine(one) for one in ranked[:FINAL] if one.cost <= CLOSE * ranked[0].cost]
         best = min(final, key=lambda one: one.cost)
         message = f"{len(ranked)} ways compared on a grid of {grid.nx} x {grid.ny} x {len(grid.times)}"
-        rows = best.rows(self.chart)
+        rows = self.bender.rows(best)
+        if self.problem.constant_wind is None:
+            message += ", in the mean wind; the flight is judged in the wind that changes"
         return FoundFlight(Status.FOUND, rows, self.departures, self.bender.evaluations, len(ranked), message)
 
     def _best(self) -> float:

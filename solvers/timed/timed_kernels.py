@@ -26,7 +26,7 @@ N_NODES: Final = 6
 LEAST_KEPT = 1e-12
 
 
-class TimedMap(NamedTuple):
+class Chart(NamedTuple):
     """
     A timed problem as arrays.
 
@@ -83,7 +83,7 @@ def slab_of(edges: FloatArray, t: float) -> int:
 
 
 @kernel
-def _grid_risk(chart: TimedMap, number: int, x: float, y: float) -> tuple[float, float, float]:
+def _grid_risk(chart: Chart, number: int, x: float, y: float) -> tuple[float, float, float]:
     """Interpolate sampled risk and its gradient bilinearly."""
     grid = chart.grids[number]
     u = min(max((x - chart.corner[0]) / chart.step[0], 0.0), grid.shape[1] - 1.0)
@@ -98,7 +98,7 @@ def _grid_risk(chart: TimedMap, number: int, x: float, y: float) -> tuple[float,
 
 
 @kernel
-def risk_at(chart: TimedMap, s: int, x: float, y: float, t: float) -> tuple[float, float, float]:
+def risk_at(chart: Chart, s: int, x: float, y: float, t: float) -> tuple[float, float, float]:
     """Return the density of risk and its gradient at a point and a time of slab `s`."""
     since = max(t - chart.edges[s], 0.0)
     kept, gx, gy = 1.0, 0.0, 0.0
@@ -124,7 +124,7 @@ def risk_at(chart: TimedMap, s: int, x: float, y: float, t: float) -> tuple[floa
 
 
 @kernel
-def leg_time(chart: TimedMap, dx: float, dy: float) -> float:
+def leg_time(chart: Chart, dx: float, dy: float) -> float:
     """Return the time of a straight leg at full air speed; infinite against a wind that is too strong."""
     v2 = chart.speed * chart.speed
     along = dx * chart.wind_x + dy * chart.wind_y
@@ -141,7 +141,7 @@ def leg_time(chart: TimedMap, dx: float, dy: float) -> float:
 
 
 @kernel
-def _nearest_edge(chart: TimedMap, area: int, x: float, y: float) -> tuple[float, float, float]:
+def _nearest_edge(chart: Chart, area: int, x: float, y: float) -> tuple[float, float, float]:
     """Return the signed distance to an area's border, below 0 inside, and its gradient."""
     nearest, nx, ny, inside = math.inf, 0.0, 0.0, False
     for ring in range(chart.ring_area.shape[0]):
@@ -166,7 +166,7 @@ def _nearest_edge(chart: TimedMap, area: int, x: float, y: float) -> tuple[float
 
 
 @kernel
-def depth_at(chart: TimedMap, s: int, x: float, y: float, margin: float) -> tuple[float, float, float]:
+def depth_at(chart: Chart, s: int, x: float, y: float, margin: float) -> tuple[float, float, float]:
     """Return the sum of squared depths in closed areas that are wider by `margin`, and its gradient."""
     total, gx, gy = 0.0, 0.0, 0.0
     for area in range(chart.boxes.shape[0]):
@@ -185,7 +185,7 @@ def depth_at(chart: TimedMap, s: int, x: float, y: float, margin: float) -> tupl
 
 
 @kernel
-def _panels(chart: TimedMap, s: int, p: FloatArray, g: FloatArray, t: float, last: float) -> int:
+def _panels(chart: Chart, s: int, p: FloatArray, g: FloatArray, t: float, last: float) -> int:
     """Return the number of panels for a piece of a leg, from position `p` with ground velocity `g`."""
     most, since, span = 1.0, t - chart.edges[s], last - t
     for i in range(chart.first[s], chart.first[s + 1]):
@@ -207,7 +207,7 @@ def _panels(chart: TimedMap, s: int, p: FloatArray, g: FloatArray, t: float, las
 
 @kernel
 def leg_cost(
-    chart: TimedMap, p: FloatArray, q: FloatArray, t0: float, t1: float, weight: float, margin: float, out: FloatArray
+    chart: Chart, p: FloatArray, q: FloatArray, t0: float, t1: float, weight: float, margin: float, out: FloatArray
 ) -> float:
     """
     Return the cost of a leg from `p` at `t0` to `q` at `t1`, with a penalty for being inside closed areas.
@@ -290,7 +290,7 @@ def leg_cost(
 
 
 @kernel
-def flight_times(chart: TimedMap, points: FloatArray, waits: FloatArray, departure: float) -> FloatArray:
+def flight_times(chart: Chart, points: FloatArray, waits: FloatArray, departure: float) -> FloatArray:
     """
     Return the times of arrival at waypoints that are left after `waits` at full airspeed, shape ``(m,)``.
 
@@ -306,7 +306,7 @@ def flight_times(chart: TimedMap, points: FloatArray, waits: FloatArray, departu
 
 @kernel
 def flight_cost(
-    chart: TimedMap,
+    chart: Chart,
     points: FloatArray,
     waits: FloatArray,
     departure: float,

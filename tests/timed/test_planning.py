@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import cgla_graph as cg
 from cgla_graph.errors import SolverSettingError, UnknownSolverError
-from cgla_graph.solvers.timed.charting import grid_for, timed_map
+from cgla_graph.solvers.timed.charting import chart_of, grid_for
 from cgla_graph.solvers.timed.march_kernels import Ends, cubic, march
 from cgla_graph.solvers.timed.timed_kernels import flight_cost, flight_times, leg_time
 
@@ -46,7 +46,7 @@ def test_cost_of_a_flight_is_the_oracle_s_and_has_its_gradient(
     """Without the terms of the times (say, `later = 0`), the differences would not agree."""
     gate = cg.TimedArea(shapely.box(0.3, 0.3, 0.6, 0.5), 0.31, 0.77)
     problem = problem_of(seed, wind=wind, risk_per=per, waiting=price, areas=[gate], fields=[(0.5, cg.RiskField())])
-    chart = timed_map(problem, 9.0)
+    chart = chart_of(problem, 9.0)
     rng = np.random.default_rng(seed)
     points = np.linspace(START, GOAL, 6) + rng.normal(0.0, 0.03, (6, 2))
     waits = rng.uniform(0.01, 0.1, 6) * (price is not None)
@@ -76,7 +76,7 @@ def test_cost_of_a_flight_is_the_oracle_s_and_has_its_gradient(
 def test_march_converges_to_the_exact_time_in_wind() -> None:
     """At least with order 1 near the goal's tip; a march that ignores the wind misses by a tenth."""
     problem = cg.TimedProblem(START, GOAL, speed=1.0, wind=(0.3, -0.2))
-    chart = timed_map(problem, 9.0)
+    chart = chart_of(problem, 9.0)
     exact = leg_time(chart, 0.8, 0.8)
     errors = []
     for nodes in (4_000, 64_000):
@@ -150,3 +150,11 @@ def test_wrong_settings_are_named() -> None:
         cg.solve(problem, refine=True)
     with pytest.raises(ValueError, match="nodes is 5"):
         cg.solve(problem, nodes=5)
+
+
+def test_wind_that_changes_is_judged_as_it_is() -> None:
+    wind = cg.Wind([[0.0, 0.2], [0.0, 0.2]], [[0.1, 0.0], [0.1, 0.0]], (0, 0, 1, 1))
+    problem = problem_of(1, wind=wind)
+    plan = cg.solve(problem, nodes=4_000)
+    assert plan.status.has_path
+    assert problem.evaluate(plan.trajectory).cost == plan.cost < problem.evaluate(problem.fly([START, GOAL])).cost
