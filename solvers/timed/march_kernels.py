@@ -134,7 +134,7 @@ def cubic(values: FloatArray, u: float, v: float) -> float:
     low = min(below[i], below[i + 1], above[i], above[i + 1])
     high = max(below[i], below[i + 1], above[i], above[i + 1])
     value = _cubic4(_row(values[j - 1], i, a), _row(below, i, a), _row(above, i, a), _row(values[j + 2], i, a), b)
-    return min(max(value, low), high)
+    return float(min(max(value, low), high))
 
 
 @kernel
