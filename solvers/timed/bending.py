@@ -21,10 +21,14 @@ FIRST, MOST = 25, 100
 MARGINS = (1e-2, 1e-3, 1e-4, 1e-5)
 #: A stage that gains less than this part of the cost is the last; what leaving waypoints out may cost.
 GAIN, SLACK = 2e-6, 1e-7
+#: The first step of a descent, as a part of the distance from start to goal.
+FIRST_STEP = 1e-2
 #: Waits shorter than it takes to fly this part of the distance from start to goal are none.
 SHORT = 1e-9
 #: A step of a trace that arrives earlier by this part of its time is one that waits or circles.
 IDLE = 0.05
+#: A trace that takes longer by this part of its time than its even resampling keeps all of its turns.
+DAWDLING = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,8 +106,12 @@ def of_trace(chart: Chart, rows: FloatArray, amplitude: float) -> Flying:
     found = Flying(np.array(points), np.array(waits), float(rows[0, 0]))
     kept = np.append(True, (np.diff(found.points, axis=0) != 0.0).any(axis=1))
     found = Flying(found.points[kept], found.waits[kept], found.departure)
-    circled = len(found.points) > len(rows)
-    return found if circled or found.waits.any() else _evenly(found, FIRST)
+    if len(found.points) > len(rows) or found.waits.any():
+        return found
+    fewer = _evenly(found, FIRST)
+    times = (flight_times(chart, one.points, one.waits, one.departure)[-1] for one in (found, fewer))
+    # (a flight that dawdles, as until an area opens, would come too early without its turns)
+    return found if next(times) - next(times) > DAWDLING * (rows[-1, 0] - rows[0, 0]) else fewer
 
 
 def _evenly(flying: Flying, count: int) -> Flying:
@@ -222,8 +230,16 @@ class Bender:
             return flying
         settings = {"maxiter": 150, "maxfun": 200, "maxcor": 20, "ftol": 1e-9, "gtol": 1e-9}
         # (the stubs of scipy know no functions that return their gradient)
-        found = cast("Any", minimize)(cost, z, jac=True, method="L-BFGS-B", bounds=bounds, options=settings)
-        departure = laid(np.clip(found.x, *np.array(bounds).T))
+        # (the first step is as long as a unit: with small units a steep penalty does not throw it far away)
+        unit = FIRST_STEP * self.scale
+        limits = np.array(bounds) / unit
+
+        def scaled(w: FloatArray) -> tuple[float, FloatArray]:
+            total, slope = cost(w * unit)
+            return total, slope * unit
+
+        found = cast("Any", minimize)(scaled, z / unit, jac=True, method="L-BFGS-B", bounds=limits, options=settings)
+        departure = laid(np.clip(found.x * unit, *np.array(bounds).T))
         return Flying(points.copy(), np.where(waiting > SHORT * self.scale / chart.speed, waiting, 0.0), departure)
 
     def _thinned(self, flying: Flying) -> Flying:
