@@ -308,6 +308,7 @@ def test_every_public_function_is_called() -> None:
         cg.Evaluation,
         cg.Flight,
         cg.TimedEvaluation,
+        cg.TimedPlan,
     }
     kinds = (cg.Scenario, cg.Status, cg.MissionStatus, cg.CglaError, cg.GeometricGraph)
     # (a test of old names may have imported a module named like a function)

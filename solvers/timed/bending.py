@@ -103,9 +103,10 @@ def of_trace(chart: Chart, rows: FloatArray, amplitude: float) -> Flying:
             owed = 0.0
         points.append(after[1:])
         waits.append(0.0)
-    found = Flying(np.array(points), np.array(waits), float(rows[0, 0]))
-    kept = np.append(True, (np.diff(found.points, axis=0) != 0.0).any(axis=1))
-    found = Flying(found.points[kept], found.waits[kept], found.departure)
+    places = np.array(points)
+    kept = np.append(True, (np.diff(places, axis=0) != 0.0).any(axis=1))
+    held: FloatArray = np.bincount(np.cumsum(kept) - 1, waits).astype(np.float64)
+    found = Flying(places[kept], held, float(rows[0, 0]))
     if len(found.points) > len(rows) or found.waits.any():
         return found
     fewer = _evenly(found, FIRST)

@@ -55,8 +55,8 @@ class Ends(NamedTuple):
 
     Attributes
     ----------
-    far_x, far_y, far_first, far_last
-        The other end.
+    far_x, far_y, far_first
+        The other end, and from when on the march passes there.
     most
         Nodes through which even straight flights without risk cost more are left out.
     """
@@ -68,7 +68,6 @@ class Ends(NamedTuple):
     far_x: float
     far_y: float
     far_first: float
-    far_last: float
     most: float
 
 
@@ -303,7 +302,7 @@ def march(chart: Chart, grid: Grid, ends: Ends, sign: float) -> FloatArray:
             layer_risk(chart, grid, s, t, risk)
             if chart.grid_of.max() >= 0 or number == 1:
                 layer_risk(chart, grid, s, grid.times[layer + int(sign)], risk_ahead)
-        first, last = (ends.far_first, ends.far_last) if sign > 0.0 else (ends.first, ends.last)
+        first = ends.far_first if sign > 0.0 else ends.first
         for j in range(grid.ny):
             for i in range(grid.nx):
                 if grid.blocked[here, j, i] or grid.blocked[s, j, i]:
@@ -316,8 +315,8 @@ def march(chart: Chart, grid: Grid, ends: Ends, sign: float) -> FloatArray:
                 if since > t - first + (3.0 if sign > 0.0 else 0.5) * dt:
                     # (interpolation would reach it too early)
                     continue
-                idle = min(chart.speed, chart.price) * max(t - last - since, 0.0)
-                if chart.speed * (far + near - 3.0 * dt) + idle > ends.most:
+                # (what idles is kept: interpolation would wear away an edge that moves as fast as the aircraft)
+                if chart.speed * (far + near - 3.0 * dt) > ends.most:
                     continue
                 if number == 0:
                     if sign > 0.0 and t + near <= ends.last:

@@ -136,13 +136,13 @@ class _Search:
 
     def _march_back(self, nodes: int) -> tuple[Grid, FloatArray, Ends]:
         problem, chart = self.problem, self.chart
-        first, last = problem.departures
+        first = problem.departures[0]
         most = self._best()
         if not math.isfinite(most):
             span = leg_time(chart, *np.subtract(problem.goal, problem.start))
             most = chart.speed * max(6.0 * (span if math.isfinite(span) else 1.0), chart.edges[-2] - first)
         grid = grid_for(problem, chart, ROOM * most, nodes)
-        goal = Ends(*problem.goal, -math.inf, chart.latest, *problem.start, first, last, ROOM * most)
+        goal = Ends(*problem.goal, -math.inf, chart.latest, *problem.start, first, ROOM * most)
         return grid, march(chart, grid, goal, 1.0), goal
 
     def _follow(self, grid: Grid, values: FloatArray, goal: Ends) -> None:
@@ -167,8 +167,7 @@ class _Search:
         """Follow the marches from both ends through places between which it costs more to fly."""
         problem, best = self.problem, self._best()
         first, last = problem.departures
-        start = Ends(*problem.start, first, last, *problem.goal, first, goal.last, ROOM * best)
-        start = start._replace(far_first=first, far_last=min(goal.last, last + best / self.chart.speed))
+        start = Ends(*problem.start, first, last, *problem.goal, first, ROOM * best)
         forward = march(self.chart, grid, start, -1.0)
         arrival = min(self.found, key=lambda one: one.cost).rows(self.chart)
         seen = 0

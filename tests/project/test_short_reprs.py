@@ -78,6 +78,7 @@ def instances() -> dict[str, Any]:
             in_time,
             cg.Wind(RNG.random((5, 40, 40)), RNG.random((5, 40, 40)), (0, 0, 1, 1), range(5)),
             in_time.evaluate(in_time.fly(path)),
+            cg.solve(cg.TimedProblem((0.1, 0.1), (0.9, 0.9), field, speed=0.1), nodes=1000),
             world,
             mission,
         ),
