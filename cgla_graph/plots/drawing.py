@@ -42,10 +42,12 @@ from cgla_graph.plots.looks import COLOURS, LabelledPath, labelled_paths
 from cgla_graph.plots.map import draw_map, map_figure
 from cgla_graph.plots.page import style
 from cgla_graph.plots.scene import TitledProblem
+from cgla_graph.plots.timed import TimedFilm, draw_moment, greatest_risk, problem_of, timed_figure
 from cgla_graph.plots.volumes import draw_volumes, volumes_figure
 from cgla_graph.scenarios.graphs.graph_scenario import GraphScenario
 from cgla_graph.scenarios.mission_file import MissionFile
 from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.timed.timed_plan import TimedPlan
 
 
 @singledispatch
@@ -86,7 +88,7 @@ def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution]
     """
     del ax, solutions
     known = "problem, scenario, graph, cost matrix, solution, certificate, corridor, mission, flight, checked plan, "
-    known += "volumes, answers of cg.Map"
+    known += "volumes, timed plans, answers of cg.Map"
     msg = f"a {type(thing).__name__} has no picture; give a {known} or isochrones"
     raise ProblemError(msg)
 
@@ -169,6 +171,16 @@ def _(volumes: Volumes, ax: Axes | None = None) -> Axes:
         draw_volumes(_axes(ax), volumes)
         return ax
     return volumes_figure(volumes, figure=_figure()).axes[0]
+
+
+@plot.register
+def _(plan: TimedPlan, ax: Axes | None = None) -> Axes:
+    """Draw a timed plan at some times, or at the middle of its flight on axes of the user's."""
+    problem_of(plan)
+    if ax is not None:
+        draw_moment(_axes(ax), plan, plan.departure + 0.5 * plan.time, greatest_risk(plan))
+        return ax
+    return timed_figure(plan, _figure()).axes[0]
 
 
 @plot.register
@@ -342,14 +354,14 @@ class FlightAnimation(FuncAnimation):
         return f'<img alt="the flight, tick by tick" style="max-width:100%" src="data:image/gif;base64,{data}">'
 
 
-def animate(flight: Flight, ax: Axes | None = None) -> FlightAnimation:
+def animate(flight: Flight | TimedPlan, ax: Axes | None = None) -> FuncAnimation:
     """
-    Animate a flight: the true risk, and the knowledge and the plan of each UAV.
+    Animate a flight: the true risk, and the knowledge and the plan of each UAV; or a plan through risk that moves.
 
     Parameters
     ----------
     flight
-        The flight of a mission.
+        The flight of a mission, or a timed plan.
     ax
         Matplotlib axes that show the film; None makes a figure of its size.
 
@@ -364,10 +376,15 @@ def animate(flight: Flight, ax: Axes | None = None) -> FlightAnimation:
     OutputError
         If no UAV flies.
     ProblemError
-        If `flight` is no `Flight`.
+        If `flight` is neither, or a plan without a flight.
     """
+    if isinstance(flight, TimedPlan):
+        problem_of(flight)
+        return TimedFilm(flight, _figure().add_subplot() if ax is None else _axes(ax))
     if not isinstance(flight, Flight):
-        msg = f"a {type(flight).__name__} cannot be animated; give a flight, as mission.fly() returns it"
+        msg = (
+            f"a {type(flight).__name__} cannot be animated; give a flight, as mission.fly() returns it, or a timed plan"
+        )
         raise ProblemError(msg)
     if not flight.uavs:
         msg = "no UAV flies, so that there is nothing to show"

@@ -157,8 +157,7 @@ class TimedPlan(Plottable):
         else:
             times = self.trajectory[:, 0].tolist()
             if kind == ".json":
-                lonlat = {} if degrees is None else {"trajectory_lonlat": degrees}
-                document: dict[str, Any] = {**self.numbers(), "trajectory": self.trajectory.tolist(), **lonlat}
+                document = self.document()
             else:
                 line = {"type": "LineString", "coordinates": degrees if len(times) > 1 else (degrees or []) * 2}
                 properties = {**self.numbers(), "times": times}
@@ -173,6 +172,13 @@ class TimedPlan(Plottable):
         names = ("cost", "departure", "arrival", "time", "air_distance", "ground_distance", "waiting", "risk")
         known = {name: json_number(float(getattr(self, name))) for name in (*names, "clearance", "lower_bound", "gap")}
         return {"solver": self.solver, "status": self.status.label, **known}
+
+    def document(self) -> dict[str, Any]:
+        """Return all of it as JSON: its numbers, its rows, and those of its departures."""
+        projection = getattr(self.problem, "projection", None)
+        lonlat = {} if projection is None else {"trajectory_lonlat": degrees_of(self.path, projection).tolist()}
+        departures = [[time, json_number(cost)] for time, cost in self.departures.tolist()]
+        return {**self.numbers(), "trajectory": self.trajectory.tolist(), **lonlat, "departures": departures}
 
     def _csv(self, degrees: list[list[float]] | None) -> str:
         text = io.StringIO()

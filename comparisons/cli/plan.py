@@ -93,6 +93,7 @@ def plan(
     --objective chooses between the expected cost, the mean of the worst costs and the worst one.
     With --pairs, it answers each line of a table: start_x,start_y,goal_x,goal_y (start_longitude,... on lon/lat maps);
     with --isochrones, it finds from where the goal can be reached at some costs, for certain and possibly.
+    Of a map with threats that move, areas that close and open, or wind, it finds the best flight and departure.
     For the file of a graph, use cgla graph plan.
     """
     if pairs is not None or isochrones is not None:
@@ -118,12 +119,20 @@ def plan(
         is_default=proof.tolerance is None,
     )
     k, planned = on_ground.weight_of(scenario, maps.k, ground, budget), bool(export.export)
-    ground = _with_corridor(ground, volume, zones, export)
+    groups, ground = (
+        (tour, budget, uncertain, heights, flyable, times, ground, volume, export, proof),
+        _with_corridor(ground, volume, zones, export),
+    )
 
     def open_with(at: ZoneOptions, **changes: Any) -> "Scenario":  # noqa: ANN401 - other options of the map
         """Open the map at an altitude, with other ends or bounds."""
         changed = dataclasses.replace(maps, **changes)
-        return open_map("plan", scenario, changed, at, raster, aircraft, k=k, exported=planned)
+        return _if_still(
+            open_map("plan", scenario, changed, at, raster, aircraft, k=k, exported=planned),
+            output,
+            groups,
+            {"profile": profile, "proof": proof_file, "solver": solver},
+        )
 
     @cache
     def maps_at(altitude: float | None) -> "tuple[Scenario, Scenario]":
@@ -177,6 +186,17 @@ def plan(
     missed |= in_proof is not None and in_proof.found is None
     if not run.solution.status.has_path or missed or (laid is not None and laid.report.touched):
         raise typer.Exit(console.MISSING)
+
+
+def _if_still(
+    scenario: "Scenario", output: OutputOptions, groups: Sequence[Any], options: Mapping[str, object]
+) -> "Scenario":
+    """Return a map; if it changes in time, plan a flight through it and end."""
+    if not scenario.in_time:
+        return scenario
+    from cgla_graph.comparisons.cli.timed import plan_timed
+
+    raise typer.Exit(plan_timed(scenario, output, groups, options))
 
 
 def _proof_target(

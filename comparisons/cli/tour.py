@@ -230,18 +230,25 @@ def _place(text: str) -> tuple[float, float]:
     return x, y
 
 
-def check_alone(name: str, groups: Sequence[Any], options: Mapping[str, object]) -> None:
+def check_alone(
+    name: str,
+    groups: Sequence[Any],
+    options: Mapping[str, object],
+    why: str = "many questions are answered without it",
+) -> None:
     """
-    Check that no option is given that many questions to one map do not have.
+    Check that no option is given that something does not have, as many questions to one map.
 
     Parameters
     ----------
     name
-        The option that asks them.
+        What it is, as the option that asks them.
     groups
         Groups of options that may not be given.
     options
         Other options by name; None, False, or the usual solver where they are not given.
+    why
+        The reason, for the message.
 
     Raises
     ------
@@ -259,7 +266,7 @@ def check_alone(name: str, groups: Sequence[Any], options: Mapping[str, object])
     for other, value in given.items():
         if value != usual.get(other) and value not in (None, False, []):
             option = "scenarios" if other == "risk_scenarios" else other.replace("_", "-")
-            msg = f"{name} with --{option}: many questions are answered without it; leave one out"
+            msg = f"{name} with --{option}: {why}; leave one out"
             raise CglaError(msg)
 
 

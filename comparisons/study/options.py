@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 NamedT = TypeVar("NamedT", Scenario, GraphScenario, AnyScenario, "MissionFile")
 
 #: Commands that plan on maps that change in time.
-PLAN_IN_TIME: tuple[str, ...] = ()
+PLAN_IN_TIME = ("plan",)
 
 
 def read_entrants(
@@ -362,8 +362,8 @@ def open_one(command: str, specs: str | Sequence[str], how: MapOptions | None = 
         raise CglaError(msg)
     if opened[0].in_time and command not in PLAN_IN_TIME:
         msg = (
-            f"{first} changes in time, and {command} takes maps that stand still; judge flights in Python: "
-            f"cg.load_scenario({str(first)!r}).timed is the problem"
+            f"{first} changes in time, and {command} takes maps that stand still; plan a flight with cgla plan, "
+            f"or in Python: cg.load_scenario({str(first)!r}).timed is the problem"
         )
         raise CglaError(msg)
     return opened[0]

@@ -1,0 +1,99 @@
+"""`cgla plan` of a map that changes in time: the best flight, its best departure, files, pictures and an animation."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from cgla_graph._text import duration, figure, percent, rounded_down
+from cgla_graph.comparisons import console, files
+from cgla_graph.comparisons.cli.options import OutputOptions
+from cgla_graph.comparisons.cli.tour import check_alone
+from cgla_graph.people.units import risk_text
+from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.solvers.timed.solving_timed import solve_timed
+from cgla_graph.timed.timed_plan import TimedPlan
+from cgla_graph.timed.timed_problem import TimedProblem
+
+
+def plan_timed(scenario: Scenario, output: OutputOptions, groups: Sequence[Any], options: Mapping[str, object]) -> int:
+    """
+    Plan a flight through a map that changes in time, and print it; with --out, write it, a picture and an animation.
+
+    Parameters
+    ----------
+    scenario
+        The map, whose `Scenario.timed` is the problem.
+    output
+        Where to write what.
+    groups, options
+        Options of ``cgla plan`` that such a map does not have, as `check_alone` takes them.
+
+    Returns
+    -------
+    code
+        The exit code: 1 without a flight.
+
+    Raises
+    ------
+    CglaError
+        If such an option is given, or a file cannot be written.
+    """
+    check_alone("a map that changes in time", groups, options, why="flights through it are planned without it")
+    problem = scenario.timed
+    if problem is None:
+        msg = f"{scenario.name} does not change in time"
+        raise ValueError(msg)
+    folder, kinds = output.folder(), output.pictures("png")
+    with console.running_solvers([]):
+        plan = solve_timed(problem)
+    has_flight = plan.status.has_path
+    written = _write(scenario, plan, folder, kinds) if folder is not None and has_flight else []
+    if output.as_json:
+        document = {"scenario": scenario.name, "title": scenario.title, **plan.document(), "message": plan.message}
+        console.out_json({**document, "files": [str(one) for one in written]})
+    else:
+        console.out_lines(_lines(scenario, problem, plan))
+        console.out_files(written)
+    return 0 if has_flight else console.MISSING
+
+
+def _lines(scenario: Scenario, problem: TimedProblem, plan: TimedPlan) -> dict[str, str]:
+    """Return the numbers of a plan, one per line; lines without a text are left out."""
+    unit = " m" if scenario.projection else ""
+    known = plan.status.has_path
+    first, last = problem.departures
+    choice = f", the best from {first:g} to {last:g}" if last > first else ""
+    proven = plan.lower_bound == plan.lower_bound
+    waits = problem.waiting is not None
+    over = "" if problem.wind is None else f", {figure(plan.ground_distance, 9)}{unit} over ground"
+    return {
+        "scenario": scenario.full_title,
+        "solver": plan.solver,
+        "status": f"{plan.status.label}: {plan.status.value}",
+        "cost": figure(plan.cost, 9) + unit,
+        "bound": rounded_down(plan.lower_bound, 9) + unit if proven else "none is proven for this map",
+        "gap": percent(plan.gap) if proven and known else "",
+        "departure": f"{figure(plan.departure, 6)}{choice}" if known else "",
+        "arrival": figure(plan.arrival, 6) if known else "",
+        "duration": figure(plan.time, 6) if known else "",
+        "distance": f"{figure(plan.air_distance, 9)}{unit} through the air{over}" if known else "",
+        "waiting": figure(plan.waiting, 6) if known and waits else "",
+        "risk": risk_text(plan.risk, problem.still.field, 6) if known else "",
+        "k": f"{problem.k:g}",
+        "airspeed": f"{problem.speed:g}{' m/s' if unit else ''}",
+        "waypoints": str(len(plan.path)),
+        "time": duration(plan.seconds),
+        "remark": plan.message,
+    }
+
+
+def _write(scenario: Scenario, plan: TimedPlan, folder: Path, kinds: Sequence[str]) -> list[Path]:
+    """Write the flight, its picture, and an animation."""
+    from cgla_graph.plots import pictures
+    from cgla_graph.plots.timed import timed_figure, write_film
+
+    stem = files.stem_of(folder, scenario, plan.solver)
+    endings = [".csv", ".json", *([".geojson"] if scenario.projection else [])]
+    written = [plan.save(stem.with_name(f"{stem.name}{ending}")) for ending in endings]
+    written += pictures.save_all(timed_figure(plan), stem, kinds)
+    return [*written, write_film(plan, stem.with_name(f"{stem.name}.gif"))]

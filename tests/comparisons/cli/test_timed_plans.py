@@ -1,0 +1,110 @@
+"""`cgla plan` of maps that change in time."""
+
+import csv
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from command_line import Call
+from matplotlib.figure import Figure
+from PIL import Image
+
+import cgla_graph as cg
+from cgla_graph.errors import ProblemError
+from cgla_graph.model.solution import Status
+from cgla_graph.plots import timed
+from cgla_graph.timed.timed_plan import TimedPlan
+
+STORM = """
+start = [0.1, 0.1]
+goal = [0.9, 0.1]
+k = 10
+speed = 0.5
+departure = [0, 2]
+[[moving]]
+track = [[0, 0.2, 0.8], [3, 0.8, 0.0]]
+spread = 0.08
+peak = 0.9
+[[timed_areas]]
+polygon = [[0.45, 0], [0.5, 0], [0.5, 0.9], [0.45, 0.9]]
+appears = 0
+vanishes = 1.5
+"""
+
+
+@pytest.fixture(autouse=True)
+def storm(cgla: Call) -> None:
+    """Write the file into the folder of the command."""
+    del cgla
+    Path("storm.toml").write_text(STORM, encoding="utf-8")
+
+
+def test_the_answer_is_that_of_python_and_written_whole(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(timed, "FRAMES", 5)
+    found = cgla("plan", "storm.toml", "--out", "out", "--json")
+    assert found.code == 0
+    document = found.document()
+    problem = cg.load_scenario("storm.toml").timed
+    assert problem is not None
+    seen = problem.evaluate(document["trajectory"])
+    assert seen.feasible
+    assert [document[name] for name in ("cost", "departure", "risk")] == [seen.cost, seen.departure, seen.risk]
+    # what waits for the gate, and what departs at once and dawdles until it opens, cost more
+    assert document["cost"] < 0.87
+    assert all(cost is None or cost > 0.85 for _, cost in document["departures"])
+    names = {Path(file).name for file in document["files"]}
+    assert names == {f"storm-space-time.{ending}" for ending in ("csv", "json", "png", "gif")}
+    rows = list(csv.reader(Path("out/storm-space-time.csv").read_text(encoding="utf-8").splitlines()))
+    np.testing.assert_array_equal(np.array(rows[1:], dtype=float), document["trajectory"])
+    with Image.open("out/storm-space-time.gif") as film:
+        assert getattr(film, "n_frames", 1) == 5
+    shown = cgla("plan", "storm.toml").out
+    assert f"{seen.departure:.4g}"[:4] in shown
+    assert "none is proven" in shown
+
+
+@pytest.mark.parametrize(
+    "words", [("--max-risk", "1"), ("--solver", "dijkstra"), ("--profile", "a.csv"), ("--proof", "a.proof")]
+)
+def test_options_that_it_does_not_have_are_refused(cgla: Call, words: tuple[str, str]) -> None:
+    answer = cgla("plan", "storm.toml", *words)
+    assert answer.code == 2
+    assert answer.err.count("\n") == 1
+    assert words[0] in answer.err
+
+
+def test_without_a_flight_it_says_so(cgla: Call) -> None:
+    Path("late.toml").write_text(f"latest = 1.0\n{STORM}", encoding="utf-8")
+    answer = cgla("plan", "late.toml", "--out", "out")
+    assert answer.code == 1
+    assert "not-found" in answer.out
+    assert not list(Path("out").iterdir())
+
+
+def test_pictures_show_what_there_is_at_each_time() -> None:
+    problem = cg.load_scenario("storm.toml").timed
+    assert problem is not None
+    rows = problem.fly([(0.1, 0.1), (0.9, 0.1)], 1.0)
+    curve = np.array([[0.0, 1.2], [1.0, 0.9], [2.0, np.inf]])
+    plan = TimedPlan(
+        Status.FOUND, rows, cost=1.4, departure=1.0, arrival=float(rows[-1, 0]), departures=curve, problem=problem
+    )
+    with mpl.rc_context({"backend": "agg"}):
+        axes = cg.plot(plan)
+        figure = axes.figure
+    assert [one.get_title() for one in figure.axes] == [
+        "time 1",
+        "time 1.8",
+        "time 2.6",
+        "departs at 1, costs 1.400",
+    ]
+    # closed at time 1, open at 1.8
+    hatched = [any(patch.get_hatch() for patch in one.patches) for one in figure.axes[:3]]
+    assert hatched == [True, False, False]
+    film = cg.animate(plan, Figure().add_subplot())
+    film._draw_was_started = True  # (or matplotlib warns that it was never shown)
+    with pytest.raises(ProblemError, match="no flight to draw: not-found"):
+        cg.plot(TimedPlan(Status.NOT_FOUND))
+    with pytest.raises(ProblemError, match="does not know its problem"):
+        cg.animate(TimedPlan(Status.FOUND, rows))
