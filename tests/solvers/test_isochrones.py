@@ -25,7 +25,8 @@ def faults(problem: cg.Problem, found: Any, random: Rng, count: int) -> list[str
     """Name what is wrong with areas, against paths and bounds: at random places, and along the rims of the areas."""
     wrong = []
     for cost, inner, outer in zip(found.costs, found.certain, found.possible, strict=True):
-        if not inner.within(outer):
+        # (nothing is within anything else)
+        if not (inner.is_empty or inner.within(outer)):
             wrong.append(f"{cost}: the certain area is not inside the possible one")
         rims = [shape.boundary for shape in (inner, outer) if not shape.is_empty]
         along = shapely.line_interpolate_point(shapely.union_all(rims), random.random(count), normalized=True)
