@@ -15,6 +15,7 @@ from test_paths import noise
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
+from cgla_graph.certificate import certificate
 from cgla_graph.certificate.cell_proof import CellProof
 from cgla_graph.certificate.certificate import prove
 from cgla_graph.refine.refine import refine_path
@@ -132,6 +133,26 @@ def test_beside_a_triangle_few_points_are_enough() -> None:
 
     assert (proof.proof, proof.reached) == ("cells", True)
     assert len(proof.grids) <= 3
+
+
+def test_a_spline_after_cells_stops_where_it_gains_little(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It went on to the greatest grid allowed, for no better bound."""
+    corners = np.array([(0.4, 0.3), (0.62, 0.45), (0.45, 0.7)])
+    problem = noise(8, 10.0, no_fly=shapely.Polygon(8.0 * corners))
+    path = cg.solve(problem, "weighted-regions").path
+    stopped = prove(problem, path, tolerance=1e-4, max_cells=20_000)
+    monkeypatch.setattr(certificate, "LIKELY_GAIN", math.inf)
+    went_on = prove(problem, path, tolerance=1e-4, max_cells=20_000)
+
+    assert stopped.message.startswith("more points on cells gain little, and finer grids less")
+    assert went_on.message.startswith("the next grid would need")
+    assert stopped.lower_bound == went_on.lower_bound
+
+
+def test_a_spline_goes_on_where_walls_leak_between_points() -> None:
+    problem = noise(8, 10.0, no_fly=shapely.LineString([(2.4, 1.6), (4.96, 6.0)]).buffer(0.004))
+    proof = prove(problem, cg.solve(problem, "weighted-regions").path, tolerance=1e-3, max_cells=40_000)
+    assert proof.proof == "grid"
 
 
 def test_a_thin_wall_separates_the_border_of_its_cell() -> None:
