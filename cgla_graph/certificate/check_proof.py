@@ -799,7 +799,9 @@ class Surface:
         self.unit = math.ldexp(0.25, -exponent)
         steps = array(described["values"], "i", 1)
         demand(len(steps) == grid.controls.max(initial=-1) + 1, "there are more or fewer control values than needed")
-        values = summed(steps, grid, described.get("axes", 1))
+        axes = whole_of(described.get("axes", 1))
+        demand(axes in (1, 2), "axes are neither 1 nor 2")
+        values = summed(steps, grid, axes)
         demand((np.abs(values.astype(np.float64)) < 2.0**46).all(), "a control value is too great")
         self.controls = values[grid.controls].reshape(-1, 3, 3)
         self.in_block = np.zeros(len(grid.columns), dtype=np.bool_)
@@ -1530,8 +1532,9 @@ def _reader(archive: zipfile.ZipFile) -> Reader:
         demand(found.ndim == axes and found.dtype.kind in kind, f"{name} is of another kind")
         if kind == "i":
             return found.astype(np.int64)
-        demand((np.abs(found) < 1e120).all(), f"{name} is not finite, or too great")
-        return found.astype(np.float64)
+        floats = found.astype(np.float64)
+        demand((np.abs(floats) < 1e120).all(), f"{name} is not finite, or too great")
+        return floats
 
     return array
 

@@ -320,6 +320,14 @@ def test_a_path_over_corners_through_an_area_is_refused() -> None:
         checker.check_free(problem, np.array([(0.25, 0.5), (0.4, 0.4), (0.6, 0.6), (0.75, 0.5)]))
 
 
+@pytest.mark.parametrize("axes", [0, 3, 1.0, [2], None])
+def test_values_have_one_or_two_axes(axes: object) -> None:
+    described, archive = by_hand(cone, [22, 27, 14, 19])
+    described["grids"][0]["to_goal"]["axes"] = axes
+    with pytest.raises(checker.Refused, match=r"axes are neither|a whole number is none"):
+        checker.check(io.BytesIO(archive.packed(described)))
+
+
 def test_the_least_whole_number_is_no_control_value() -> None:
     """Its absolute value is itself, and twice it is 0."""
     described, archive = by_hand(lambda x, y: 0.0 * x * y - 2.0**-30, [22, 27, 14, 19], start=[0.265625, 0.515625])
