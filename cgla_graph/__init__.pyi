@@ -73,6 +73,7 @@ from cgla_graph.solvers.trade_off.energy import plan_within_energy as plan_withi
 from cgla_graph.solvers.trade_off.pareto import pareto as pareto
 from cgla_graph.solvers.trade_off.tour import tour as tour
 from cgla_graph.timed.moving import MovingThreat as MovingThreat
+from cgla_graph.timed.space_time_proof import TimedCertificate as TimedCertificate
 from cgla_graph.timed.timed_area import TimedArea as TimedArea
 from cgla_graph.timed.timed_evaluation import TimedEvaluation as TimedEvaluation
 from cgla_graph.timed.timed_plan import TimedPlan as TimedPlan

@@ -309,6 +309,7 @@ def test_every_public_function_is_called() -> None:
         cg.Flight,
         cg.TimedEvaluation,
         cg.TimedPlan,
+        cg.TimedCertificate,
     }
     kinds = (cg.Scenario, cg.Status, cg.MissionStatus, cg.CglaError, cg.GeometricGraph)
     # (a test of old names may have imported a module named like a function)

@@ -28,7 +28,7 @@ COMMANDS: "dict[str, Place]" = {
     ),
     "pareto": "pareto:pareto",
     "certify": "certify:certify",
-    "verify": "verify:verify",
+    "verify": "certify:verify",
     "check": "check:check",
     "conform": "conform:conform",
     "answer": "conform:answer",

@@ -120,7 +120,7 @@ def plan(
     )
     k, planned = on_ground.weight_of(scenario, maps.k, ground, budget), bool(export.export)
     groups, ground = (
-        (tour, budget, uncertain, heights, flyable, times, ground, volume, export, proof),
+        (tour, budget, uncertain, heights, flyable, times, ground, volume, export),
         _with_corridor(ground, volume, zones, export),
     )
 
@@ -129,7 +129,7 @@ def plan(
         changed = dataclasses.replace(maps, **changes)
         return _if_still(
             open_map("plan", scenario, changed, at, raster, aircraft, k=k, exported=planned),
-            output,
+            (output, proof),
             groups,
             {"profile": profile, "proof": proof_file, "solver": solver},
         )
@@ -189,14 +189,17 @@ def plan(
 
 
 def _if_still(
-    scenario: "Scenario", output: OutputOptions, groups: Sequence[Any], options: Mapping[str, object]
+    scenario: "Scenario",
+    taken: tuple[OutputOptions, ProofOptions],
+    groups: Sequence[Any],
+    options: Mapping[str, object],
 ) -> "Scenario":
     """Return a map; if it changes in time, plan a flight through it and end."""
     if not scenario.in_time:
         return scenario
     from cgla_graph.comparisons.cli.timed import plan_timed
 
-    raise typer.Exit(plan_timed(scenario, output, groups, options))
+    raise typer.Exit(plan_timed(scenario, *taken, groups, options))
 
 
 def _proof_target(

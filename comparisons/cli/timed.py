@@ -6,16 +6,24 @@ from typing import Any
 
 from cgla_graph._text import duration, figure, percent, rounded_down
 from cgla_graph.comparisons import console, files
-from cgla_graph.comparisons.cli.options import OutputOptions
+from cgla_graph.comparisons.cli.options import OutputOptions, ProofOptions
 from cgla_graph.comparisons.cli.tour import check_alone
+from cgla_graph.comparisons.study.options import read_tolerance
 from cgla_graph.people.units import risk_text
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.timed.solving_timed import solve_timed
+from cgla_graph.timed.space_time_proof import TOLERANCE
 from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem
 
 
-def plan_timed(scenario: Scenario, output: OutputOptions, groups: Sequence[Any], options: Mapping[str, object]) -> int:
+def plan_timed(
+    scenario: Scenario,
+    output: OutputOptions,
+    proof: ProofOptions,
+    groups: Sequence[Any],
+    options: Mapping[str, object],
+) -> int:
     """
     Plan a flight through a map that changes in time, and print it; with --out, write it, a picture and an animation.
 
@@ -25,6 +33,8 @@ def plan_timed(scenario: Scenario, output: OutputOptions, groups: Sequence[Any],
         The map, whose `Scenario.timed` is the problem.
     output
         Where to write what.
+    proof
+        How tight a bound to prove; by default, within 1 %.
     groups, options
         Options of ``cgla plan`` that such a map does not have, as `check_alone` takes them.
 
@@ -44,8 +54,9 @@ def plan_timed(scenario: Scenario, output: OutputOptions, groups: Sequence[Any],
         msg = f"{scenario.name} does not change in time"
         raise ValueError(msg)
     folder, kinds = output.folder(), output.pictures("png")
+    tolerance = TOLERANCE if proof.tolerance is None else proof.tolerance
     with console.running_solvers([]):
-        plan = solve_timed(problem)
+        plan = solve_timed(problem, tolerance=read_tolerance(tolerance, certify=not proof.no_certificate))
     has_flight = plan.status.has_path
     written = _write(scenario, plan, folder, kinds) if folder is not None and has_flight else []
     if output.as_json:
@@ -63,7 +74,7 @@ def _lines(scenario: Scenario, problem: TimedProblem, plan: TimedPlan) -> dict[s
     known = plan.status.has_path
     first, last = problem.departures
     choice = f", the best from {first:g} to {last:g}" if last > first else ""
-    proven = plan.lower_bound == plan.lower_bound
+    proof = plan.certificate
     waits = problem.waiting is not None
     over = "" if problem.wind is None else f", {figure(plan.ground_distance, 9)}{unit} over ground"
     return {
@@ -71,8 +82,8 @@ def _lines(scenario: Scenario, problem: TimedProblem, plan: TimedPlan) -> dict[s
         "solver": plan.solver,
         "status": f"{plan.status.label}: {plan.status.value}",
         "cost": figure(plan.cost, 9) + unit,
-        "bound": rounded_down(plan.lower_bound, 9) + unit if proven else "none is proven for this map",
-        "gap": percent(plan.gap) if proven and known else "",
+        "bound": "" if proof is None else rounded_down(plan.lower_bound, 9) + unit,
+        "gap": f"{percent(plan.gap)}: {proof.message}" if proof is not None and known else "",
         "departure": f"{figure(plan.departure, 6)}{choice}" if known else "",
         "arrival": figure(plan.arrival, 6) if known else "",
         "duration": figure(plan.time, 6) if known else "",
@@ -82,7 +93,8 @@ def _lines(scenario: Scenario, problem: TimedProblem, plan: TimedPlan) -> dict[s
         "k": f"{problem.k:g}",
         "airspeed": f"{problem.speed:g}{' m/s' if unit else ''}",
         "waypoints": str(len(plan.path)),
-        "time": duration(plan.seconds),
+        "time": duration(plan.seconds)
+        + ("" if proof is None else f", and {duration(proof.seconds)} to prove the bound"),
         "remark": plan.message,
     }
 

@@ -1,8 +1,10 @@
 """`solve` for timed problems: one answer that the oracle has judged."""
 
 import inspect
+import math
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from cgla_graph._progress import showing
@@ -10,6 +12,8 @@ from cgla_graph._text import shown
 from cgla_graph.errors import SolverSettingError, UnknownSolverError
 from cgla_graph.model.solution import Status
 from cgla_graph.solvers.timed.planning import FoundFlight, plan_in_time
+from cgla_graph.timed.space_time_proof import MOST_CELLS, TOLERANCE, TimedCertificate, timed_lower_bound
+from cgla_graph.timed.timed_evaluation import Timed
 from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem
 
@@ -17,9 +21,16 @@ from cgla_graph.timed.timed_problem import TimedProblem
 TIMED_SOLVERS: Mapping[str, Callable[..., FoundFlight]] = {"space-time": plan_in_time}
 
 
-def solve_timed(problem: TimedProblem, solver: object = None, **settings: Any) -> TimedPlan:  # noqa: ANN401
+def solve_timed(
+    problem: TimedProblem,
+    solver: object = None,
+    *,
+    tolerance: float | None = TOLERANCE,
+    max_cells: int = MOST_CELLS,
+    **settings: Any,  # noqa: ANN401
+) -> TimedPlan:
     """
-    Plan a flight through risk that moves, and have the oracle judge it.
+    Plan a flight through risk that moves, have the oracle judge it, and prove how good it is.
 
     Parameters
     ----------
@@ -27,6 +38,8 @@ def solve_timed(problem: TimedProblem, solver: object = None, **settings: Any) -
         A timed problem.
     solver
         A name of `TIMED_SOLVERS`; None: ``space-time``.
+    tolerance, max_cells
+        As `timed_lower_bound` takes them: the proof takes seconds to a minute. A tolerance of None: no proof.
     **settings
         Settings of that solver.
 
@@ -45,7 +58,7 @@ def solve_timed(problem: TimedProblem, solver: object = None, **settings: Any) -
     >>> from cgla_graph.timed.moving import MovingThreat
     >>> storm = MovingThreat([(0, 0.5, 0.9), (1, 0.5, 0.1)], spread=0.1)
     >>> problem = TimedProblem((0.1, 0.5), (0.9, 0.5), moving=[storm], k=5.0, speed=0.8)
-    >>> plan = solve_timed(problem, nodes=20_000)
+    >>> plan = solve_timed(problem, nodes=20_000, tolerance=None)
     >>> plan.status.label, bool(plan.cost < problem.evaluate(problem.fly([(0.1, 0.5), (0.9, 0.5)])).cost)
     ('found', True)
     """
@@ -57,13 +70,34 @@ def solve_timed(problem: TimedProblem, solver: object = None, **settings: Any) -
     known = [parameter for parameter in inspect.signature(plan).parameters if parameter != "problem"]
     for setting in settings:
         if setting not in known:
-            msg = f"{name} has no setting {shown(setting)}; it has {', '.join(known)}"
+            msg = f"{name} has no setting {shown(setting)}; it has tolerance, max_cells, {', '.join(known)}"
             raise SolverSettingError(msg)
     with showing(f"planning with {name}"):
         began = time.perf_counter()
         found = plan(problem, **settings)
         seconds = time.perf_counter() - began
-    return judged(problem, found, name, seconds)
+    answer = judged(problem, found, name, seconds)
+    return answer if tolerance is None else proven_in_time(problem, answer, tolerance, max_cells)
+
+
+def proven_in_time(problem: TimedProblem, plan: TimedPlan, tolerance: float, max_cells: int = MOST_CELLS) -> TimedPlan:
+    """Return a plan with a proven bound of the cost of all flights; without a flight, the bound is that of the way."""
+    proof = timed_lower_bound(
+        problem, plan.trajectory if plan.status.has_path else None, tolerance=tolerance, max_cells=max_cells
+    )
+    status = Status.NO_PATH if math.isinf(proof.lower_bound) and not plan.status.has_path else plan.status
+    return replace(plan, status=status, lower_bound=proof.lower_bound, certificate=proof)
+
+
+def bound_in_time(
+    problem: TimedProblem, path: Timed | None, tolerance: float | None, max_cells: int | None
+) -> TimedCertificate:
+    """Bound the cost of all flights, held against a path or that of the default solver (`cgla_graph.lower_bound`)."""
+    if path is None:
+        found = solve_timed(problem, tolerance=None)
+        path = found.trajectory if found.status.has_path else None
+    aim, most = TOLERANCE if tolerance is None else tolerance, MOST_CELLS if max_cells is None else max_cells
+    return timed_lower_bound(problem, path, tolerance=aim, max_cells=most)
 
 
 def judged(problem: TimedProblem, found: FoundFlight, name: str, seconds: float) -> TimedPlan:

@@ -90,7 +90,7 @@ def test_march_converges_to_the_exact_time_in_wind() -> None:
 
 def test_plan_is_the_oracle_s_and_no_neighbour_is_better() -> None:
     problem = problem_of(3)
-    plan = cg.solve(problem, nodes=30_000)
+    plan = cg.solve(problem, nodes=30_000, tolerance=None)
     assert plan.status.has_path
     seen = problem.evaluate(plan.trajectory)
     assert (plan.cost, plan.arrival, plan.risk) == (seen.cost, seen.arrival, seen.risk)
@@ -101,19 +101,21 @@ def test_plan_is_the_oracle_s_and_no_neighbour_is_better() -> None:
             bump = np.sin(np.linspace(0.0, math.pi, len(plan.path)))[:, None] * rng.normal(0.0, size, 2)
             other = problem.evaluate(problem.fly(plan.path + bump))
             assert not other.feasible or other.cost > plan.cost * (1.0 - 1e-6)
-    assert np.array_equal(plan.trajectory, cg.solve(problem, nodes=30_000).trajectory)
+    assert np.array_equal(plan.trajectory, cg.solve(problem, nodes=30_000, tolerance=None).trajectory)
 
 
 def test_nothing_that_moves_is_planned_as_in_the_plane() -> None:
     still = cg.Problem(START, GOAL, cg.RiskField([cg.Threat(0.5, 0.52, 0.1, 0.9), cg.Threat(0.7, 0.4, 0.1)]), k=10.0)
     timed = cg.TimedProblem(START, GOAL, still.field, k=10.0, speed=0.5)
-    assert cg.solve(timed, nodes=30_000).cost == pytest.approx(cg.solve(still, tolerance=None).cost, rel=1e-4)
+    assert cg.solve(timed, nodes=30_000, tolerance=None).cost == pytest.approx(
+        cg.solve(still, tolerance=None).cost, rel=1e-4
+    )
 
 
 def test_window_is_no_worse_than_its_departures_and_shows_them() -> None:
     problem = problem_of(0, departure=(0.0, 1.0))
-    plan = cg.solve(problem, nodes=30_000)
-    fixed = [cg.solve(dataclasses.replace(problem, departure=t), nodes=30_000).cost for t in (0.0, 1.0)]
+    plan = cg.solve(problem, nodes=30_000, tolerance=None)
+    fixed = [cg.solve(dataclasses.replace(problem, departure=t), nodes=30_000, tolerance=None).cost for t in (0.0, 1.0)]
     assert plan.cost <= min(fixed) * (1.0 + 1e-4)
     assert 0.0 <= plan.departure <= 1.0
     times, costs = plan.departures.T
@@ -128,9 +130,9 @@ def test_window_is_no_worse_than_its_departures_and_shows_them() -> None:
 def test_gate_that_opens_is_waited_for() -> None:
     gate = cg.TimedArea(shapely.box(0.4, -1, 0.6, 2), appears=0, vanishes=2.0)
     problem = cg.TimedProblem((0.1, 0.5), (0.9, 0.5), areas=[gate], speed=1.0)
-    circled = cg.solve(problem, nodes=30_000)
-    waited = cg.solve(dataclasses.replace(problem, waiting=0.5), nodes=30_000)
-    late = cg.solve(dataclasses.replace(problem, departure=(0.0, 3.0)), nodes=30_000)
+    circled = cg.solve(problem, nodes=30_000, tolerance=None)
+    waited = cg.solve(dataclasses.replace(problem, waiting=0.5), nodes=30_000, tolerance=None)
+    late = cg.solve(dataclasses.replace(problem, departure=(0.0, 3.0)), nodes=30_000, tolerance=None)
     # at the gate at time 2, then 0.5 to the goal
     assert circled.cost == pytest.approx(2.5, rel=2e-3)
     assert waited.cost == pytest.approx(0.8 + 0.5 * 1.7, rel=2e-3)
@@ -139,10 +141,10 @@ def test_gate_that_opens_is_waited_for() -> None:
 
 def test_closed_for_good_and_too_late_are_not_found() -> None:
     closed = cg.TimedArea(shapely.box(0.4, -1, 0.6, 2), appears=0.1)
-    plan = cg.solve(cg.TimedProblem((0.1, 0.5), (0.9, 0.5), areas=[closed], speed=1.0), nodes=4_000)
+    plan = cg.solve(cg.TimedProblem((0.1, 0.5), (0.9, 0.5), areas=[closed], speed=1.0), nodes=4_000, tolerance=None)
     assert (plan.status.label, plan.cost) == ("not-found", math.inf)
     late = cg.TimedProblem((0.1, 0.5), (0.9, 0.5), speed=1.0, latest=0.7)
-    assert not cg.solve(late, nodes=4_000).status.has_path
+    assert not cg.solve(late, nodes=4_000, tolerance=None).status.has_path
 
 
 def test_wrong_settings_are_named() -> None:
@@ -158,6 +160,6 @@ def test_wrong_settings_are_named() -> None:
 def test_wind_that_changes_is_judged_as_it_is() -> None:
     wind = cg.Wind([[0.0, 0.2], [0.0, 0.2]], [[0.1, 0.0], [0.1, 0.0]], (0, 0, 1, 1))
     problem = problem_of(1, wind=wind)
-    plan = cg.solve(problem, nodes=4_000)
+    plan = cg.solve(problem, nodes=4_000, tolerance=None)
     assert plan.status.has_path
     assert problem.evaluate(plan.trajectory).cost == plan.cost < problem.evaluate(problem.fly([START, GOAL])).cost

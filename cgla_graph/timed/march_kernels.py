@@ -1,0 +1,271 @@
+r"""
+Compiled kernels that march costs-to-go through time: not proven, but of second order and more where they are smooth.
+
+With the time ``s`` that is left, ``W_s + v |grad W| - wind . grad W = v + k r``: fronts that come from the goal. The
+derivatives are those of a weighted scheme of third order (WENO, Jiang and Peng 2000) on the side that fronts come from
+(Godunov), and time is stepped by Heun's method. Values of `WALL` and more are those of places from where no path leads
+on; no derivative uses them.
+"""
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+
+from cgla_graph._kernel import inlined, kernel
+from cgla_graph._types import BoolArray, FloatArray, WholeArray
+
+#: The cost-to-go where no path leads on.
+WALL = 1e30
+#: Steeper than this is no slope, but the side of a wall.
+STEEPEST = 1e20
+#: Speed, wind, whether risk counts per unit of time, and the price of waiting (infinite: none).
+Flow: TypeAlias = tuple[float, float, float, bool, float]
+#: Turns of the search for the best heading where risk counts by the ground distance.
+TURNS = 3
+
+
+@inlined
+def _slope(a: float, b: float, c: float, d: float) -> float:
+    """Return the derivative at the third of four values, times the step, from the side of the first."""
+    first, second, third = b - a, c - b, d - c
+    one, other = second - first, third - second
+    least = 1e-14 * (second * second + third * third) + 1e-280
+    ratio = (least + one * one) / (least + other * other)
+    weight = 1.0 / (1.0 + 2.0 * ratio * ratio)
+    return 0.5 * (second * (1.0 + 2.0 * weight) + third * (1.0 - weight) - weight * first)
+
+
+@inlined
+def _drift(wind: float, before: float, after: float) -> float:
+    """Return the derivative on the side that the wind blows to; on the other one beside a wall, 0 between walls."""
+    one, other = (after, before) if wind > 0.0 else (before, after)
+    if abs(one) < STEEPEST:
+        return one
+    return other if abs(other) < STEEPEST else 0.0
+
+
+@kernel
+def travel_time(dx: float, dy: float, flow: Flow) -> float:
+    """Return the least time in which a way is flown in constant wind, without risk; infinite if it is too strong."""
+    v, wx, wy, _, _ = flow
+    d2 = dx * dx + dy * dy
+    if d2 == 0.0:
+        return 0.0
+    along = dx * wx + dy * wy
+    excess = v * v - wx * wx - wy * wy
+    root = along * along + excess * d2
+    if root < 0.0:
+        return math.inf
+    # (the form without cancellation)
+    slow = along + math.sqrt(root)
+    return d2 / slow if slow > 0.0 else math.inf
+
+
+@kernel
+def burden(gx: float, gy: float, risk: float, flow: Flow) -> tuple[float, float, float]:
+    """
+    Return a direction ``u``, at most of length 1, so that risk by the ground distance counts as a gradient ``risk u``.
+
+    For every ``|u| <= 1`` and each heading, ``|g| >= u . g`` for the ground speed ``g``; with ``u`` along the best
+    ``g``, nothing is lost. Also returns that ground speed.
+    """
+    v, wx, wy, _, _ = flow
+    steep = math.hypot(gx, gy)
+    if steep == 0.0:
+        return 0.0, 0.0, v
+    if wx == 0.0 and wy == 0.0:
+        share = -1.0 / max(steep, risk)
+        return share * gx, share * gy, v
+    ux, uy, speed = 0.0, 0.0, v
+    for _ in range(TURNS):
+        px, py = gx + risk * ux, gy + risk * uy
+        p = math.hypot(px, py)
+        if p == 0.0:
+            break
+        ax, ay = wx - v * px / p, wy - v * py / p
+        speed = math.hypot(ax, ay)
+        if speed == 0.0:
+            break
+        # (a trifle shorter than 1, whatever the rounding)
+        ux, uy = ax / speed * (1.0 - 2.0**-50), ay / speed * (1.0 - 2.0**-50)
+    return ux, uy, speed
+
+
+@kernel
+def fall(
+    values: FloatArray,
+    risks: FloatArray,
+    factors: FloatArray,
+    begin: WholeArray,
+    end: WholeArray,
+    step: float,
+    flow: Flow,
+    out: FloatArray,
+) -> None:
+    """
+    Write the derivative of the costs-to-go by the time left at the nodes of one layer to `out`.
+
+    Parameters
+    ----------
+    values
+        Costs-to-go, shape ``(rows, columns)``.
+    risks
+        ``k F`` at the nodes.
+    factors
+        What the cost is multiplied by there.
+    begin, end
+        The nodes of each row, two or more away from the rim.
+    step
+        Between neighbours, map units.
+    flow
+        See `Flow`.
+    out
+        As `values`.
+    """
+    v, wx, wy, per_time, price = flow
+    windy = wx != 0.0 or wy != 0.0
+    for j in range(2, values.shape[0] - 2):
+        for i in range(begin[j], end[j]):
+            here = values[j, i]
+            west = _slope(values[j, i - 2], values[j, i - 1], here, values[j, i + 1]) / step
+            east = -_slope(values[j, i + 2], values[j, i + 1], here, values[j, i - 1]) / step
+            south = _slope(values[j - 2, i], values[j - 1, i], here, values[j + 1, i]) / step
+            north = -_slope(values[j + 2, i], values[j + 1, i], here, values[j - 1, i]) / step
+            gx = max(west, -east, 0.0)
+            gy = max(south, -north, 0.0)
+            risk = risks[j, i]
+            if per_time:
+                rate = factors[j, i] * (v + risk)
+            elif not windy:
+                rate = factors[j, i] * v * (1.0 + risk)
+            else:
+                px = gx if west >= -east else -gx
+                py = gy if south >= -north else -gy
+                ux, uy, _ = burden(px, py, risk, flow)
+                qx, qy = px + risk * ux, py + risk * uy
+                # (the terms of the gradient itself follow below)
+                rate = v + risk * (wx * ux + wy * uy) - v * (math.hypot(qx, qy) - math.hypot(px, py))
+                rate *= factors[j, i]
+            rate -= v * math.sqrt(gx * gx + gy * gy)
+            if windy:
+                rate += wx * _drift(wx, west, east) + wy * _drift(wy, south, north)
+            if price < math.inf:
+                rate = min(rate, factors[j, i] * (price + (risk if per_time else v * risk)))
+            out[j, i] = rate
+
+
+@kernel
+def near_end(dx: float, dy: float, flow: Flow, price: FloatArray) -> float:
+    """
+    Bound the cost of a way to an end: ``a T + c r + r (g . d) / 2 - beta r^3 / 3`` from ``d`` off the end.
+
+    `dx` and `dy` are the way to the end, ``-d``; ``T`` is the least time that it takes (`travel_time`). `price` holds
+    ``a, c, g, beta``, shape ``(5,)``.
+    """
+    r = math.hypot(dx, dy)
+    cost = r * (price[1] - 0.5 * (price[2] * dx + price[3] * dy) - price[4] * r * r / 3.0)
+    return float(cost + price[0] * travel_time(dx, dy, flow)) if price[0] > 0.0 else float(cost)
+
+
+@kernel
+def around_end(
+    values: FloatArray,
+    block: tuple[int, int, int],
+    off: tuple[float, float],
+    step: float,
+    flow: Flow,
+    price: FloatArray,
+) -> None:
+    """
+    Set the nodes of a block around an end to the cost of their way to it (`near_end`).
+
+    `block` holds column and row of its middle and its reach, `off` the way from its middle to the end.
+    """
+    column, row, reach = block
+    for j in range(row - reach, row + reach + 1):
+        for i in range(column - reach, column + reach + 1):
+            cost = near_end(off[0] - (i - column) * step, off[1] - (j - row) * step, flow, price)
+            values[j, i] = min(cost, WALL)
+
+
+@kernel
+def advance(
+    values: FloatArray,
+    rates: FloatArray,
+    risks: tuple[FloatArray, FloatArray],
+    factors: tuple[FloatArray, FloatArray],
+    runs: tuple[WholeArray, WholeArray],
+    walls: BoolArray,
+    block: tuple[int, int, int],
+    off: tuple[float, float],
+    prices: FloatArray,
+    step: float,
+    duration: float,
+    turns: int,
+    flow: Flow,
+) -> None:
+    """
+    March the costs-to-go by one layer, in place.
+
+    Parameters
+    ----------
+    values
+        At the later layer: of the nodes that are marched and of two around each.
+    rates
+        How fast the values of the nodes around change, by the time left.
+    risks, factors
+        As of `fall`, at the later layer and at this one.
+    runs
+        First and last column (exclusive) of each row that is marched, shape ``(rows,)``.
+    walls
+        Nodes from where no path leads on.
+    block, off
+        As of `around_end`; with a reach below 0, there is none.
+    prices
+        As of `around_end`, at the later layer and at this one, shape ``(2, 5)``.
+    step
+        Between neighbours, map units.
+    duration
+        Between the layers.
+    turns
+        Steps of time.
+    flow
+        See `Flow`.
+    """
+    begin, end = runs
+    rows, columns = values.shape
+    now, then = np.zeros((rows, columns)), np.zeros((rows, columns))
+    risk, factor = np.empty((rows, columns)), np.empty((rows, columns))
+    middle = np.empty((rows, columns))
+    part = duration / turns
+    for turn in range(turns):
+        for half in range(2):
+            share = (turn + half) / turns
+            for j in range(rows):
+                for i in range(begin[j], end[j]):
+                    risk[j, i] = (1.0 - share) * risks[0][j, i] + share * risks[1][j, i]
+                    factor[j, i] = (1.0 - share) * factors[0][j, i] + share * factors[1][j, i]
+            later = share if half == 1 else (turn + 1) / turns
+            price = (1.0 - later) * prices[0] + later * prices[1]
+            if half == 0:
+                fall(values, risk, factor, begin, end, step, flow, now)
+                for j in range(rows):
+                    for i in range(columns):
+                        if begin[j] <= i < end[j]:
+                            middle[j, i] = WALL if walls[j, i] else min(values[j, i] + part * now[j, i], WALL)
+                        else:
+                            middle[j, i] = values[j, i] + part * rates[j, i]
+                if block[2] >= 0:
+                    around_end(middle, block, off, step, flow, price)
+            else:
+                fall(middle, risk, factor, begin, end, step, flow, then)
+                for j in range(rows):
+                    for i in range(columns):
+                        if begin[j] <= i < end[j]:
+                            new = values[j, i] + 0.5 * part * (now[j, i] + then[j, i])
+                            values[j, i] = WALL if walls[j, i] else min(new, WALL)
+                        else:
+                            values[j, i] = middle[j, i]
+                if block[2] >= 0:
+                    around_end(values, block, off, step, flow, price)

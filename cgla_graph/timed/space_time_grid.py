@@ -1,0 +1,409 @@
+"""A grid over a map and a time: layers between events, nodes, cells that paths may enter, and blocks around ends."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+
+from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
+from cgla_graph.model.risk import RiskField
+from cgla_graph.model.risk_raster_kernels import Rasters, add_densities, raster_floor
+from cgla_graph.timed.floor_kernels import VX, VY, end_formula, least_near, raster_floors
+from cgla_graph.timed.march_kernels import Flow
+
+if TYPE_CHECKING:
+    from cgla_graph.timed.slabs import Slab
+    from cgla_graph.timed.timed_problem import TimedProblem
+
+#: Nodes beyond the bounds on each side; those more than one away are walls.
+PAD = 4
+#: Cells from an end to the rim of its block.
+REACH = 1
+#: Discs around an end on which the risk has a floor, as parts of the distance of the rim.
+DISCS = (2.0, 1.5)
+#: Areas are made narrower by this part of the map, so that no cell is closed by rounding.
+NARROWER = 1e-7
+#: By how much the polygon of a widened area is wider than the clearance, as a part of it: at most.
+ARCS = 3e-3
+#: How many times longer than the way from the rim takes, a path may take without paying for its time instead: first,
+#: and more until that is enough, so many times.
+SLOWER, LONGER, WHILES = 1.5, 1.6, 6
+
+
+def flow_of(problem: "TimedProblem") -> Flow:
+    """Return how it is flown, as kernels take it; wind that changes counts as none."""
+    price = math.inf if problem.waiting is None else problem.waiting
+    u, v = problem.constant_wind or (0.0, 0.0)
+    return problem.speed, u, v, problem.risk_per == "time", price
+
+
+@dataclass(frozen=True, eq=False)
+class Still:
+    """
+    What does not change for a while: rasters on the nodes and cells of a grid, and closed cells.
+
+    Attributes
+    ----------
+    risk
+        Of rasters at the nodes, shape ``(rows, columns)``.
+    floors
+        Of rasters on the cells, shape ``(rows, columns, 5)``, or ``(0, 0, 5)``.
+    closed
+        Cells that no path enters: outside the bounds, or inside an area.
+    rasters
+        As kernels take them.
+    """
+
+    risk: FloatArray
+    floors: FloatArray
+    closed: BoolArray
+    rasters: Rasters
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """
+    A grid in space and time, in one direction of time.
+
+    Layer ``n`` lasts from ``knots[n]`` to ``knots[n + 1]``; no event is inside of one. Backwards in time, times change
+    their sign, and so do velocities and the wind: what leads from the start is then what leads to the goal.
+
+    Attributes
+    ----------
+    origin, step
+        Place of the first node, and the distance of neighbours, map units.
+    shape
+        Rows and columns of nodes. The cell of a node is the square of one step around it.
+    bounds
+        Of the map.
+    knots
+        Shape ``(n + 1,)``.
+    threats
+        In the middle of each layer, shape ``(n, m, 8)``.
+    still
+        What stands still in each layer.
+    flow
+        Speed, wind, kind of risk and price of waiting.
+    k
+        Risk weight.
+    ends
+        Where paths come from, not before the first knot, and where they have to be at the last one.
+    events
+        Times at which something changes, rising.
+    """
+
+    origin: Point
+    step: float
+    shape: tuple[int, int]
+    bounds: tuple[float, float, float, float]
+    knots: FloatArray
+    threats: FloatArray
+    still: Sequence[Still]
+    flow: Flow
+    k: float
+    ends: tuple[Point, Point]
+    events: FloatArray
+
+    @classmethod
+    def lay(cls, problem: "TimedProblem", until: float, cells: int, ratio: float) -> "Grid":
+        """
+        Lay a grid of so many cells along the longer side, and layers that last about `ratio` cells of flight.
+
+        Examples
+        --------
+        >>> from cgla_graph.timed.timed_problem import TimedProblem
+        >>> grid = Grid.lay(TimedProblem((0.1, 0.1), (0.9, 0.9), speed=2.0), 1.0, cells=20, ratio=1.0)
+        >>> grid.shape, len(grid.knots)
+        ((29, 29), 41)
+        """
+        x_min, y_min, x_max, y_max = problem.bounds
+        sides = x_max - x_min, y_max - y_min
+        step = max(sides) / cells
+        columns, rows = (math.ceil(side / step - 1e-9) + 1 + 2 * PAD for side in sides)
+        origin = x_min - PAD * step, y_min - PAD * step
+        slabs = problem.slabs(until)
+        knots, layers = _layers(slabs, ratio * step / problem.speed)
+        shape = rows, columns
+        ends, events = (problem.start, problem.goal), np.array([slab.begins for slab in slabs[1:]])
+        made = cls(
+            origin,
+            step,
+            shape,
+            problem.bounds,
+            knots,
+            np.empty((0, 0, 8)),
+            (),
+            flow_of(problem),
+            problem.k,
+            ends,
+            events,
+        )
+        kept: dict[tuple[int, int], Still] = {}
+        still = []
+        for slab in slabs:
+            key = id(slab.field), id(slab.no_fly)
+            if key not in kept:
+                kept[key] = made._still(slab)
+            still.append(kept[key])
+        most = max(len(slab.threats) + len(slab.field.threats) for slab in slabs)
+        threats = np.zeros((len(layers), most, 8))
+        threats[:, :, 4] = 1.0
+        for n, number in enumerate(layers):
+            slab = slabs[number]
+            standing = [(one.x, one.y, 0.0, 0.0, one.spread, 0.0, one.peak, 0.0) for one in slab.field.threats]
+            now = np.vstack([slab.threats_at(float(made.middles[n])), np.array(standing).reshape(-1, 8)])
+            threats[n, : len(now)] = now
+        return replace(made, threats=threats, still=[still[n] for n in layers])
+
+    def _still(self, slab: "Slab") -> Still:
+        """Lay out what stands still in a slab."""
+        risk, floors = np.zeros(self.shape), np.zeros((0, 0, 5))
+        field: RiskField = slab.field
+        if field.raster_array is not None:
+            places = np.clip(self.places, *np.reshape(self.bounds, (2, 2)))
+            found = np.zeros(len(places))
+            add_densities(places, field.raster_array, found)
+            risk, floors = found.reshape(self.shape), np.zeros((*self.shape, 5))
+            raster_floors(*self.origin, self.step, self.bounds, field.raster_array, floors)
+        return Still(risk, floors, self._inside(slab), field.raster_array)
+
+    def _inside(self, slab: "Slab") -> BoolArray:
+        x, y = self.places.T
+        half = 0.5 * self.step
+        x_min, y_min, x_max, y_max = self.bounds
+        closed = (x + half < x_min) | (x - half > x_max) | (y + half < y_min) | (y - half > y_max)
+        area = slab.wide_area.geometry
+        if not area.is_empty:
+            # (the arcs of a clearance are polygons around it)
+            by = NARROWER * max(x_max - x_min, y_max - y_min) + ARCS * slab.clearance
+            narrow = shapely.buffer(area, -by, join_style="mitre")
+            shapely.prepare(narrow)
+            # (a little wider than a cell, which is closed only if all of it is inside)
+            boxes = shapely.box(x - half, y - half, x + half, y + half)
+            closed |= shapely.contains_properly(narrow, boxes)
+        return np.asarray(closed.reshape(self.shape))
+
+    @cached_property
+    def places(self) -> FloatArray:
+        """Places of all nodes, row by row, shape ``(rows * columns, 2)``."""
+        rows, columns = self.shape
+        x = self.origin[0] + np.arange(columns) * self.step
+        y = self.origin[1] + np.arange(rows) * self.step
+        return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+
+    @cached_property
+    def middles(self) -> FloatArray:
+        """Middles of the layers, shape ``(n,)``."""
+        return np.asarray(0.5 * (self.knots[1:] + self.knots[:-1]))
+
+    @cached_property
+    def times(self) -> FloatArray:
+        """Times of the control values: the middles of layers, with one more at both ends, shape ``(n + 2,)``."""
+        lasts = np.diff(self.knots)
+        return np.concatenate([[self.middles[0] - lasts[0]], self.middles, [self.middles[-1] + lasts[-1]]])
+
+    @cached_property
+    def durations(self) -> FloatArray:
+        """How long layers last, those at both ends twice, shape ``(n + 2,)``."""
+        lasts = np.diff(self.knots)
+        return np.concatenate([lasts[:1], lasts, lasts[-1:]])
+
+    @property
+    def count(self) -> int:
+        """How many layers there are."""
+        return len(self.knots) - 1
+
+    def reversed(self) -> "Grid":
+        """Return the grid backwards in time."""
+        threats = self.threats[::-1].copy()
+        threats[:, :, [2, 3, 5, 7]] *= -1.0
+        v, wx, wy, per_time, price = self.flow
+        flow = v, -wx, -wy, per_time, price
+        still = tuple(reversed(self.still))
+        ends = self.ends[1], self.ends[0]
+        return replace(
+            self, knots=-self.knots[::-1], threats=threats, still=still, flow=flow, ends=ends, events=-self.events[::-1]
+        )
+
+    def cell_of(self, place: Point) -> tuple[int, int]:
+        """Return column and row of the cell around a place."""
+        column, row = (round((place[axis] - self.origin[axis]) / self.step) for axis in range(2))
+        return column, row
+
+    def closed(self, n: int) -> BoolArray:
+        """Return the cells of a layer that no path enters on its way between the ends, ``(rows, columns)``."""
+        if n not in self._closed_in:
+            since, left = float(self.knots[n + 1] - self.knots[0]), float(self.knots[-1] - self.knots[n])
+            late = self._out_of_reach(self.ends[0], since, 1.0) | self._out_of_reach(self.ends[1], left, -1.0)
+            self._closed_in[n] = self.still[n].closed | late
+        return self._closed_in[n]
+
+    @cached_property
+    def _closed_in(self) -> dict[int, BoolArray]:
+        """The closed cells of the layers that were asked for."""
+        return {}
+
+    def _out_of_reach(self, end: Point, lasts: float, sign: float) -> BoolArray:
+        """
+        Return the cells from which no path comes from (1), or leads to (-1), an end within a time, ``(rows, columns)``.
+
+        A wind that is stronger than the aircraft leaves out no cell.
+        """
+        v, wx, wy, _, _ = self.flow
+        if math.hypot(wx, wy) > v or not math.isfinite(lasts):
+            return np.zeros(self.shape, dtype=np.bool_)
+        away = self.places - end - sign * lasts * np.array([wx, wy])
+        near = np.hypot(*away.T) - math.sqrt(0.5) * self.step
+        return np.asarray(near > v * lasts + 1e-9 * (v * lasts + self.step)).reshape(self.shape)
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """
+    The block of cells around an end, inside of which a spline is no bound, and the cost to the end from its rim.
+
+    Attributes
+    ----------
+    end
+        The end.
+    cells
+        Column and row of its middle, and its reach.
+    off
+        From the middle to the end, map units.
+    prices
+        In each layer, a path from the rim costs at least so much (`march_kernels.near_end`), shape ``(n + 2, 5)``;
+    most
+        or this, if it is less, shape ``(n,)``.
+    holds
+        The layers where it is there, shape ``(n,)``.
+    early
+        What a path pays at least that enters at the beginning of the first of them, unless that is the first of all.
+    """
+
+    end: Point
+    cells: tuple[int, int, int]
+    off: Point
+    prices: FloatArray
+    most: FloatArray
+    holds: BoolArray
+    early: float = math.inf
+
+    @classmethod
+    def around(cls, grid: Grid, end: Point, since: float = -math.inf) -> "Block":
+        """
+        Find the block around an end, where paths may be from a time on.
+
+        Up to twice the distance of the rim, the risk has a floor for a while. A path that stays there and arrives in
+        that while pays for it. A path that takes longer pays for the time, and one that leaves the disc for the way
+        out, and from its last entry on, the same cost as any other path from there.
+        """
+        column, row = grid.cell_of(end)
+        off = end[0] - grid.origin[0] - column * grid.step, end[1] - grid.origin[1] - row * grid.step
+        # (a layer more does no harm)
+        holds = grid.knots[1:] >= since - 1e-9 * float(grid.durations.min())
+        slow = min(grid.flow[0], grid.flow[4])
+        first = int(np.argmax(holds))
+        early = slow * max(since - float(grid.knots[first]), 0.0) * (1.0 - 1e-9) if first else math.inf
+        rim = math.sqrt(2.0) * (REACH + 1.0) * grid.step * (1.0 + 1e-9)
+        prices, most = np.zeros((grid.count + 2, 5)), np.zeros(grid.count)
+        for n in np.nonzero(holds)[0].tolist():
+            prices[n + 1], most[n] = _price_at(grid, n, end, rim)
+        prices[0], prices[-1] = prices[1], prices[-2]
+        return cls(end, (column, row, REACH), off, prices, most, holds, early)
+
+    def cells_of(self, grid: Grid) -> BoolArray:
+        """Mark its cells, shape ``(rows, columns)``."""
+        column, row, reach = self.cells
+        marked = np.zeros(grid.shape, dtype=np.bool_)
+        marked[row - reach : row + reach + 1, column - reach : column + reach + 1] = True
+        return marked
+
+
+def _price_at(grid: Grid, n: int, end: Point, rim: float) -> tuple[FloatArray, float]:
+    """Bound the cost of ways to an end from up to `rim` that begin within a layer: formula, and greatest value."""
+    v, wx, wy, _, _ = grid.flow
+    best, most, high, lasts = np.zeros(5), 0.0, -math.inf, SLOWER * rim / v
+    for _ in range(WHILES):
+        begins, until = float(grid.knots[n]), float(grid.knots[n + 1]) + lasts
+        middle, half = 0.5 * (begins + until), 0.5 * (until - begins) * (1.0 + 1e-9)
+        turns = (grid.events > begins) & (grid.events < until)
+        if wx != 0.0 or wy != 0.0 or turns.any():
+            formula, value = _least_price(grid, n, end, rim, lasts)
+            level = float(formula[0] / v + formula[1]) * rim
+        else:
+            threats = grid.threats[n].copy()
+            threats[:, [0, 1, 4, 6]] += (middle - grid.middles[n]) * threats[:, [2, 3, 5, 7]]
+            level, formula, value = max(
+                (_formula_on(grid, n, end, (rim, disc * rim, half, lasts), threats) for disc in DISCS),
+                key=lambda one: min(one[0], one[2]),
+            )
+        if min(level, value) > high:
+            best, most, high = formula, value, min(level, value)
+        if value >= level:
+            break
+        lasts *= LONGER
+    return best, most
+
+
+def _formula_on(
+    grid: Grid, n: int, end: Point, sizes: tuple[float, float, float, float], threats: FloatArray
+) -> tuple[float, FloatArray, float]:
+    """Return the greatest value of a formula on the rim, the formula, and what a path pays at least that is no such."""
+    v, _, _, per_time, price = grid.flow
+    (rim, disc, half, lasts), found = sizes, np.empty(5)
+    raster = _raster_floor(grid.still[n], grid, end, disc)
+    leaving = end_formula(*end, rim, disc, half, grid.k / v if per_time else grid.k, threats, raster, found)
+    level = found[0] * rim + 0.5 * math.hypot(found[1], found[2]) * rim**2 - found[3] * rim**3 / 3.0
+    return float(level), np.append(0.0, found[:4]), min(min(v * found[4], price) * lasts, leaving) * (1.0 - 1e-9)
+
+
+def _least_price(grid: Grid, n: int, end: Point, rim: float, lasts: float) -> tuple[FloatArray, float]:
+    """Bound the cost of ways as `_price_at`, by the least risk near the end in each layer until then."""
+    v, wx, wy, per_time, price = grid.flow
+    last = int(np.searchsorted(grid.knots, float(grid.knots[n + 1]) + lasts * (1.0 + 1e-9)))
+    risks = []
+    for m in range(n, max(min(last, grid.count), n + 1)):
+        part = 0.5 * float(grid.durations[m + 1]) * (1.0 + 1e-9)
+        risk = least_near(*end, 2.0 * rim, part, grid.threats[m])
+        risks.append(grid.k * (risk + _raster_floor(grid.still[m], grid, end, 2.0 * rim)[4]))
+    fast = v + math.hypot(wx, wy)
+    formula = np.array([v + min(risks), 0.0, 0.0, 0.0, 0.0] if per_time else [v, min(risks), 0.0, 0.0, 0.0])
+    leaves = rim * (formula[0] / fast + formula[1]) + 2.0 * rim * v / fast
+    return formula, min(min(v, price) * lasts, leaves) * (1.0 - 1e-9)
+
+
+def _raster_floor(still: Still, grid: Grid, end: Point, reach: float) -> FloatArray:
+    """Bound rasters from below on a disc: value and slopes at its middle, drop, and least."""
+    found = np.zeros(5)
+    if still.rasters is not None:
+        x_min, y_min, x_max, y_max = grid.bounds
+        low = max(end[0] - reach, x_min), max(end[1] - reach, y_min)
+        high = min(end[0] + reach, x_max), min(end[1] + reach, y_max)
+        found[:] = raster_floor(low, high, *end, still.rasters)
+    return found
+
+
+def _layers(slabs: "Sequence[Slab]", lasts: float) -> tuple[FloatArray, IntArray]:
+    """Divide slabs into layers that last about so long each; return their knots, and the slab of each."""
+    knots, numbers = [slabs[0].begins], []
+    for number, slab in enumerate(slabs):
+        count = max(1, math.ceil((slab.ends - slab.begins) / lasts - 1e-9))
+        knots += np.linspace(slab.begins, slab.ends, count + 1)[1:].tolist()
+        numbers += count * [number]
+    return np.array(knots), np.array(numbers)
+
+
+def fastest(threats: FloatArray) -> float:
+    """
+    Return the greatest speed of any threat, shape ``(n, m, 8)``; 0 without any.
+
+    Examples
+    --------
+    >>> fastest(np.array([[[0.0, 0.0, 3.0, 4.0, 1.0, 0.0, 1.0, 0.0]]]))
+    5.0
+    """
+    return float(np.hypot(threats[..., VX], threats[..., VY]).max(initial=0.0))

@@ -1,0 +1,107 @@
+"""Bounds of timed flights: no flight undercuts them, and they close in."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+import cgla_graph as cg
+from cgla_graph.errors import ProblemError
+from cgla_graph.timed.space_time_proof import _by_line, _Search, timed_lower_bound
+
+START, GOAL = (0.1, 0.12), (0.9, 0.83)
+
+
+def draw(seed: int) -> cg.TimedProblem:
+    """Draw one or two broad threats that turn, with another kind of map for each seed."""
+    rng = np.random.default_rng([4, seed])
+    speed, moving = float(rng.choice([0.5, 1.0, 2.0])), []
+    last = 2.5 / speed
+    for _ in range(int(rng.integers(1, 3))):
+        place, turns = 0.5 + rng.normal(0.0, 0.15, 2), rng.uniform(0.0, 2.0 * math.pi, 2)
+        velocity = rng.choice([0.1, 0.3, 1.0]) * speed * np.array([np.cos(turns), np.sin(turns)])
+        kink = place + velocity[:, 0] * last / 3.0
+        track = [(0.0, *place), (last / 3.0, *kink), (last, *(kink + velocity[:, 1] * last * 2.0 / 3.0))]
+        moving.append(cg.MovingThreat(track, tuple(rng.uniform(0.12, 0.3, 3)), tuple(rng.uniform(0.4, 1.0, 3))))
+    more: dict[str, object] = {"risk_per": ["ground", "time"][seed % 2]}
+    if seed % 4 == 1:
+        more["departure"] = (0.0, 0.6 / speed)
+    if seed % 4 == 2:
+        more["waiting"] = 0.8 * speed
+    if seed % 4 == 3:
+        opens = float(rng.uniform(0.3, 0.8)) / speed
+        more["areas"] = [cg.TimedArea(shapely.box(0.4, 0.35, 0.55, 0.6), 0.0, opens)]
+        more["clearance"] = 0.01
+    rasters = [cg.RasterRisk(0.5 * rng.random((4, 5)), (0, 0, 1, 1), interpolation="bilinear")] if seed % 4 == 0 else []
+    field = cg.RiskField(rasters=rasters)
+    return cg.TimedProblem(START, GOAL, field, moving, k=2.0, speed=speed, **more)  # type: ignore[arg-type]
+
+
+# (with risk taken from the middles of cells, and nothing for its bend, the bounds of some are too high)
+@pytest.mark.parametrize("seed", [3, *(pytest.param(n, marks=pytest.mark.slow) for n in (0, 1, 2, *range(4, 24)))])
+def test_no_flight_undercuts_the_bound_and_it_is_close(seed: int) -> None:
+    problem = draw(seed)
+    plan = cg.solve(problem, nodes=100_000, tolerance=None)
+    # held against a flight that costs more, so that the bound is not that of this one
+    line = _by_line(problem, 1.06 * plan.cost, 1e-9)
+    found = _Search(problem, line, 60_000 if seed == 3 else 400_000).run(lambda _: None)
+    assert found.lower_bound <= plan.cost * (1.0 + 1e-9)
+    assert found.lower_bound >= plan.cost * (0.85 if seed == 3 else 0.95)
+    rng = np.random.default_rng(seed)
+    bumps = np.sin(np.linspace(0.0, math.pi, len(plan.path)))[:, None]
+    for _ in range(200):
+        rows = problem.fly(plan.path + bumps * rng.normal(0.0, rng.choice([1e-3, 1e-2, 1e-1]), 2), plan.departure)
+        flight = problem.evaluate(rows)
+        assert not flight.feasible or flight.cost >= found.lower_bound
+
+
+@pytest.mark.slow
+def test_on_a_map_that_stands_still_it_closes_in_on_the_best_path() -> None:
+    """At a rate of at least 1.5 from grid to grid; the exact answer for such maps is that of the proof in the plane."""
+    field = cg.RiskField([cg.Threat(0.5, 0.45, 0.18, 0.9)])
+    best = cg.lower_bound(cg.Problem(START, GOAL, field, 3.0), 1e-4)
+    problem = cg.TimedProblem(START, GOAL, field, k=3.0, speed=1.0)
+    line = dataclasses.replace(_by_line(problem, 1.1 * best.upper_bound, 1e-9), lower_bound=1e-9)
+    grids = _Search(problem, line, 600_000).run(lambda _: None).grids
+    rest = np.array([1.0 - one.lower_bound / best.lower_bound for one in grids])
+    spacing = np.array([one.spacing for one in grids])
+    assert np.all(rest > -1e-4)
+    rate = np.log(rest[0] / rest[-1]) / np.log(spacing[0] / spacing[-1])
+    assert rate > 1.5, (rest, spacing)
+
+
+def test_closed_forms_are_taken_where_there_are_some() -> None:
+    field = cg.RiskField([cg.Threat(0.5, 0.45, 0.18, 0.9)])
+    still = cg.lower_bound(cg.TimedProblem(START, GOAL, field, k=3.0, speed=2.0))
+    plane = cg.lower_bound(cg.Problem(START, GOAL, field, 3.0), 0.01)
+    assert (still.proof, still.reached) == ("still", True)
+    assert still.lower_bound == pytest.approx(plane.lower_bound, rel=0.01)
+    # Zermelo: along and across the wind
+    wind = cg.TimedProblem((0, 0), (1, 0), speed=5, wind=(3, 0))
+    assert timed_lower_bound(wind).lower_bound == pytest.approx(5.0 / 8.0, rel=1e-8)
+    across = cg.TimedProblem((0, 0), (1, 0), speed=5, wind=(0, 3), bounds=(0, -1, 1, 1))
+    assert timed_lower_bound(across).lower_bound == pytest.approx(5.0 / 4.0, rel=1e-8)
+    against = timed_lower_bound(cg.TimedProblem((0, 0), (1, 0), speed=1, wind=(-2, 0)))
+    assert (against.lower_bound, against.message) == (math.inf, "there is no path: the wind is too strong")
+    gusts = cg.Wind(np.full((2, 2, 2), [[[-0.4]], [[0.4]]]), np.zeros((2, 2, 2)), (0, 0, 1, 1), (0.0, 1.0))
+    bound = timed_lower_bound(cg.TimedProblem((0.1, 0.5), (0.9, 0.5), speed=1.0, wind=gusts))
+    assert bound.lower_bound == pytest.approx(0.8 / 1.4, rel=1e-8)
+    assert "in wind that changes" in bound.message
+
+
+def test_plans_and_commands_carry_it() -> None:
+    storm = cg.MovingThreat([(0, 0.5, 0.9), (2, 0.5, 0.1)], spread=0.15, peak=0.5)
+    problem = cg.TimedProblem(START, GOAL, moving=[storm], speed=1.0, k=0.5)
+    plan = cg.solve(problem, nodes=20_000, tolerance=0.05, max_cells=40_000)
+    assert plan.certificate.lower_bound == plan.lower_bound <= plan.cost
+    assert plan.gap <= 0.05
+    again = cg.lower_bound(problem, 0.05, path=plan.trajectory, max_cells=40_000)
+    assert again.lower_bound == plan.lower_bound
+    with pytest.raises(ProblemError, match="tolerance is 0"):
+        cg.lower_bound(problem, 0.0)
+    with pytest.raises(ProblemError, match="it has to join start and goal"):
+        timed_lower_bound(problem, problem.fly([START, (0.5, 0.5)]))
+    with pytest.raises(ProblemError, match="is not feasible"):
+        cg.lower_bound(problem, path=[(0.0, *START), (9.0, *GOAL)])
