@@ -74,8 +74,9 @@ def burden(gx: float, gy: float, risk: float, flow: Flow) -> tuple[float, float,
     steep = math.hypot(gx, gy)
     if steep == 0.0:
         return 0.0, 0.0, v
-    if wx == 0.0 and wy == 0.0:
-        share = -1.0 / max(steep, risk)
+    if (wx == 0.0 and wy == 0.0) or (steep <= risk and wx * wx + wy * wy <= v * v):
+        # (the least of ``v |q| - wind . q`` is at ``q = 0``, if that is within reach)
+        share = -(1.0 - 2.0**-50) / max(steep, risk)
         return share * gx, share * gy, v
     ux, uy, speed = 0.0, 0.0, v
     for _ in range(TURNS):
