@@ -439,15 +439,16 @@ def prolong(
             u = (place[0] + i * place[2] - x0) / h
             a = min(max(math.floor(u), 0), coarse.shape[2] - 2)
             u = min(max(u - a, 0.0), 1.0)
-            total, known = 0.0, True
+            total, known = 0.0, 0.0
             for corner in range(8):
                 m, q, p = n + corner // 4, b + corner // 2 % 2, a + corner % 2
                 weight = (late if corner // 4 else 1.0 - late) * (v if corner // 2 % 2 else 1.0 - v)
                 weight *= u if corner % 2 else 1.0 - u
-                if weight > 0.0:
-                    known = known and begins[m, q] <= p < ends[m, q]
-                    total += weight * coarse[m, q, p] if known else 0.0
-            out[j, i] = min(total, WALL) if known else WALL
+                if weight > 0.0 and begins[m, q] <= p < ends[m, q]:
+                    known += weight
+                    total += weight * coarse[m, q, p]
+            # (beside the last known values, they go on)
+            out[j, i] = min(total / known, WALL) if known > 0.0 else WALL
 
 
 @kernel

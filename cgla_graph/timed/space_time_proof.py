@@ -70,8 +70,8 @@ FIRST_CELLS, MOST_TIMES, LEAST_TIMES = 48, 2.0, 1.2
 TOLERANCE = 0.01
 #: Cells of a grid, and nodes of its box, at most, by default and ever.
 MOST_CELLS, MOST_NODES = 1_500_000, 30_000_000
-#: Marches of a surface, at most; another one is made only if it may gain this part of the gap.
-ROUNDS, LEAST_GAIN = 5, 0.1
+#: Marches of a surface, at most; another one is made only if the last one gained this part of the gap.
+ROUNDS, LEAST_GAIN = 10, 0.03
 #: How steep the surface from the start begins, in least costs of a map unit.
 STEEP = 4.0
 #: Cells of flight that a layer lasts, for threats of at least so many parts of the speed.
@@ -328,9 +328,8 @@ class _Search:
         for number in range(ROUNDS):
             surface.march()
             surface.check()
-            before, bound = bound, surface.charge(place, layers)
-            missing = self.known - bound
-            if number and bound - before < LEAST_GAIN * missing:
+            before, bound = bound, max(bound, surface.charge(place, layers))
+            if number and bound - before < LEAST_GAIN * (self.known - bound):
                 break
             if number < ROUNDS - 1:
                 surface.soften()

@@ -22,6 +22,8 @@ Runs: TypeAlias = tuple[IntArray, IntArray]
 SCALES = 1.0 / np.array([1.0, 1.0005, 1.001, 1.002, 1.005, 1.01, 1.02, 1.05, 1.1, 1.2, 1.5, 2.0])
 #: Nodes around the kept cells that are marched too.
 HALO = 5
+#: Steps of a coarser grid around an end where its values are too high.
+TIP = 4.0
 #: A step of time in the march, as a part of the time that the aircraft takes to the next node.
 COURANT = 0.5
 #: The costs at the horizon are marched until they change by less than this part, or so many times the map is crossed.
@@ -196,7 +198,20 @@ class Surface:
             )
 
     def _known(self, n: int, given: FloatArray | None) -> FloatArray:
-        return self._prolonged(n) if given is None else given
+        """Return the values of the last layer; those of a coarser grid have no tip at the end, which is added."""
+        if given is not None or self.coarse is None:
+            return self._prolonged(n) if given is None else given
+        values, block = self._prolonged(n), self.block
+        column, row, reach = block.cells
+        by = min(reach + math.ceil(TIP * self.coarse.grid.step / self.grid.step), column, row)
+        around = slice(row - by, row + by + 1), slice(column - by, column + by + 1)
+        tip = np.full(self.grid.shape, WALL)
+        if row + by < self.grid.shape[0] and column + by < self.grid.shape[1]:
+            march_kernels.around_end(
+                tip, (column, row, by), block.off, self.grid.step, self.grid.flow, block.prices[-1]
+            )
+        values[around] = np.minimum(values, tip)[around]
+        return values
 
     def _store(self, n: int, values: FloatArray) -> None:
         copy_runs(values, self.stored[0][n], self.stored[1][n], self.values[n])

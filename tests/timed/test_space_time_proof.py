@@ -59,17 +59,20 @@ def test_no_flight_undercuts_the_bound_and_it_is_close(seed: int) -> None:
 
 @pytest.mark.slow
 def test_on_a_map_that_stands_still_it_closes_in_on_the_best_path() -> None:
-    """At a rate of at least 1.5 from grid to grid; the exact answer for such maps is that of the proof in the plane."""
-    field = cg.RiskField([cg.Threat(0.5, 0.45, 0.18, 0.9)])
-    best = cg.lower_bound(cg.Problem(START, GOAL, field, 3.0), 1e-4)
-    problem = cg.TimedProblem(START, GOAL, field, k=3.0, speed=1.0)
-    line = dataclasses.replace(_by_line(problem, 1.1 * best.upper_bound, 1e-9), lower_bound=1e-9)
-    grids = _Search(problem, line, 600_000).run(lambda _: None).grids
+    """
+    By the better part of what is left from the first grid to the third; users get the answer of the proof in the plane.
+
+    Without the tip that the values of coarser grids lack at the end, later grids gain nothing.
+    """
+    field = cg.RiskField([cg.Threat(0.5, 0.45, 0.1, 0.9)])
+    best = cg.lower_bound(cg.Problem(START, GOAL, field, 10.0), 1e-4)
+    problem = cg.TimedProblem(START, GOAL, field, k=10.0, speed=1.0)
+    line = dataclasses.replace(_by_line(problem, 1.002 * best.upper_bound, 1e-9), lower_bound=1e-9)
+    grids = _Search(problem, line, 200_000).run(lambda _: None).grids
     rest = np.array([1.0 - one.lower_bound / best.lower_bound for one in grids])
-    spacing = np.array([one.spacing for one in grids])
     assert np.all(rest > -1e-4)
-    rate = np.log(rest[0] / rest[-1]) / np.log(spacing[0] / spacing[-1])
-    assert rate > 1.5, (rest, spacing)
+    assert rest[0] > 1.7 * rest[1] > 1.7 * rest[-1]
+    assert rest[-1] < 0.01
 
 
 def test_closed_forms_are_taken_where_there_are_some() -> None:
