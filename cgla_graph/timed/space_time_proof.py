@@ -329,7 +329,8 @@ class _Search:
             surface.march()
             surface.check()
             before, bound = bound, max(bound, surface.charge(place, layers))
-            if number and bound - before < LEAST_GAIN * (self.known - bound):
+            # (a bound of minus infinity gains nothing)
+            if number and not bound - before >= LEAST_GAIN * (self.known - bound):
                 break
             if number < ROUNDS - 1:
                 surface.soften()

@@ -267,7 +267,7 @@ class Surface:
         Choose the scale, and charge for what is too steep then; return the bound of the cost from a place.
 
         It holds for all paths that are there at a time of the given layers, where the place is kept; infinite if it is
-        nowhere.
+        nowhere, and minus infinity inside of the block, where the surface bounds nothing.
         """
         grid, rim = self.grid, self.rim()
         column, row = grid.cell_of(place)
@@ -281,7 +281,8 @@ class Surface:
         self.scale, self.shift = float(SCALES[best]), float(SCALES[best]) * rim
         for n, debts in self._owed(SCALES[best : best + 1]):
             self.debts[n] = debts[0] * (1.0 + 2.0**-22)
-        return float(found[best])
+        inside = self.block.cells_of(grid)[row, column] and self.block.holds[layers.start : layers.stop].any()
+        return -math.inf if inside else float(found[best])
 
     def _owed(self, scales: FloatArray) -> Iterator[tuple[int, FloatArray]]:
         """Yield what paths may owe from each layer on, from the last one, shape ``(scales, rows, columns)``."""

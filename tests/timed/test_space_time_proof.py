@@ -57,6 +57,19 @@ def test_no_flight_undercuts_the_bound_and_it_is_close(seed: int) -> None:
         assert not flight.feasible or flight.cost >= found.lower_bound
 
 
+@pytest.mark.parametrize("away", [0.01, *(pytest.param(away, marks=pytest.mark.slow) for away in (0.002, 0.03))])
+@pytest.mark.parametrize("more", [{}, pytest.param({"waiting": 0.8, "departure": (0.0, 0.1)}, marks=pytest.mark.slow)])
+def test_bounds_hold_right_beside_the_goal(away: float, more: dict[str, object]) -> None:
+    """Held against a detour; a bound of the surface in the block around the goal is three times too high."""
+    storm = cg.MovingThreat([(0, 0.5, 0.9), (2, 0.5, 0.1)], spread=0.2, peak=0.5)
+    goal = (0.5 + away, 0.5)
+    problem = cg.TimedProblem((0.5, 0.5), goal, moving=[storm], k=2.0, speed=1.0, **more)  # type: ignore[arg-type]
+    detour = problem.fly([(0.5, 0.5), (0.5 + 0.5 * away, 0.5 + 2.0 * away), goal])
+    bound = timed_lower_bound(problem, detour, max_cells=20_000).lower_bound
+    assert away <= bound * (1.0 + 1e-8)
+    assert bound <= problem.evaluate(problem.fly([(0.5, 0.5), goal])).cost
+
+
 @pytest.mark.slow
 def test_on_a_map_that_stands_still_it_closes_in_on_the_best_path() -> None:
     """
