@@ -70,6 +70,8 @@ FIRST_CELLS, MOST_TIMES, LEAST_TIMES = 48, 2.0, 1.2
 TOLERANCE = 0.01
 #: Cells of a grid, and nodes of its box, at most, by default and ever.
 MOST_CELLS, MOST_NODES = 1_500_000, 30_000_000
+#: Nodes of its box, at most, for each cell.
+BOX = 50
 #: Marches of a surface, at most; another one is made only if the last one gained this part of the gap.
 ROUNDS, LEAST_GAIN = 10, 0.03
 #: How steep the surface from the start begins, in least costs of a map unit.
@@ -310,7 +312,8 @@ class _Search:
     def _times(self, count: int, grid: Grid) -> float:
         """Choose how many times finer the next grid is."""
         box = grid.count * grid.shape[0] * grid.shape[1]
-        return float(min(MOST_TIMES, (self.max_cells / count) ** (1.0 / 3.0), (MOST_NODES / box) ** (1.0 / 3.0)))
+        nodes = min(MOST_NODES, BOX * self.max_cells)
+        return float(min(MOST_TIMES, (self.max_cells / count) ** (1.0 / 3.0), (nodes / box) ** (1.0 / 3.0)))
 
     def _bound(self, grid: Grid, to_goal: Surface, to_start: Surface) -> None:
         """Solve, check and soften both surfaces, and take the bound if it is better."""
