@@ -27,8 +27,8 @@ class TimedProblem(TimedMap):
 
     Parameters
     ----------
-    start, goal, field, k, bounds, no_fly, clearance, projection
-        As of a `Problem`: the part of the map that does not change.
+    start, goal, field
+        As of a `Problem`, as are `k`, `bounds`, `no_fly`, `clearance` and `projection`: what does not change.
     moving
         Threats that move. At each time, the risk is that of all threats together (Eq. 2), and that of rasters is
         added: `field_at`.
@@ -36,11 +36,15 @@ class TimedProblem(TimedMap):
         Areas that are closed for a time. The clearance counts for them too while they are closed.
     speed
         Airspeed, map units per unit of time, above 0.
+    k, bounds
+        See above.
     departure
         When the path begins: a time, or the first and last of a window. Time before the departure costs nothing.
     wind
         ``(u, v)``: where the air goes, map units per unit of time; or a `Wind` that changes in space and time; None:
         still air.
+    no_fly
+        See above.
     fields
         Fields that replace `field` from a time on, as rasters by the hour: pairs ``(t, field)``, in order of time.
     waiting
@@ -48,11 +52,15 @@ class TimedProblem(TimedMap):
         that cannot wait. The wind must not be stronger than the speed, and risk counts as in flight in still air.
     latest
         The latest arrival; None: any.
+    clearance
+        See above.
     others, separation
         Trajectories of others, and the least distance from each of them while it lasts, map units.
     risk_per
         ``ground``: risk is gathered over the ground distance, as where people on the ground are at risk. ``time``: per
         unit of time; the field is then in risk per unit of time.
+    projection
+        See above.
 
     Raises
     ------
