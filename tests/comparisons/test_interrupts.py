@@ -16,8 +16,23 @@ from cgla_graph.comparisons.interrupts import is_interrupt
 from cgla_graph.comparisons.study.store import load
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-#: The program, which says when it is ready for signals.
-PROGRAM = "import sys; from cgla_graph.comparisons import __main__ as m; print('ready', flush=True); m.main()"
+#: The program, which says when it is ready for signals: an interrupt before that is Python's own to report.
+PROGRAM = """
+from contextlib import contextmanager
+from cgla_graph.comparisons import __main__ as program
+from cgla_graph.comparisons import interrupts
+
+held = interrupts.held
+
+@contextmanager
+def said():
+    with held():
+        print("ready", flush=True)
+        yield
+
+interrupts.held = said
+program.main()
+"""
 
 
 def wait() -> None:
