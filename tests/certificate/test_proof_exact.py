@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from strategies import a_part_of
 
 from cgla_graph.certificate import check_proof as checker
 from tests.support.exact_slopes import PLACES, cost_above, exp_bounds, gradient, steepness
@@ -159,5 +160,5 @@ def test_an_inequality_that_is_broken_is_named(seed: int) -> None:
 
 @pytest.mark.slow
 def test_many_inequalities_that_are_broken_are_named() -> None:
-    for seed in range(6, 206):
+    for seed in a_part_of(range(6, 206)):
         test_an_inequality_that_is_broken_is_named(seed)

@@ -12,6 +12,7 @@ import pytest
 import shapely
 from command_line import Call
 from matplotlib.figure import Figure
+from strategies import a_part_of
 from test_questions import PAPER, Rng, places, random_map
 
 import cgla_graph as cg
@@ -56,7 +57,7 @@ def test_areas_hold_on_random_maps(number: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", range(100, 140))
+@pytest.mark.parametrize("number", a_part_of(range(100, 140)))
 def test_areas_hold_on_more_random_maps(number: int) -> None:
     random = np.random.default_rng([5, number])
     problem = random_map(random)

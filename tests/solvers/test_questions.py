@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from strategies import a_part_of
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
@@ -92,7 +93,7 @@ def test_no_path_costs_less_than_a_bound(number: int) -> None:
 
 # (map 38, a rough raster with threats, takes as long as all others)
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [number for number in range(51) if number != 38])
+@pytest.mark.parametrize("number", a_part_of([number for number in range(51) if number != 38]))
 def test_no_path_costs_less_than_a_bound_of_1000_questions(number: int) -> None:
     random = np.random.default_rng([2, number])
     problem = random_map(random)

@@ -2,8 +2,9 @@
 
 import math
 import os
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 import shapely
@@ -28,6 +29,7 @@ from cgla_graph.testing.strategies import (
     threats,
 )
 
+Case = TypeVar("Case")
 Segment: TypeAlias = tuple[FloatArray, FloatArray]
 
 #: Whether examples are drawn at random, as `make fuzz` does.
@@ -63,6 +65,15 @@ settings.load_profile("fuzz" if FUZZING else "same")
 def examples(number: int) -> settings:
     """Draw so many examples, fewer in `make test`, many more in `make fuzz`."""
     return settings(max_examples=_times(number))
+
+
+def a_part_of(cases: Sequence[Case]) -> Sequence[Case]:
+    """
+    Return every so many of the cases of a slow test, where fewer examples are drawn; else all of them.
+
+    The steps are odd, as kinds of cases often take turns by two or four.
+    """
+    return cases[:: 2 * round(0.5 / TIMES) + 1]
 
 
 few, usual, fast = examples(20), examples(50), examples(150)

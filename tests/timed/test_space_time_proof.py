@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 import shapely
+from strategies import a_part_of
 
 import cgla_graph as cg
 from cgla_graph.errors import ProblemError
@@ -40,7 +41,9 @@ def draw(seed: int) -> cg.TimedProblem:
 
 
 # (with risk taken from the middles of cells, and nothing for its bend, the bounds of some are too high)
-@pytest.mark.parametrize("seed", [3, *(pytest.param(n, marks=pytest.mark.slow) for n in (0, 1, 2, *range(4, 24)))])
+@pytest.mark.parametrize(
+    "seed", [3, *(pytest.param(n, marks=pytest.mark.slow) for n in a_part_of((0, 1, 2, *range(4, 24))))]
+)
 def test_no_flight_undercuts_the_bound_and_it_is_close(seed: int) -> None:
     problem = draw(seed)
     plan = cg.solve(problem, nodes=100_000, tolerance=None)
