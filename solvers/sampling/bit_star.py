@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
@@ -62,13 +62,6 @@ class BitStar(Budgeted):
         """Search batch after batch until the budget is used up."""
         from cgla_graph.solvers.sampling import ompl_run, ompl_space  # noqa: PLC0415 - needs the optional package
 
+        build = ompl_run.builder("BITstar", SamplesPerBatch=self.samples_per_batch, RewireFactor=self.rewire_factor)
         cost = partial(ompl_space.PruningCost, samples_per_batch=self.samples_per_batch)
-        return ompl_run.run_anytime(problem, self._planner, self.budget, self.seed, cost)
-
-    def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
-        from ompl import geometric as og  # noqa: PLC0415 - optional
-
-        planner = og.BITstar(si)
-        planner.setSamplesPerBatch(self.samples_per_batch)
-        planner.setRewireFactor(self.rewire_factor)
-        return planner
+        return ompl_run.run_anytime(problem, build, self.budget, self.seed, cost)

@@ -1,7 +1,7 @@
 """FMT* and BFMT* of OMPL over the exact segment cost."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
@@ -51,16 +51,9 @@ class FmtStar(Settings):
         from cgla_graph.solvers.sampling import ompl_run  # noqa: PLC0415 - needs the optional package
 
         limits = Budget(seconds=self.seconds, evaluations=self.evaluations)
-        return ompl_run.run_once(problem, self._planner, limits, self.seed)
-
-    def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
-        from ompl import geometric as og  # noqa: PLC0415 - optional
-
-        planner = getattr(og, self.ompl_class)(si)
-        planner.setNumSamples(self.samples)
         # "extended" goes on sampling, without end if the goal is walled in
-        planner.setExtendedFMT(False)
-        return planner
+        build = ompl_run.builder(self.ompl_class, NumSamples=self.samples, ExtendedFMT=False)
+        return ompl_run.run_once(problem, build, limits, self.seed)
 
 
 @dataclass(frozen=True)

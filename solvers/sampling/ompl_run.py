@@ -11,11 +11,24 @@ from dataclasses import dataclass
 from typing import Any
 
 from ompl import base as ob
+from ompl import geometric as og
 
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.solvers.budget import Budget, BudgetSpentError, Incumbent, Meter
 from cgla_graph.solvers.sampling import ompl_space
+
+
+def builder(name: str, **settings: object) -> Callable[[Any], Any]:
+    """Return a function that builds a planner of `ompl.geometric` from its space information, by names of setters."""
+
+    def build(si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
+        built = getattr(og, name)(si)
+        for setting, value in settings.items():
+            getattr(built, f"set{setting}")(value)
+        return built
+
+    return build
 
 
 @dataclass

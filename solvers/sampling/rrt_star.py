@@ -1,7 +1,8 @@
 """RRT* of OMPL and its informed kin, over the exact segment cost."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
@@ -51,22 +52,17 @@ class RrtStar(Budgeted):
     traits: ClassVar[Traits] = ompl_traits("rrt-star", "OMPL's RRT* over the same cost", anytime=True)
     #: Its class in `ompl.geometric`.
     ompl_class: ClassVar[str] = "RRTstar"
-    #: Its view of the cost, in `ompl_space`.
+    #: Its view of the cost, in `ompl_space`, and what is set besides, by names of setters.
     objective_class: ClassVar[str] = "SegmentCost"
+    fixed: ClassVar[Mapping[str, object]] = {}
 
     def solve(self, problem: Problem) -> Solution:
         """Grow the tree until the budget is used up."""
         from cgla_graph.solvers.sampling import ompl_run, ompl_space  # noqa: PLC0415 - needs the optional package
 
+        build = ompl_run.builder(self.ompl_class, RewireFactor=self.rewire_factor, **self.fixed)
         objective = getattr(ompl_space, self.objective_class)
-        return ompl_run.run_anytime(problem, self._planner, self.budget, self.seed, objective)
-
-    def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
-        from ompl import geometric as og  # noqa: PLC0415 - optional
-
-        planner = getattr(og, self.ompl_class)(si)
-        planner.setRewireFactor(self.rewire_factor)
-        return planner
+        return ompl_run.run_anytime(problem, build, self.budget, self.seed, objective)
 
 
 @dataclass(frozen=True)
@@ -103,12 +99,7 @@ class InformedRrtStar(RrtStar):
     traits: ClassVar[Traits] = ompl_traits("informed-rrt-star", "OMPL's Informed RRT* over the same cost", anytime=True)
     ompl_class: ClassVar[str] = "InformedRRTstar"
     objective_class: ClassVar[str] = "PruningCost"
-
-    def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
-        planner = super()._planner(si)
-        planner.setTreePruning(False)
-        planner.setNumSamplingAttempts(1000)
-        return planner
+    fixed: ClassVar[Mapping[str, object]] = {"TreePruning": False, "NumSamplingAttempts": 1000}
 
 
 @dataclass(frozen=True)
