@@ -95,8 +95,7 @@ class Refine(Settings):
             if found.status is Status.FAILED:
                 return Solution(Status.UNSUPPORTED, message=f"the base does not fit: {found.message}")
         else:
-            resolution = 20 if self.resolution is None else self.resolution
-            found = solving.solve(problem, base, resolution=resolution)
+            found = solving.solve(problem, base, resolution=self.resolution or 20)
         if not found.status.has_path:
             return found
         if not found.trace:

@@ -51,9 +51,8 @@ def answers_figure(shown: TitledProblem, answers: Answers | Isochrones, *, figur
     with style():
         base = BaseMap.of(shown, places=[np.reshape(shown.problem.bounds, (2, 2))], figure=figure)
         keys = list(_draw(base, answers))
-        name, title = heading(shown.name, shown.title, shown.problem.k)
-        above = f"{name}:  {title}" if title else name, answers.message
-        base.arrange(above, [*base.parts, base.add_legend(keys)])
+        above = ":  ".join(filter(None, heading(shown.name, shown.title, shown.problem.k)))
+        base.arrange((above, answers.message), [*base.parts, base.add_legend(keys)])
     return base.figure
 
 

@@ -53,7 +53,7 @@ CROWD, STRONG = 12, 0.1
 
 
 @kernel
-def _density(x: float, y: float, table: FloatArray) -> float:
+def threats_at(x: float, y: float, table: FloatArray) -> float:
     """Evaluate ``F`` at one point, without the threats that are out of reach."""
     risk = 0.0
     for i in range(table.shape[0]):
@@ -115,11 +115,11 @@ def _moments(
 
 @kernel
 def _mixed_density(x: float, y: float, table: FloatArray) -> float:
-    """Evaluate a mixture at one point: `_density`, summed over its groups."""
+    """Evaluate a mixture at one point: `threats_at`, summed over its groups."""
     risk, start = 0.0, 0
     while start < table.shape[0]:
         end = int(table[start, END])
-        risk += table[start, WEIGHT] * _density(x, y, table[start:end])
+        risk += table[start, WEIGHT] * threats_at(x, y, table[start:end])
         start = end
     return risk
 
@@ -156,7 +156,7 @@ def cost_and_gradient(points: FloatArray, k: float, field: Field, gradient: Floa
     x, y = points[0, 0], points[0, 1]
     density = 0.0
     if k > 0.0:
-        density = (_mixed_density(x, y, table) if mixed else _density(x, y, table)) + density_at(x, y, rasters)
+        density = (_mixed_density(x, y, table) if mixed else threats_at(x, y, table)) + density_at(x, y, rasters)
     for i in range(n - 1):
         dx = points[i + 1, 0] - points[i, 0]
         dy = points[i + 1, 1] - points[i, 1]
@@ -177,7 +177,7 @@ def cost_and_gradient(points: FloatArray, k: float, field: Field, gradient: Floa
             cost += k * risk
             first_along -= k * density
             x, y = points[i + 1, 0], points[i + 1, 1]
-            density = (_mixed_density(x, y, table) if mixed else _density(x, y, table)) + density_at(x, y, rasters)
+            density = (_mixed_density(x, y, table) if mixed else threats_at(x, y, table)) + density_at(x, y, rasters)
             second_along += k * density
             first_across, second_across = k * (slope - lever), k * lever
         gradient[i, 0] += first_along * ux - first_across * uy

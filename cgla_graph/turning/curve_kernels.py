@@ -33,6 +33,7 @@ from cgla_graph.model.risk_raster_kernels import (
     density_at,
     gradient_at,
 )
+from cgla_graph.refine.refine_kernels import threats_at
 
 X0, Y0, X1, Y1, CX, CY, RADIUS, TURN = range(8)
 N_COLUMNS = 8
@@ -110,18 +111,6 @@ def density_and_gradient(x: float, y: float, table: FloatArray, rasters: Rasters
 
 
 @kernel
-def _threat_density(x: float, y: float, table: FloatArray) -> float:
-    risk = 0.0
-    for i in range(table.shape[0]):
-        dx = x - table[i, X]
-        dy = y - table[i, Y]
-        squared = dx * dx + dy * dy
-        if squared < table[i, REACH2]:
-            risk += math.exp(table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * squared) * (1.0 - risk)
-    return risk
-
-
-@kernel
 def _threats_along(cx: float, cy: float, radius: float, begin: float, turn: float, table: FloatArray) -> float:
     """Integrate the threats over an arc."""
     length = radius * abs(turn)
@@ -149,9 +138,7 @@ def _threats_along(cx: float, cy: float, radius: float, begin: float, turn: floa
             panel = 0.0
             for j in range(_NODES.shape[0]):
                 angle = begin + turn * ((at + half * (1.0 + _NODES[j])) / length)
-                panel += _WEIGHTS[j] * _threat_density(
-                    cx + radius * math.cos(angle), cy + radius * math.sin(angle), table
-                )
+                panel += _WEIGHTS[j] * threats_at(cx + radius * math.cos(angle), cy + radius * math.sin(angle), table)
             total += half * panel
         at += width
     return total

@@ -24,6 +24,7 @@ from cgla_graph.solvers.continuous import hybrid_roadmap
 from cgla_graph.solvers.continuous.fast_marching import marched, sampled
 from cgla_graph.solvers.continuous.hybrid_raster import MOST_NODES, raster_grid, ways_down
 from cgla_graph.solvers.continuous.hybrid_valley import BANDS, holds_one_way
+from cgla_graph.solvers.shortest_paths import path_to
 
 #: Candidates cost at most so much more than the best one before refinement, relative to it.
 SLACK = 0.25
@@ -215,7 +216,7 @@ class _Search:
         values, before = roadmap.tree(0)
         if not np.isfinite(values[1]):
             return [], False
-        path = roadmap.positions[_to_root(1, before)[::-1]]
+        path = roadmap.positions[path_to(1, before)]
         self._offer(path)
         return [self._refined(path, tolerance=1e-3, max_points=40)], False
 
@@ -350,14 +351,5 @@ def _swept(positions: FloatArray, poles: FloatArray, values: FloatArray, before:
 
 def _through(via: int, before: Sequence[IntArray], positions: FloatArray) -> FloatArray:
     """Read the best path through a node off the two trees."""
-    there, back = (_to_root(via, tree) for tree in before)
-    return positions[there[::-1] + back[1:]]
-
-
-def _to_root(node: int, before: IntArray) -> list[int]:
-    """List the nodes from one of a tree to its root."""
-    nodes = []
-    while node >= 0:
-        nodes.append(node)
-        node = int(before[node])
-    return nodes
+    there, back = (path_to(via, tree) for tree in before)
+    return positions[there + back[-2::-1]]

@@ -49,8 +49,7 @@ class EightDirection(Settings):
     def solve(self, problem: Problem) -> Solution:
         """Lay the lattice, which is reported as time to build, and search it."""
         began = time.perf_counter()
-        resolution = 20 if self.resolution is None else self.resolution
-        on = problem.on_eight_connected(resolution, corner_rule=self.corner_rule)
+        on = problem.on_eight_connected(self.resolution or 20, corner_rule=self.corner_rule)
         laid = time.perf_counter() - began
         answer = run(Dijkstra(), on)
         return Solution(

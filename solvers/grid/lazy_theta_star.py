@@ -61,7 +61,7 @@ class LazyThetaStar(Settings):
     def solve(self, problem: Problem) -> Solution:
         """Lay the lattice, which is reported as time to build, and search it."""
         began = time.perf_counter()
-        resolution = 20 if self.resolution is None else self.resolution
+        resolution = self.resolution or 20
         lattice = resolution if isinstance(resolution, Lattice) else Lattice(resolution, bounds=problem.bounds)
         # the complete graph is not weighed: only its nodes are used, start and goal among them
         on = problem.on_lattice(lattice)

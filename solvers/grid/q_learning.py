@@ -146,8 +146,7 @@ class QLearning(Settings):
     def solve(self, problem: Problem) -> Solution:
         """Lay the lattice, which is reported as time to build, train on it, and follow the best moves."""
         began = time.perf_counter()
-        resolution = 20 if self.resolution is None else self.resolution
-        on = problem.on_eight_connected(resolution, corner_rule=self.corner_rule)
+        on = problem.on_eight_connected(self.resolution or 20, corner_rule=self.corner_rule)
         process = decision_process(on, reward=self.reward, target_reward=self.target_reward)
         states = _within_reach(process)
         asked = on.graph.n_pairs + (process.n_states if self.reward == "node" else 0)

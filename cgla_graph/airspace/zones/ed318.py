@@ -132,17 +132,17 @@ def _layers(geometry: Entry, about: Entry, *, nested: bool = False) -> list[Laye
         return [Layer(circle, lower, upper, flat)]
     if kind == "Polygon":
         area, remark = area_of(geometry.items("coordinates", empty=False), where)
-        return [Layer(area, lower, upper, "; ".join(filter(None, (flat, remark))))]
-    if kind == "MultiPolygon":
+    elif kind == "MultiPolygon":
         found = []
         for index, rings in enumerate(geometry.items("coordinates", empty=False)):
             if not isinstance(rings, list) or not rings:
                 fault(f"{where}[{index}]", f"it is {short(rings)}", "give a list of rings")
             found.append(area_of(rings, f"{where}[{index}]"))
         remark = next((one for _, one in found if one), "")
-        whole = joined([area for area, _ in found])
-        return [Layer(whole, lower, upper, "; ".join(filter(None, (flat, remark))))]
-    return geometry.wrong("type", "give one of Polygon, MultiPolygon, Point, GeometryCollection (of these)")
+        area = joined([area for area, _ in found])
+    else:
+        geometry.wrong("type", "give one of Polygon, MultiPolygon, Point, GeometryCollection (of these)")
+    return [Layer(area, lower, upper, "; ".join(filter(None, (flat, remark))))]
 
 
 def _periods(about: Entry) -> tuple[Period, ...]:
