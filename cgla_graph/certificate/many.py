@@ -134,7 +134,6 @@ class GoalSurface:
     corners: Sequence[CornerBlock]
     costs: FloatArray
     solved: list[_Solved] = field(default_factory=list)
-    _room: FloatArray | None = None
 
     @classmethod
     def towards(cls, ground: Ground, goal: Point, farthest: Point, worth: float) -> "GoalSurface":

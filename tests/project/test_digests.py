@@ -57,6 +57,11 @@ def test_so_does_another_numba_or_list_of_tests(tree: Path, monkeypatch: pytest.
     assert runs(tree)
 
 
+def test_files_that_checks_name_exist() -> None:
+    patterns = {one for check in CHECKS.values() for one in (*check.sources, *check.without)}
+    assert [one for one in patterns if not any(ROOT.glob(one))] == []
+
+
 def test_a_digest_is_written_after_a_pass_only(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tree / "cgla_graph/_kernel.py").write_text("after\n", encoding="utf-8")
     assert digests.main(["bounds"], lambda _: 0, tree) == 0

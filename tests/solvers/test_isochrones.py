@@ -12,14 +12,15 @@ import pytest
 import shapely
 from command_line import Call
 from matplotlib.figure import Figure
+from random_problems import Rng, places, random_map
 from strategies import a_part_of
-from test_questions import PAPER, Rng, places, random_map
 
 import cgla_graph as cg
 from cgla_graph.errors import OutputError, ProblemError
 
 #: How many random maps.
 NUMBER = int(os.environ.get("CGLA_MAPS", "3"))
+PAPER = cg.load_scenario("paper").problem
 
 
 def faults(problem: cg.Problem, found: Any, random: Rng, count: int) -> list[str]:  # noqa: ANN401 - cg.Isochrones is no public name

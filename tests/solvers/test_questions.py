@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from random_problems import RING, places, random_map
 from strategies import a_part_of
 
 import cgla_graph as cg
@@ -21,38 +22,6 @@ from cgla_graph.regions import bound as over_cells
 NUMBER = int(os.environ.get("CGLA_MAPS", "3"))
 BOX = shapely.box(0.4, 0.0, 0.45, 0.7)
 PAPER = cg.load_scenario("paper").problem
-Rng = np.random.Generator
-
-
-def places(problem: cg.Problem, count: int, random: Rng) -> FloatArray:
-    """Draw points where a path may be."""
-    x_min, y_min, x_max, y_max = problem.bounds
-    found = np.empty((0, 2))
-    while len(found) < count:
-        more = random.random((4 * count, 2)) * (x_max - x_min, y_max - y_min) + (x_min, y_min)
-        found = np.vstack([found, more[~problem.area.contains(more)]])
-    return found[:count]
-
-
-def random_map(random: Rng) -> cg.Problem:
-    """Draw threats or a raster among areas of all shapes."""
-    kind = int(random.integers(4))
-    threats = [
-        cg.Threat(*random.random(2).tolist(), spread=10.0 ** random.uniform(-1.7, -0.7), peak=random.uniform(0.2, 1.0))
-        for _ in range(int(random.integers(0, 15)) if kind else 0)
-    ]
-    cells = tuple(random.integers(2, 30, 2).tolist())
-    rasters = [cg.RasterRisk(random.random(cells) ** 3, (0, 0, 1, 1), interpolation=["nearest", "bilinear"][kind % 2])]
-    corners = random.random((int(random.integers(0, 6)), 3, 2))
-    area = shapely.union_all([shapely.MultiPoint(three).convex_hull for three in corners])
-    area = None if kind == 0 else area.buffer(0.02) if kind == 3 else area
-    field = cg.RiskField(threats, rasters=rasters if kind < 2 else [])
-    free = cg.Problem((0.0, 0.0), (1.0, 1.0), field, k=10.0 ** random.uniform(-1.0, 2.0))
-    within = cg.NoFlyArea(area) if area is not None and not area.is_empty else None
-    start, goal = [point for point in random.random((1000, 2)) if not (within and within.contains(point))][:2]
-    return replace(
-        free, start=tuple(start.tolist()), goal=tuple(goal.tolist()), no_fly=None if within is None else area
-    )
 
 
 def faults(problem: cg.Problem, answers: Any, proven: int) -> list[str]:  # noqa: ANN401 - cg.Answers is no public name
@@ -140,8 +109,7 @@ def test_both_directions_have_the_same_answers() -> None:
 
 
 def test_starts_without_a_way_are_proven_closed() -> None:
-    ring = shapely.box(0.6, 0.6, 0.95, 0.95).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
-    problem = replace(PAPER, start=(0.1, 0.1), goal=(0.2, 0.2), no_fly=ring)
+    problem = replace(PAPER, start=(0.1, 0.1), goal=(0.2, 0.2), no_fly=RING)
     answers = cg.Map(problem).solve(starts=[(0.8, 0.8), (0.1, 0.1), (0.75, 0.85)])
     assert [one.status.label for one in answers] == ["no-path", "found", "no-path"]
     assert answers.lower_bounds[[0, 2]].tolist() == [math.inf, math.inf]

@@ -4,6 +4,7 @@ import math
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -11,6 +12,7 @@ import shapely
 import shapely.affinity
 
 import cgla_graph as cg
+from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 
 WALL = shapely.box(0.45, 0.1, 0.55, 0.9)
@@ -179,3 +181,34 @@ def weight(rng: Rng) -> float:
 def problem_of(number: int) -> cg.Problem:
     """Make the problem of a number."""
     return KINDS[number % len(KINDS)](np.random.default_rng(number))
+
+
+def places(problem: cg.Problem, count: int, random: Rng) -> FloatArray:
+    """Draw points where a path may be."""
+    x_min, y_min, x_max, y_max = problem.bounds
+    found = np.empty((0, 2))
+    while len(found) < count:
+        more = random.random((4 * count, 2)) * (x_max - x_min, y_max - y_min) + (x_min, y_min)
+        found = np.vstack([found, more[~problem.area.contains(more)]])
+    return found[:count]
+
+
+def random_map(random: Rng) -> cg.Problem:
+    """Draw threats or a raster among areas of all shapes."""
+    kind = int(random.integers(4))
+    threats = [
+        cg.Threat(*random.random(2).tolist(), spread=10.0 ** random.uniform(-1.7, -0.7), peak=random.uniform(0.2, 1.0))
+        for _ in range(int(random.integers(0, 15)) if kind else 0)
+    ]
+    cells = tuple(random.integers(2, 30, 2).tolist())
+    rasters = [cg.RasterRisk(random.random(cells) ** 3, (0, 0, 1, 1), interpolation=["nearest", "bilinear"][kind % 2])]
+    corners = random.random((int(random.integers(0, 6)), 3, 2))
+    area = shapely.union_all([shapely.MultiPoint(three).convex_hull for three in corners])
+    area = None if kind == 0 else area.buffer(0.02) if kind == 3 else area
+    field = cg.RiskField(threats, rasters=rasters if kind < 2 else [])
+    free = cg.Problem((0.0, 0.0), (1.0, 1.0), field, k=10.0 ** random.uniform(-1.0, 2.0))
+    within = cg.NoFlyArea(area) if area is not None and not area.is_empty else None
+    start, goal = [point for point in random.random((1000, 2)) if not (within and within.contains(point))][:2]
+    return replace(
+        free, start=tuple(start.tolist()), goal=tuple(goal.tolist()), no_fly=None if within is None else area
+    )
