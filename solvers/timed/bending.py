@@ -17,7 +17,7 @@ from cgla_graph.timed.timed_problem import TimedProblem
 
 #: Waypoints of the first stage; later stages add one in the middle of each leg, up to `MOST` of them.
 FIRST, MOST = 25, 100
-#: Depths, as parts of the distance from start to goal, by which areas are widened, one stage after the other.
+#: Depths, as parts of the distance from start to goal, by which areas and discs are widened, one stage after the other.
 MARGINS = (1e-2, 1e-3, 1e-4, 1e-5)
 #: A stage that gains less than this part of the cost is the last; what leaving waypoints out may cost.
 GAIN, SLACK = 2e-6, 1e-7
@@ -140,6 +140,7 @@ class Bender:
         self.problem, self.chart = problem, chart
         self.evaluations = 0
         self.scale = math.dist(problem.start, problem.goal)
+        self.kept_out = len(chart.boxes) > 0 or len(chart.discs.rows) > 0
 
     def rows(self, flying: Flying) -> FloatArray:
         """Return the rows of a flight, in the true wind where it changes."""
@@ -163,14 +164,14 @@ class Bender:
     def coarse(self, flying: Flying) -> Flying:
         """Bend a flight with few waypoints, to see which class of ways it belongs to and what that costs about."""
         few = flying if len(flying.points) >= FIRST or flying.waits.any() else self._filled(flying)
-        return self._staged(few, MARGINS[:3] if len(self.chart.boxes) else (0.0,))
+        return self._staged(few, MARGINS[:3] if self.kept_out else (0.0,))
 
     def fine(self, flying: Flying) -> Flying:
         """Bend a flight with more and more waypoints, then leave out those that gain nothing."""
         best = flying
         while 2 * len(best.points) - 1 <= MOST:
-            # (where areas are near, only the least margins gain)
-            found = self._staged(_halved(best), MARGINS[2:] if len(self.chart.boxes) else (0.0,))
+            # (where areas or others are near, only the least margins gain)
+            found = self._staged(_halved(best), MARGINS[2:] if self.kept_out else (0.0,))
             gained = best.cost - found.cost
             best = found if found.cost < best.cost or not math.isfinite(best.cost) else _halved(best)
             if 0.0 <= gained < GAIN * best.cost:
@@ -192,7 +193,7 @@ class Bender:
         return best
 
     def _bent(self, flying: Flying, margin: float) -> Flying:
-        """Minimize the cost, with a penalty inside areas that are wider by `margin`."""
+        """Minimize the cost, with a penalty inside areas and discs of others that are wider by `margin`."""
         chart, m = self.chart, len(flying.points)
         peak = 1.0 + chart.k
         weight = 10.0 * chart.speed * peak / margin**2 if margin > 0.0 else 0.0

@@ -11,6 +11,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import BoolArray, Bounds, FloatArray
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
+from cgla_graph.solvers.timed.disc_kernels import Discs
 from cgla_graph.solvers.timed.march_kernels import Grid
 from cgla_graph.solvers.timed.timed_kernels import Chart, slab_of
 from cgla_graph.timed.timed_area import union_of
@@ -72,7 +73,15 @@ def chart_of(problem: TimedProblem, until: float) -> Chart:
         per_time=problem.risk_per == "time",
         price=math.inf if problem.waiting is None or problem.constant_wind is None else problem.waiting,
         latest=math.inf if problem.latest is None else problem.latest,
+        discs=_discs_of(problem),
     )
+
+
+def _discs_of(problem: TimedProblem) -> Discs:
+    others = problem.others if problem.separation > 0.0 else ()
+    rows = [np.column_stack([other.times, other.points]) for other in others]
+    starts = np.cumsum([0, *map(len, rows)])
+    return Discs(np.vstack(rows) if others else np.empty((0, 3)), starts, problem.separation)
 
 
 def _mean_wind(problem: TimedProblem, until: float) -> tuple[float, float]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, IntArray
+from cgla_graph.solvers.timed.disc_kernels import close_nodes, is_in_disc
 from cgla_graph.solvers.timed.timed_kernels import Chart, leg_time, risk_at
 
 #: Values from this on mean that a node is closed or not reached.
@@ -137,14 +138,14 @@ def cubic(values: FloatArray, u: float, v: float) -> float:
 
 
 @kernel
-def _sight(grid: Grid, s: int, x: float, y: float, dx: float, dy: float) -> bool:
-    """Whether no closed node is next to a straight flight."""
+def _sight(chart: Chart, grid: Grid, s: int, x: float, y: float, t: float, dx: float, dy: float, span: float) -> bool:
+    """Whether no closed node is next to a straight flight that lasts for `span`, below 0 back in time, and no disc."""
     n = int(2.0 * math.hypot(dx, dy) / grid.h) + 1
     for m in range(n):
-        u = (x + dx * (m + 0.5) / n - grid.x) / grid.h
-        v = (y + dy * (m + 0.5) / n - grid.y) / grid.h
+        part = (m + 0.5) / n
+        u, v = (x + dx * part - grid.x) / grid.h, (y + dy * part - grid.y) / grid.h
         i, j = min(max(int(u + 0.5), 0), grid.nx - 1), min(max(int(v + 0.5), 0), grid.ny - 1)
-        if grid.blocked[s, j, i]:
+        if grid.blocked[s, j, i] or is_in_disc(chart.discs, x + dx * part, y + dy * part, t + span * part):
             return False
     return True
 
@@ -165,7 +166,7 @@ def _shot(chart: Chart, grid: Grid, ends: Ends, sign: float, s: int, x: float, y
             return FAR
     elif landing < ends.first or landing > ends.last:
         return FAR
-    if not _sight(grid, s, x, y, dx, dy):
+    if not _sight(chart, grid, s, x, y, t, dx, dy, sign * span):
         return FAR
     rate = 1.0 if chart.per_time else chart.speed
     if not chart.per_time and span > 0.0:
@@ -290,6 +291,7 @@ def march(chart: Chart, grid: Grid, ends: Ends, sign: float) -> FloatArray:
     n = grid.times.shape[0]
     values = np.full((n, grid.ny, grid.nx), 2.0 * FAR)
     risk, risk_ahead = np.empty((grid.ny, grid.nx)), np.empty((grid.ny, grid.nx))
+    shut = np.zeros((grid.ny, grid.nx), dtype=np.bool_)
     for number in range(n):
         layer = n - 1 - number if sign > 0.0 else number
         t = grid.times[layer]
@@ -303,9 +305,10 @@ def march(chart: Chart, grid: Grid, ends: Ends, sign: float) -> FloatArray:
             if chart.grid_of.max() >= 0 or number == 1:
                 layer_risk(chart, grid, s, grid.times[layer + int(sign)], risk_ahead)
         first = ends.far_first if sign > 0.0 else ends.first
+        close_nodes(chart.discs, (grid.x, grid.y, grid.h), t, (ends.x, ends.y, ends.far_x, ends.far_y), shut)
         for j in range(grid.ny):
             for i in range(grid.nx):
-                if grid.blocked[here, j, i] or grid.blocked[s, j, i]:
+                if grid.blocked[here, j, i] or grid.blocked[s, j, i] or shut[j, i]:
                     continue
                 x, y = grid.x + i * grid.h, grid.y + j * grid.h
                 # straight flights between it and the two ends, without risk

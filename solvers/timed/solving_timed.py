@@ -86,7 +86,8 @@ def proven_in_time(problem: TimedProblem, plan: TimedPlan, tolerance: float, max
         problem, plan.trajectory if plan.status.has_path else None, tolerance=tolerance, max_cells=max_cells
     )
     status = Status.NO_PATH if math.isinf(proof.lower_bound) and not plan.status.has_path else plan.status
-    return replace(plan, status=status, lower_bound=proof.lower_bound, certificate=proof)
+    message = f"{plan.message}; the bound is that of flights without others" if problem.others else plan.message
+    return replace(plan, status=status, message=message, lower_bound=proof.lower_bound, certificate=proof)
 
 
 def bound_in_time(

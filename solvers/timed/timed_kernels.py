@@ -14,6 +14,7 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, IntArray
+from cgla_graph.solvers.timed.disc_kernels import Discs, pressure
 
 #: Columns of a slab's table of threats: at the slab's start, and their rates.
 X, Y, VX, VY, SPREAD, SPREAD_RATE, PEAK, PEAK_RATE = range(8)
@@ -46,6 +47,8 @@ class Chart(NamedTuple):
         Airspeed, risk weight, wind, and whether risk counts per time.
     price, latest
         The price of a unit of time spent waiting, infinite where it cannot wait, and the latest arrival.
+    discs
+        What moves with others, and may not be entered.
     """
 
     edges: FloatArray
@@ -67,6 +70,7 @@ class Chart(NamedTuple):
     per_time: bool
     price: float
     latest: float
+    discs: Discs
 
 
 @kernel
@@ -324,7 +328,7 @@ def flight_cost(
     points, waits, departure
         Waypoints ``(m, 2)``, the time spent waiting at each, and the departure.
     weight, margin
-        As `leg_cost` takes them; the weight counts for arrivals after the latest one too.
+        As `leg_cost` takes them; the weight counts for arrivals after the latest one and for discs too.
     slopes
         Shape ``(m, 3)``: takes the derivatives by the waypoints and by the waits.
     """
@@ -338,6 +342,8 @@ def flight_cost(
     # the derivative of all that follows by the time at which it begins
     later = 2.0 * weight * late
     out = np.empty(6)
+    # (a depth counts once and not for as long as it lasts)
+    pressing = weight * margin / chart.speed if chart.discs.starts.shape[0] > 1 else 0.0
     for i in range(m - 2, -1, -1):
         p, q = points[i], points[i + 1]
         left = times[i] + waits[i]
@@ -345,6 +351,8 @@ def flight_cost(
         if dx != 0.0 or dy != 0.0:
             span = times[i + 1] - left
             total += chart.speed * span + leg_cost(chart, p, q, left, times[i + 1], weight, margin, out)
+            if pressing > 0.0:
+                total += pressure(chart.discs, p, q, left, times[i + 1], pressing, margin, out)
             # the duration depends on the ends: |d - w T| = v T
             ax, ay = dx - chart.wind_x * span, dy - chart.wind_y * span
             below = chart.speed * chart.speed * span + chart.wind_x * ax + chart.wind_y * ay
@@ -358,15 +366,18 @@ def flight_cost(
         if chart.price < math.inf:
             if waits[i] > 0.0:
                 total += chart.price * waits[i] + leg_cost(chart, p, p, times[i], left, weight, margin, out)
-                slopes[i, 0] += out[0] + out[2]
-                slopes[i, 1] += out[1] + out[3]
             else:
                 # as of a wait that begins
                 s = slab_of(chart.edges, left)
                 f, _, _ = risk_at(chart, s, p[0], p[1], left)
+                out[:4] = 0.0
                 out[5] = chart.k * f * (1.0 if chart.per_time else chart.speed)
                 out[5] += weight * depth_at(chart, s, p[0], p[1], margin)[0] if weight > 0.0 else 0.0
                 out[4] = -out[5]
+            if pressing > 0.0:
+                total += pressure(chart.discs, p, p, times[i], left, pressing, margin, out)
+            slopes[i, 0] += out[0] + out[2]
+            slopes[i, 1] += out[1] + out[3]
             slopes[i, 2] = chart.price + out[5] + later
             later += out[5] + out[4]
     return total, later
