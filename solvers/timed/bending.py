@@ -3,15 +3,14 @@
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import minimize
 
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph._validate import point_array
 from cgla_graph.errors import ProblemError
+from cgla_graph.solvers.timed.descent_kernels import Task, descend
 from cgla_graph.solvers.timed.timed_kernels import Chart, flight_cost, flight_times, leg_time
 from cgla_graph.timed.timed_problem import TimedProblem
 
@@ -200,49 +199,23 @@ class Bender:
         if margin == 0.0 and chart.latest < math.inf:
             weight = 100.0 * chart.speed * peak / (1e-4 * self.scale / chart.speed)
         first, last = self.problem.departures
-        waits = chart.price < math.inf
+        waits, window = chart.price < math.inf, last > first
         x_min, y_min, x_max, y_max = self.problem.bounds
-        inner = 2 * (m - 2)
         bounds = [(x_min, x_max), (y_min, y_max)] * (m - 2)
         bounds += [(0.0, math.inf)] * (m - 1) if waits else []
-        bounds += [(first, last)] if last > first else []
-        slopes = np.empty((m, 3))
-        points, waiting = flying.points.copy(), flying.waits.copy()
-
-        def laid(z: FloatArray) -> float:
-            points[1:-1] = z[:inner].reshape(-1, 2)
-            if waits:
-                waiting[:-1] = z[inner : inner + m - 1]
-            return float(z[-1]) if last > first else first
-
-        def cost(z: FloatArray) -> tuple[float, FloatArray]:
-            departure = laid(z)
-            total, by_departure = flight_cost(chart, points, waiting, departure, weight, margin, slopes)
-            self.evaluations += 1
-            parts = [slopes[1:-1, :2].ravel()]
-            parts += [slopes[:-1, 2]] if waits else []
-            parts += [np.array([by_departure])] if last > first else []
-            return total, np.concatenate(parts)
-
-        start = [flying.points[1:-1].ravel()]
-        start += [flying.waits[:-1]] if waits else []
-        start += [np.array([flying.departure])] if last > first else []
-        z = np.concatenate(start)
-        if not len(z):
+        bounds += [(first, last)] if window else []
+        if not bounds:
             return flying
-        settings = {"maxiter": 150, "maxfun": 200, "maxcor": 20, "ftol": 1e-9, "gtol": 1e-9}
-        # (the stubs of scipy know no functions that return their gradient)
         # (the first step is as long as a unit: with small units a steep penalty does not throw it far away)
         unit = FIRST_STEP * self.scale
-        limits = np.array(bounds) / unit
-
-        def scaled(w: FloatArray) -> tuple[float, FloatArray]:
-            total, slope = cost(w * unit)
-            return total, slope * unit
-
-        found = cast("Any", minimize)(scaled, z / unit, jac=True, method="L-BFGS-B", bounds=limits, options=settings)
-        departure = laid(np.clip(found.x * unit, *np.array(bounds).T))
-        return Flying(points.copy(), np.where(waiting > SHORT * self.scale / chart.speed, waiting, 0.0), departure)
+        low, high = np.array(bounds).T / unit
+        z = [flying.points[1:-1].ravel(), flying.waits[:-1] if waits else [], [flying.departure] if window else []]
+        points, waiting = flying.points.copy(), flying.waits.copy()
+        task = Task(points, waiting, first, waits, window, low, high, unit, weight, margin)
+        departure, evaluations = descend(chart, task, np.concatenate(z) / unit)
+        self.evaluations += evaluations
+        kept = np.where(waiting > SHORT * self.scale / chart.speed, waiting, 0.0)
+        return Flying(points, kept, min(max(departure, first), last))
 
     def _thinned(self, flying: Flying) -> Flying:
         """Leave out the waypoints that gain next to nothing, if the flight stays feasible."""
