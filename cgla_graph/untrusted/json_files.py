@@ -1,14 +1,13 @@
 """Reader of untrusted JSON, bounded in depth and size, without duplicate keys and NaN."""
 
 import json
-import os
 from typing import NoReturn
 
 import numpy as np
 
 from cgla_graph._text import shown
 from cgla_graph.errors import FileFormatError
-from cgla_graph.untrusted.files import FilePath, fault, read_bytes, text_of
+from cgla_graph.untrusted.files import fault, text_of
 from cgla_graph.untrusted.numbers import parse_float
 
 #: Greatest depth of nested objects and lists.
@@ -21,32 +20,14 @@ class _RefusedError(Exception):
     """Error message for valid JSON that is refused."""
 
 
-def read_json(path: FilePath) -> object:
+def json_of(data: bytes, file: str) -> object:
     """
-    Return the value of a JSON file.
+    Return the value of the bytes of a JSON file, named `file` in errors.
 
     Raises
     ------
     FileFormatError
-        If it cannot be read, is too large or nested too deeply, is not JSON (which has no NaN), or has a key twice in
-        an object.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "zones.json")
-    ...     _ = file.write_bytes(b'{"features": []}')
-    ...     read_json(file)
-    {'features': []}
-    """
-    return json_of(read_bytes(path), os.fspath(path))
-
-
-def json_of(data: bytes, file: str) -> object:
-    """
-    Return the value of the bytes of a JSON file, named `file` in errors; the errors are those of `read_json`.
+        If it is too large or nested too deeply, is not JSON (which has no NaN), or has a key twice in an object.
 
     Examples
     --------
@@ -62,7 +43,7 @@ def json_value(
     text: str, file: str, *, most_objects: int = MOST_OBJECTS, most_lists: int = MOST_LISTS, infinite: bool = False
 ) -> object:
     """
-    Return the value of a JSON text, named `file` in errors; the errors are those of `read_json`.
+    Return the value of a JSON text, named `file` in errors; the errors are those of `json_of`.
 
     Parameters
     ----------

@@ -1,47 +1,28 @@
 """Reader of untrusted KML, plain or in an archive (KMZ), which writes nothing to the disk."""
 
 import io
-import os
 import struct
 import zipfile
 import zlib
 from xml.etree.ElementTree import Element
 
 from cgla_graph.errors import FileFormatError
-from cgla_graph.untrusted.files import MOST_BYTES, FilePath, fault, kind_of, read_bytes
+from cgla_graph.untrusted.files import MOST_BYTES, fault, kind_of
 from cgla_graph.untrusted.xml_files import tag_of, xml_of
 
 #: Files in an archive, at most, and the mark of each entry of its directory.
 MOST_MEMBERS, MEMBER = 10_000, b"PK\x01\x02"
 
 
-def read_kml(path: FilePath) -> Element:
+def kml_of(data: bytes, file: str) -> Element:
     """
-    Return the root of a KML file, or of the only KML file in an archive (KMZ), as its content requires.
+    Return the root of the bytes of a KML file, or of the only KML file in an archive (KMZ), named `file` in errors.
 
     Raises
     ------
     FileFormatError
-        If it cannot be read, is not KML (see `cgla_graph.untrusted.xml_files.read_xml`), or is an archive that has no
-        or several KML files, is damaged, encrypted or unpacks to more than `MOST_BYTES`.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "zones.kmz")
-    ...     with zipfile.ZipFile(file, "w") as archive:
-    ...         archive.writestr("doc.kml", "<kml><Document/></kml>")
-    ...     tag_of(read_kml(file))
-    'kml'
-    """
-    return kml_of(read_bytes(path), os.fspath(path))
-
-
-def kml_of(data: bytes, file: str) -> Element:
-    """
-    Return the root of the bytes of a KML or KMZ file, named `file` in errors; the errors are those of `read_kml`.
+        If it is not KML (see `cgla_graph.untrusted.xml_files.xml_of`), or is an archive that has no or several KML
+        files, is damaged, encrypted or unpacks to more than `MOST_BYTES`.
 
     Examples
     --------

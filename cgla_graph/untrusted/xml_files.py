@@ -1,13 +1,12 @@
 """Reader of untrusted XML, bounded in depth and size, without document types and entities."""
 
-import os
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder
 
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
 from cgla_graph.errors import FileFormatError
-from cgla_graph.untrusted.files import FilePath, fault, read_bytes
+from cgla_graph.untrusted.files import fault
 
 #: Greatest depth of nested elements, and number of elements.
 DEEPEST, MOST_ELEMENTS = 64, 1_000_000
@@ -34,32 +33,15 @@ class _Builder(TreeBuilder):
         return super().end(tag)
 
 
-def read_xml(path: FilePath) -> Element:
+def xml_of(data: bytes, file: str) -> Element:
     """
-    Return the root of an XML file.
+    Return the root of the bytes of an XML file, named `file` in errors.
 
     Raises
     ------
     FileFormatError
-        If it cannot be read, is too large or nested too deeply, is not XML, or declares a document type or entities
-        (with which a file could refer to other files or grow without bound).
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "plan.gpx")
-    ...     _ = file.write_bytes(b"<gpx><wpt lat='1' lon='2'/></gpx>")
-    ...     read_xml(file)[0].get("lat")
-    '1'
-    """
-    return xml_of(read_bytes(path), os.fspath(path))
-
-
-def xml_of(data: bytes, file: str) -> Element:
-    """
-    Return the root of the bytes of an XML file, named `file` in errors; the errors are those of `read_xml`.
+        If it is too large or nested too deeply, is not XML, or declares a document type or entities (with which a file
+        could refer to other files or grow without bound).
 
     Examples
     --------

@@ -22,7 +22,7 @@ from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.rasters import reading
 from cgla_graph.model.rasters import values as values_module
 from cgla_graph.model.rasters.crs import RasterWarning
-from cgla_graph.model.rasters.projection import areas_on_ground
+from cgla_graph.model.rasters.projection import areas_of_rows
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.scenarios.loading import open_scenarios
 
@@ -169,7 +169,7 @@ def test_rows_of_blocks_are_read_one_after_the_other(
     assert raster.missing.sum() == 50 * 20 + 1
     refused(file, "1001 of its cells have no data, the first in row 3, column 5")
     counts = RasterRisk.from_file(file, nodata=0.1, kind="count")
-    areas = areas_on_ground(counts.bounds, cells.shape, counts.system)
+    areas = areas_of_rows(counts.bounds, cells.shape, counts.system)(slice(None))[::-1]
     assert np.array_equal(counts.cells[::-1], expected.filled(0.1) / areas)
     whole = file.read_bytes()
     file.write_bytes(whole[: len(whole) // 2])

@@ -16,8 +16,8 @@ from cgla_graph.errors import FileFormatError
 from cgla_graph.testing.strategies import seeds
 from cgla_graph.untrusted import files, kml_files, xml_files
 from cgla_graph.untrusted.files import read_bytes, read_text, text_of
-from cgla_graph.untrusted.json_files import json_of, read_json
-from cgla_graph.untrusted.kml_files import kml_of, read_kml
+from cgla_graph.untrusted.json_files import json_of
+from cgla_graph.untrusted.kml_files import kml_of
 from cgla_graph.untrusted.xml_files import xml_of
 
 KML = b'<?xml version="1.0" encoding="UTF-8"?><kml xmlns="http://www.opengis.net/kml/2.2"><Document/></kml>'
@@ -96,7 +96,7 @@ def test_kml_is_read_from_archives_and_never_written(tmp_path: Path, monkeypatch
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "zones.kmz"
     path.write_bytes(archive(**{"../../doc__kml": KML, "images/a__png": b"no"}))
-    assert read_kml(path)[0].tag.endswith("Document")
+    assert kml_of(read_bytes(path), path.name)[0].tag.endswith("Document")
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -140,7 +140,7 @@ def test_files_that_are_none_or_too_large(tmp_path: Path, monkeypatch: pytest.Mo
             read_bytes(tmp_path / name)
     (tmp_path / "small").write_bytes(b"\xef\xbb\xbf[1]")
     assert read_text(tmp_path / "small") == "[1]"
-    assert read_json(tmp_path / "small") == [1]
+    assert json_of(read_bytes(tmp_path / "small"), "f") == [1]
 
 
 @usual

@@ -145,23 +145,19 @@ def _filled(values: "NDArray[np.floating[Any]]", fill: float) -> FloatArray:
     return np.where(np.isnan(exact), fill, exact) if fill > 0.0 else exact
 
 
-def areas_on_ground(bounds: Bounds, shape: tuple[int, ...], system: CoordinateSystem | None) -> FloatArray | float:
-    """
-    Return the area of each cell of a raster on a plane, on the ground where its system says that, row 0 in the north.
-
-    Examples
-    --------
-    >>> areas_on_ground((0.0, 0.0, 20.0, 30.0), (3, 2), None)
-    100.0
-    """
-    found = areas_of_rows(bounds, shape, system)(slice(0, shape[0]))
-    return found[::-1] if system is not None else float(found[0, 0])
-
-
 def areas_of_rows(
     bounds: Bounds, shape: tuple[int, ...], system: CoordinateSystem | None
 ) -> Callable[[slice], FloatArray]:
-    """Return the function from some rows, row 0 in the south, to the areas of their cells, as `areas_on_ground`."""
+    """
+    Return the function from some rows of a raster on a plane, row 0 in the south, to the areas of their cells.
+
+    They are those on the ground where the raster's system says that; without one, all are the same.
+
+    Examples
+    --------
+    >>> areas_of_rows((0.0, 0.0, 20.0, 30.0), (3, 2), None)(slice(0, 3))
+    array([[100.]])
+    """
     from scipy.interpolate import RectBivariateSpline  # noqa: PLC0415 - slow to import
 
     x_min, y_min, x_max, y_max = bounds

@@ -7,9 +7,9 @@ from typing import TypeVar
 
 from cgla_graph._text import shown
 from cgla_graph._types import Bounds
-from cgla_graph.untrusted.files import fault, read_text
+from cgla_graph.untrusted.files import fault, read_bytes, read_text
 from cgla_graph.untrusted.numbers import plain_numbers
-from cgla_graph.untrusted.xml_files import child_text, read_xml, tag_of
+from cgla_graph.untrusted.xml_files import child_text, tag_of, xml_of
 
 #: Endings of world files beside a GeoTIFF.
 WORLD = (".tfw", ".tifw", ".tiffw", ".wld")
@@ -61,7 +61,7 @@ class Aux:
         path = raster.with_name(f"{raster.name}.aux.xml")
         if not path.exists():
             return cls()
-        root, name = read_xml(path), str(path)
+        root, name = xml_of(read_bytes(path), str(path)), str(path)
         if tag_of(root) != "PAMDataset":
             fault(name, f"its root is {shown(tag_of(root))}, not PAMDataset", "write it with GDAL, or remove it")
         if any(tag_of(one) == "GCPList" for one in root):

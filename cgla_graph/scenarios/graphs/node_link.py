@@ -41,7 +41,7 @@ def read_node_link(path: Path, text: str, weight: str) -> tuple[EdgeList, bool, 
     ScenarioError
         If a list is missing, a node or an edge is malformed, or an edge has no weight.
     FileFormatError
-        If it is no JSON (see `cgla_graph.untrusted.json_files.read_json`).
+        If it is no JSON (see `cgla_graph.untrusted.json_files.json_of`).
     """
     document = json_value(text, str(path), most_objects=_MOST_OBJECTS, most_lists=_MOST_LISTS, infinite=True)
     lists = {

@@ -25,7 +25,6 @@ _costs = partial(Statement, measure="cost", less=False, test=Shift(margin=MARGIN
 _over_least = partial(_costs, measure="ratio", second=1.0, factors=(*_KINDS, "constant"), size="x {} of the least")
 _over_known = partial(_over_least, factors=(*_KINDS, "constant", "radius"), size="x {} of all known")
 _NEW, _KEPT = ({"planner": "milp", "mode": "sudden", "replan": replan} for replan in ("change", "never"))
-_OURS = {**_NEW, "planner": "cgla"}
 #: Those on simple maps.
 ON_SIMPLE = (
     *(
