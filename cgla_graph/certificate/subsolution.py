@@ -559,7 +559,7 @@ class Block:
     def around(cls, level: Level, end: Point) -> "Block":
         """Find the block around an end."""
         mesh = level.mesh
-        column, row = _middle(mesh, end)
+        column, row = (round((end[axis] - mesh.origin[axis]) / mesh.spacing[axis]) for axis in range(2))
         distance = np.maximum(np.abs(mesh.columns - column), np.abs(mesh.rows - row))
         # the rim is half a cell further than its cells, and the end up to half a cell off its own
         step = math.hypot(*mesh.spacing)
@@ -593,12 +593,6 @@ class Block:
         return certificate_kernels.rim_excess(
             values, mesh.kernel_mesh, mesh.matters, self.end, self.centre, reach, self.formula.numbers
         )
-
-
-def _middle(mesh: SplineMesh, end: Point) -> tuple[int, int]:
-    """Return column and row of the middle of the block around an end."""
-    column, row = (round((end[axis] - mesh.origin[axis]) / mesh.spacing[axis]) for axis in range(2))
-    return column, row
 
 
 def _reach(level: Level, end: Point, step: float) -> tuple[int, EndFormula, float]:

@@ -54,14 +54,11 @@ NO_RISK = 1e-11
 GROWTH = 1.3
 
 
-def _legendre() -> FloatArray:
-    """Make the matrix that turns values at the nodes into the Legendre coefficients of their polynomial, transposed."""
-    values = np.polynomial.legendre.legvander(_NODES, N_NODES - 1)
-    return np.ascontiguousarray(_WEIGHTS[:, None] * values * (np.arange(N_NODES) + 0.5))
-
-
-_SERIES = _legendre()
 _ORDERS = np.arange(N_NODES)
+#: The matrix that turns values at the nodes into the Legendre coefficients of their polynomial, transposed.
+_SERIES = np.ascontiguousarray(
+    _WEIGHTS[:, None] * np.polynomial.legendre.legvander(_NODES, N_NODES - 1) * (_ORDERS + 0.5)
+)
 # of the recurrence (k + 1) P_k+1 = (2 k + 1) x P_k - k P_k-1, as Clenshaw needs it
 _UP, _DOWN = (2 * _ORDERS + 1) / (_ORDERS + 1), (_ORDERS + 1) / (_ORDERS + 2)
 

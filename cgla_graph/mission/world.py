@@ -77,7 +77,7 @@ class TimedThreat(ShortRepr):
 
     def at(self, tick: int) -> Threat | None:
         """Return the threat at a tick; None before it appears and after it vanishes."""
-        if not _is_there(tick, self.appears, self.vanishes):
+        if tick < self.appears or (self.vanishes is not None and tick >= self.vanishes):
             return None
         places = [(x, y) for since, x, y in self.moves if since <= tick]
         if not places:
@@ -221,10 +221,6 @@ class World(ShortRepr):
         whole = self.field if len(threats) == len(self.field) else self.field.with_only(threats.values())
         things: dict[Thing, Threat | None] = {("threat", number): threat for number, threat in threats.items()}
         return _State(threats, areas, things | {("area", number): None for number in areas}, whole)
-
-
-def _is_there(tick: int, appears: int, vanishes: int | None) -> bool:
-    return appears <= tick and (vanishes is None or tick < vanishes)
 
 
 def _check_life(name: str, appears: object, vanishes: object) -> None:

@@ -7,7 +7,6 @@ import shapely
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
-from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import figure as digits_of
 from cgla_graph._types import FloatArray
@@ -80,7 +79,7 @@ def _draw(axes: Axes, corridor: Corridor) -> Iterator[Key]:
         (corridor.inner, _INNER, f"cells of paths certainly within {much}"),
     )
     for number, (shape, colour, said) in enumerate(shapes):
-        if not _has_polygons(shape):
+        if not any(part.geom_type == "Polygon" for part in shapely.get_parts(shape)):
             continue
         rings = outline(shape, scale)
         axes.add_patch(PathPatch(rings, facecolor=(colour, _OPACITY), edgecolor="none", zorder=1.5 + 0.1 * number))
@@ -94,7 +93,3 @@ def _draw(axes: Axes, corridor: Corridor) -> Iterator[Key]:
         yield line_key(color=colour, linewidth=1.4), f"way {number + 1}: {digits_of(way.cost * scale, 5)}, {way.passes}"
     for number, (x, y) in enumerate((corridor.ways.holes * scale).tolist(), 1):
         axes.text(x, y, str(number), ha="center", va="center", fontsize=7, zorder=5.0)
-
-
-def _has_polygons(shape: BaseGeometry) -> bool:
-    return any(part.geom_type == "Polygon" for part in shapely.get_parts(shape))

@@ -133,12 +133,13 @@ def greatest_cells(
     width, height = raster.cell_size
     rows = _first_cells(ys, y_min, height, raster.shape[0])
     columns = _first_cells(xs, x_min, width, raster.shape[1])
+    pairs = np.stack([columns[:-1], columns[1:]], axis=1).ravel()
     found = np.zeros((len(ys) - 1, len(xs) - 1))
     # (a large raster has no second copy of its cells; one zero more, as `reduceat` needs every end inside the array)
     for row, (first, last) in enumerate(pairwise(rows.tolist())):
         if first < last:
             greatest = np.append(cells(slice(first, last)).max(axis=0), 0.0)
-            found[row] = np.maximum.reduceat(greatest, _pairs(columns))[::2]
+            found[row] = np.maximum.reduceat(greatest, pairs)[::2]
     found[:, columns[1:] == columns[:-1]] = 0.0
     return found
 
@@ -158,7 +159,3 @@ def missing_cells(raster: RasterRisk) -> BoolArray:
 def _first_cells(edges: FloatArray, low: float, size: float, count: int) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
     """Return the first cell whose centre is at or after each edge."""
     return np.clip(np.ceil((edges - low) / size - 0.5), 0, count).astype(np.intp)
-
-
-def _pairs(firsts: np.ndarray[tuple[int], np.dtype[np.intp]]) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-    return np.stack([firsts[:-1], firsts[1:]], axis=1).ravel()

@@ -22,7 +22,6 @@ from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.rasters.crs import CrsPlane
-from cgla_graph.model.risk import Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, as_scenario
 from cgla_graph.scenarios.table_faults import faults
@@ -129,7 +128,7 @@ def _text(scenario: Scenario, beside: Sequence[str], title: str, where: str) -> 
         "k": problem.k,
         "clearance": problem.clearance or None,
         "improper": problem.field.improper or None,
-        "threats": [_threat(one) for one in problem.field.threats] or None,
+        "threats": [dataclasses.asdict(one) for one in problem.field.threats] or None,
         "no_fly": ({"polygons": outlines} if is_plain else {"areas": areas}) if areas else None,
         "rasters": [_raster(file, one) for file, one in zip(beside, problem.field.rasters, strict=True)] or None,
         "lattice": _lattice(scenario.lattice),
@@ -205,10 +204,6 @@ def _shapes(area: BaseGeometry) -> Iterator[BaseGeometry]:
             yield from _shapes(part)
     else:
         yield area
-
-
-def _threat(threat: Threat) -> dict[str, float]:
-    return {"x": threat.x, "y": threat.y, "spread": threat.spread, "peak": threat.peak}
 
 
 def _raster(file: str, raster: RasterRisk) -> dict[str, Any]:

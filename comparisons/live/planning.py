@@ -8,7 +8,7 @@ import numpy as np
 
 from cgla_graph._text import json_number
 from cgla_graph._types import FloatArray, WholeArray
-from cgla_graph.certificate.certificate import Grid, load_kernels, prove
+from cgla_graph.certificate.certificate import load_kernels, prove
 from cgla_graph.certificate.costs import LEAST_SHRINK, rounding
 from cgla_graph.certificate.subsolution import Level, first_grid
 from cgla_graph.comparisons.live.areas import as_flat
@@ -183,7 +183,9 @@ def _planned(scenario: Scenario, *, full: bool) -> dict[str, Any]:
         held = found.path if has_path else None
         certificate = prove(problem, held, tolerance=TOLERANCE, max_cells=MOST_CELLS)
         bound = certificate.lower_bound
-        last, runs = _finest(certificate.grids)
+        # the finest grid whose tube is small enough to send
+        finer = reversed(certificate.grids[1:])
+        last, runs = next(((grid.last, grid.runs) for grid in finer if len(grid.runs) <= MOST_RUNS), (None, None))
     else:
         bound, last, runs = prove_on_one_grid(problem, found.cost if has_path else math.inf)
     if not has_path:
@@ -196,12 +198,6 @@ def _planned(scenario: Scenario, *, full: bool) -> dict[str, Any]:
         "bound": json_number(bound),
         "tube": None if last is None or runs is None else _tube(problem, last, runs),
     }
-
-
-def _finest(grids: tuple[Grid, ...]) -> tuple[tuple[int, int] | None, WholeArray | None]:
-    """Return the finest grid whose tube is small enough to send."""
-    fit = [grid for grid in grids[1:] if len(grid.runs) <= MOST_RUNS]
-    return (fit[-1].last, fit[-1].runs) if fit else (None, None)
 
 
 def _tube(problem: Problem, last: tuple[int, int], runs: WholeArray) -> list[float]:

@@ -176,11 +176,7 @@ def _bound_line(flight: Flight, least: float, unit: str) -> str:
 
 
 def _ratios(ratios: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} {_ratio(value)}x" for name, value in ratios.items())
-
-
-def _ratio(value: float) -> str:
-    return "∞" if value == math.inf else figure(value, 4)
+    return ", ".join(f"{name} {'∞' if value == math.inf else figure(value, 4)}x" for name, value in ratios.items())
 
 
 def variants_table(flights: Sequence[MissionRun]) -> FittedTable:

@@ -12,7 +12,6 @@ from cgla_graph._text import duration, figure, json_number, rounded_down
 from cgla_graph.comparisons.statistics.intervals import path_cost
 from cgla_graph.comparisons.study.metric import Measure
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.model.adjacency import Node
 from cgla_graph.model.earth import degrees_of
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.graphs.graph_scenario import GraphScenario
@@ -88,19 +87,8 @@ def _waypoints(run: Run, _: float) -> int:
     return np.size(run.solution.path, 0) if run.solution.status.has_path else 0
 
 
-def _ends(run: Run) -> tuple[Node, Node] | None:
-    scenario = run.scenario
-    return (scenario.problem.source, scenario.problem.target) if isinstance(scenario, GraphScenario) else None
-
-
-def _source(run: Run, _: float) -> str:
-    ends = _ends(run)
-    return "" if ends is None else str(ends[0])
-
-
-def _target(run: Run, _: float) -> str:
-    ends = _ends(run)
-    return "" if ends is None else str(ends[1])
+def _end(run: Run, which: str) -> str:
+    return str(getattr(run.scenario.problem, which)) if isinstance(run.scenario, GraphScenario) else ""
 
 
 def _nodes(run: Run, _: float) -> str:
@@ -130,8 +118,8 @@ def metric_columns(runs: Iterable[Run]) -> list[RunColumn]:
 
 #: Columns of runs between two nodes of a graph: the texts of labels, of the path's nodes as a JSON list.
 _ON_GRAPH = (
-    RunColumn("from", "word", _source),
-    RunColumn("to", "word", _target),
+    RunColumn("from", "word", lambda run, _: _end(run, "source")),
+    RunColumn("to", "word", lambda run, _: _end(run, "target")),
     RunColumn("nodes", "word", _nodes),
 )
 

@@ -368,7 +368,8 @@ class _Search:
         else:
             status = Status.NOT_FOUND if status is Status.NO_PATH else status
             if not self.on_risk and shortest > self.room:
-                bound, known = math.inf, self._none_so_short(shortest)
+                bound = math.inf
+                known = f"no path of length at most {self.budget:g} exists: none is shorter than {_proven(shortest)}"
             else:
                 k, bound, known = self._by_proof_alone(shortest)
         msg = f"{self.reweighed.solver.traits.name} finds no path ({answer.message or answer.status.value}); {known}"
@@ -385,9 +386,6 @@ class _Search:
         if path is not None and self.keeps(path):
             known = f"there is one within the budget, of length {path.length:.9g} and risk {path.risk:.9g}"
         return k, bound, f"{known}; none within the budget {least} than {_proven(bound)}"
-
-    def _none_so_short(self, shortest: float) -> str:
-        return f"no path of length at most {self.budget:g} exists: none is shorter than {_proven(shortest)}"
 
     def _too_short(self, shortest: Solution) -> PlanWithin:
         """Report that even the shortest path is too long."""

@@ -132,7 +132,7 @@ class GraphSearch:
                 best, known = weights, self._least(weights)
                 break
         exact = self.solver.traits.exact
-        found.weighted_bound = self._bound_of(best) if exact else math.nan
+        found.weighted_bound = (1.0 - ROUNDING) * float(self._to_go(best)[1][self.ends[0]]) if exact else math.nan
         found.weights = best
         if exact:
             found.bound, found.is_optimal, labels = self._labelled([best, *tried[-3:]], found.weighted_bound)
@@ -173,9 +173,6 @@ class GraphSearch:
         held = np.where(np.isfinite(mixed), np.maximum(mixed, 1e-300), 0.0)
         np.fill_diagonal(held, 0.0)
         return mixed, np.asarray(search(held.T, indices=self.ends[1]))
-
-    def _bound_of(self, weights: FloatArray) -> float:
-        return float(self._to_go(weights)[1][self.ends[0]]) * (1.0 - ROUNDING)
 
     def _labelled(self, chosen: list[FloatArray], known: float) -> tuple[float, bool, int]:
         """Search by labels; return the bound, whether it ended, and how many labels were followed."""

@@ -112,7 +112,8 @@ def solve_under(
         return run(solver, weighted, resolution, apart=isolated)
 
     search = Search(in_plane, tail, find, tolerance)
-    with showing(f"planning for the {_named(objective, tail)}"):
+    named = {"expected": "expected cost", "worst": "worst cost", "cvar": f"mean of the worst {1.0 - tail.alpha:.3g}"}
+    with showing(f"planning for the {named[objective]}"):
         found = search.run()
     answer = found.answer
     if len(found.path):
@@ -124,11 +125,6 @@ def solve_under(
         "weights": found.weights,
     }  # fmt: skip
     return _answered(in_plane, field, answer, tail, objective, began, solver=solver.traits.name, **numbers)
-
-
-def _named(objective: Objective, tail: TailMean) -> str:
-    named = {"expected": "expected cost", "worst": "worst cost", "cvar": f"mean of the worst {1.0 - tail.alpha:.3g}"}
-    return named[objective]
 
 
 def _field_of(problem: Problem | GraphProblem) -> UncertainField:

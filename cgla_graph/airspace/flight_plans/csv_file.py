@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.csv_columns import Columns, with_curves
@@ -66,7 +66,8 @@ def read_text(text: str, where: str) -> FlightPlan:
     for number, cells in rows:
         place = f"{where}: line {number}"
         row = columns.of_row(cells, place)
-        found.append((_waypoint(row, pair, place), columns.curve_of(row, place)))
+        at = place_of([row.get(name) for name in pair], place, in_plane=pair == _PLANE)
+        found.append((waypoint_of(at, row, place), columns.curve_of(row, place)))
         unknown += filter(None, [columns.unknown_shape(row, known, f"line {number}")])
     curved = sum(size > 0.0 for _, size in found)
     if curved:
@@ -87,10 +88,6 @@ def _rows(text: str, where: str) -> Iterator[tuple[int, list[str]]]:
             yield reader.line_num, cells
     except csv.Error as error:
         fault(f"{where}: line {reader.line_num}", f"it is no CSV ({error})", "write numbers with commas between them")
-
-
-def _waypoint(row: Mapping[str, str], pair: tuple[str, str], where: str) -> Waypoint | Home:
-    return waypoint_of(place_of([row.get(name) for name in pair], where, in_plane=pair == _PLANE), row, where)
 
 
 def write(plan: FlightPlan) -> str:

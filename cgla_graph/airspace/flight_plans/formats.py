@@ -91,7 +91,7 @@ def plan_of_bytes(data: bytes, where: str, given: Given | None = None) -> Flight
     """
     kind = kind_of(data)
     if kind == "zip":
-        return _of_xml(xml_of(unzipped(data, where, ".kml"), where), where)
+        return _of_xml(xml_of(unzipped(data, where), where), where)
     if kind == "xml":
         return _of_xml(xml_of(data, where), where)
     if kind == "json":

@@ -68,7 +68,7 @@ class Aux:
             fault(name, "it places the raster by points of control", f"warp it (gdalwarp {raster.name} OUT.tif)")
         bands = [one for one in root if tag_of(one) == "PAMRasterBand" and one.get("band", "1") == "1"]
         texts = {tag: next(filter(None, (child_text(one, tag) for one in bands)), "") for tag in _TAGS}
-        said = {tag: _number(name, tag, text) for tag, text in texts.items()}
+        said = {tag: _numbers(name, tag, [text], 1)[0] if text else None for tag, text in texts.items()}
         transform = child_text(root, "GeoTransform")
         return cls(
             name,
@@ -156,10 +156,6 @@ def require_same_place(file: str, transform: tuple[float, ...], bounds: Bounds, 
     off = max(abs(one - other) for one, other in zip(there, bounds, strict=True))
     if transform[2] or transform[4] or off > PART * min(abs(width), abs(height)):
         fault(file, f"it places the raster at {there}, the raster itself at {bounds}", "remove the wrong one")
-
-
-def _number(file: str, name: str, text: str) -> float | None:
-    return _numbers(file, name, [text], 1)[0] if text else None
 
 
 def _numbers(file: str, name: str, words: list[str], count: int) -> tuple[float, ...]:
