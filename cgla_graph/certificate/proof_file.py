@@ -26,7 +26,7 @@ from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph._validate import file_path, instance, point_array, positive_number
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate import check_proof as checker
-from cgla_graph.certificate.corners import CornerBlock, corners_of, links_of
+from cgla_graph.certificate.corners import LEAST_REACH, CornerBlock, corners_of, links_of
 from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
 from cgla_graph.certificate.finer import seeds_beyond
 from cgla_graph.certificate.proof_of_cells import beside_lines, describe_cells
@@ -46,9 +46,9 @@ FINER, AROUND_ENDS, AROUND_CORNERS = 5, 2, 2
 AXES = 2
 #: A step of control values, in spacings times the tolerance, and cells of a grid, at most.
 STEP, MOST_PIECES = 1.0 / 24.0, 1_000_000
-#: Around a corner: cells to the rim of a block on a grid inside one, cells beyond a box from which the front starts,
-#: sub-cells, rounds, and the slope from which another round is made.
-REACH, BEYOND, SUB_CELLS, ROUNDS, STEEP = 2, 2, 200_000, 6, 1.002
+#: Around a corner: cells beyond a box from which the front starts, sub-cells, rounds, and the slope from which another
+#: round is made. On a grid inside a block, further blocks are as small as they may be.
+BEYOND, SUB_CELLS, ROUNDS, STEEP = 2, 200_000, 6, 1.002
 #: Pieces that may be charged for have slopes from this on; and surfaces are scaled by a little more than their slopes.
 NEARLY_STEEP, MORE = 0.9, 1.0 + 1e-7
 #: Grids have cells that are so many floats wide, at least, and a map that is narrower than so many is too narrow.
@@ -477,7 +477,7 @@ class _Writer:
         box = [low[0], high[0] + 1, low[1], high[1] + 1]
         sheet = _Sheet.on(mesh, outer.grid.inside_block(FINER, parts_of(mesh), tuple(box)), first)
         is_finer = levels > 1 and self.floats_across() >= LEAST_FLOATS * FINER * max(last)
-        laid = corners_of(problem, mesh, REACH, [])[0] if is_finer else []
+        laid = corners_of(problem, mesh, LEAST_REACH, [])[0] if is_finer else []
         # (further blocks need a box of their own inside this one, and are not across the rim)
         margin = FINER - 1
         west, east, south, north = (FINER * one - FINER // 2 for one in cells)
