@@ -11,6 +11,8 @@ PYTEST := $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadfile --ma
 export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels
 # tests start hundreds of processes: what Python has compiled is kept, whatever the environment says
 export PYTHONDONTWRITEBYTECODE :=
+# workers share the cores: on small matrices, threads of linear algebra would mostly wait for each other, and busily
+export OPENBLAS_NUM_THREADS := 1
 
 .PHONY: compare test theorem-1 fuzz lint check suite bounds browser paper comparison digests oldest figures docs bench peers claims conformance clean
 
