@@ -2,7 +2,7 @@
 
 import base64
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial, singledispatch
 from pathlib import Path
@@ -106,10 +106,7 @@ def _(problem: Problem, ax: Axes | None = None, *, solutions: Iterable[Solution]
 
 @plot.register
 def _(scenario: Scenario, ax: Axes | None = None) -> Axes:
-    if ax is not None:
-        draw_map(_axes(ax), TitledProblem.of(scenario), [])
-        return ax
-    return map_figure(TitledProblem.of(scenario), [], figure=_figure()).axes[0]
+    return _drawn(ax, draw_map, map_figure, TitledProblem.of(scenario), [])
 
 
 @plot.register
@@ -140,37 +137,31 @@ def _(certificate: Certificate, ax: Axes | None = None) -> Any:  # noqa: ANN401 
 
 @plot.register
 def _(corridor: Corridor, ax: Axes | None = None) -> Axes:
-    shown = TitledProblem(corridor.problem)
-    if ax is not None:
-        draw_corridor(_axes(ax), shown, corridor)
-        return ax
-    return corridor_figure(shown, corridor, figure=_figure()).axes[0]
+    return _drawn(ax, draw_corridor, corridor_figure, TitledProblem(corridor.problem), corridor)
 
 
 @plot.register(Answers)
 @plot.register(Isochrones)
 def _(answers: Answers | Isochrones, ax: Axes | None = None) -> Axes:
-    shown = TitledProblem(answers.problem)
-    if ax is not None:
-        draw_answers(_axes(ax), shown, answers)
-        return ax
-    return answers_figure(shown, answers, figure=_figure()).axes[0]
+    return _drawn(ax, draw_answers, answers_figure, TitledProblem(answers.problem), answers)
 
 
 @plot.register
 def _(checked: PlanCheck, ax: Axes | None = None) -> Axes:
-    if ax is not None:
-        draw_check(_axes(ax), checked)
-        return ax
-    return check_figure(checked, figure=_figure()).axes[0]
+    return _drawn(ax, draw_check, check_figure, checked)
 
 
 @plot.register
 def _(volumes: Volumes, ax: Axes | None = None) -> Axes:
-    if ax is not None:
-        draw_volumes(_axes(ax), volumes)
-        return ax
-    return volumes_figure(volumes, figure=_figure()).axes[0]
+    return _drawn(ax, draw_volumes, volumes_figure, volumes)
+
+
+def _drawn(ax: Axes | None, draw: Callable[..., None], make: Callable[..., Figure], *shown: object) -> Axes:
+    """Draw on axes of the user's, or on a new figure."""
+    if ax is None:
+        return make(*shown, figure=_figure()).axes[0]
+    draw(_axes(ax), *shown)
+    return ax
 
 
 @plot.register

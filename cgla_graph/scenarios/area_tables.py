@@ -14,7 +14,7 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import shown
-from cgla_graph._types import Bounds, Point
+from cgla_graph._types import BoolArray, Bounds, Point
 from cgla_graph.airspace.zones.account import ZoneAccount, ZoneRecord
 from cgla_graph.airspace.zones.applying import Applied
 from cgla_graph.airspace.zones.columns import Columns
@@ -255,25 +255,11 @@ class MapZones:
         clearance
             How far paths have to stay from zones, metres.
         """
-        places = shapely.points(np.reshape(np.array(ends, dtype=np.float64), (-1, 2)))
-
-        def closed_ends(area: BaseGeometry) -> list[bool]:
-            near = np.asarray(shapely.distance(area, places) < clearance)
-            return [bool(one) for one in near | shapely.contains_properly(area, places)]
-
         bounds = projected_bounds(box, projection)
-        reach = MOST_BEYOND * max(bounds[2] - bounds[0], bounds[3] - bounds[1])
-        areas: list[BaseGeometry] = []
-        found: list[float] = []
-        for one in applied.closed:
-            if one.area is not None:
-                area = cast("AreaShape", project_on_map(one.area, box, projection))
-                fewer, beyond = with_fewer_corners(area, MOST_CORNERS, reach)
-                if beyond and closed_ends(fewer) == closed_ends(area):
-                    area = fewer
-                    found.append(beyond)
-                areas.append(area)
-        return cls(applied, areas, found, applied.columns(projection))
+        closed = [project_on_map(one.area, box, projection) for one in applied.closed if one.area is not None]
+        simple = [simplified(cast("AreaShape", area), bounds, ends, clearance) for area in closed]
+        beyond = [far for _, far in simple if far]
+        return cls(applied, [area for area, _ in simple], beyond, applied.columns(projection))
 
     def account(self) -> ZoneAccount:
         """Return the account of each zone, and the simplifications made."""
@@ -283,6 +269,18 @@ class MapZones:
         few = f"{len(self.beyond)} outline{'s' * (len(self.beyond) > 1)} of more than {MOST_CORNERS} corners"
         remark = f"{few}: simplified, and up to {max(self.beyond):g} m beyond what the files say"
         return replace(account, remarks=(*account.remarks, remark))
+
+
+def simplified(area: AreaShape, bounds: Bounds, ends: Sequence[Point], clearance: float) -> tuple[BaseGeometry, float]:
+    """Return an area with few corners, unless that closes an end, and how far it reaches beyond the area, metres."""
+    reach = MOST_BEYOND * max(bounds[2] - bounds[0], bounds[3] - bounds[1])
+    fewer, beyond = with_fewer_corners(area, MOST_CORNERS, reach)
+    places = shapely.points(np.reshape(np.array(ends, dtype=np.float64), (-1, 2)))
+
+    def closed(shape: BaseGeometry) -> BoolArray:
+        return np.asarray((shapely.distance(shape, places) < clearance) | shapely.contains_properly(shape, places))
+
+    return (fewer, beyond) if beyond and np.array_equal(closed(fewer), closed(area)) else (area, 0.0)
 
 
 def seen_box(projection: LocalProjection, bounds: Bounds, clearance: float) -> Bounds:

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
-import numpy as np
 import shapely
 from shapely.geometry import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
@@ -13,10 +12,10 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import Bounds, Point
 from cgla_graph.airspace.terrain.area import TerrainArea, terrain_area
 from cgla_graph.airspace.zones.ground import read_ground
-from cgla_graph.airspace.zones.shapes import AreaShape, with_fewer_corners
+from cgla_graph.airspace.zones.shapes import AreaShape
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.earth import EDGE_METRES, LocalProjection, project_on_map, projected_bounds
-from cgla_graph.scenarios.area_tables import MOST_BEYOND, MOST_CORNERS, NoFlyTable, seen_box
+from cgla_graph.scenarios.area_tables import NoFlyTable, seen_box, simplified
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,15 +121,5 @@ def _on_plane(
 ) -> BaseGeometry:
     """Return a closed area on the plane of a map, a metre wider, with few corners."""
     exact = project_on_map(area, box, projection)
-    wide = cast("AreaShape", shapely.buffer(exact, EDGE_METRES, join_style="mitre", mitre_limit=1.5))
-    places = shapely.points(np.reshape(np.array(ends, dtype=np.float64), (-1, 2)))
-    reach = MOST_BEYOND * max(bounds[2] - bounds[0], bounds[3] - bounds[1])
-    if not isinstance(wide, Polygon | MultiPolygon):
-        return exact
-    fewer, _ = with_fewer_corners(wide, MOST_CORNERS, reach)
-
-    def closed_ends(shape: BaseGeometry) -> list[bool]:
-        near = np.asarray(shapely.distance(shape, places) < clearance)
-        return [bool(one) for one in near | shapely.contains_properly(shape, places)]
-
-    return fewer if closed_ends(fewer) == closed_ends(wide) else wide
+    wide = cast("BaseGeometry", shapely.buffer(exact, EDGE_METRES, join_style="mitre", mitre_limit=1.5))
+    return simplified(wide, bounds, ends, clearance)[0] if isinstance(wide, Polygon | MultiPolygon) else exact
