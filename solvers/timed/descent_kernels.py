@@ -105,7 +105,7 @@ def _direction(g: FloatArray, free: FloatArray, steps: FloatArray, turns: FloatA
             d -= factors[back] * turns[at] * free
     if known > 0 and inverse[0] > 0.0:
         at = (made - 1) % steps.shape[0]
-        d *= inverse[0] / np.sum(turns[at] * turns[at] * free)
+        d *= inverse[0] / max(np.sum(turns[at] * turns[at] * free), 1e-300)
     for back in range(known - 1, -1, -1):
         if inverse[back] > 0.0:
             at = (made - 1 - back) % steps.shape[0]

@@ -348,8 +348,9 @@ def flight_cost(
         p, q = points[i], points[i + 1]
         left = times[i] + waits[i]
         dx, dy = q[0] - p[0], q[1] - p[1]
-        if dx != 0.0 or dy != 0.0:
-            span = times[i + 1] - left
+        span = times[i + 1] - left
+        # (a tiny leg takes no time)
+        if span > 0.0:
             total += chart.speed * span + leg_cost(chart, p, q, left, times[i + 1], weight, margin, out)
             if pressing > 0.0:
                 total += pressure(chart.discs, p, q, left, times[i + 1], pressing, margin, out)

@@ -73,6 +73,12 @@ def test_cost_of_a_flight_is_the_oracle_s_and_has_its_gradient(
         assert slopes[i, j] == pytest.approx((high - low) / (2 * h), abs=1e-6)
 
 
+def test_tiny_legs_that_take_no_time_cost_nothing() -> None:
+    chart = chart_of(cg.TimedProblem((0, 0), (1, 1), speed=1.0), 9.0)
+    points = np.array([(0, 0), (1e-30, 0), (1, 1)], dtype=float)
+    assert flight_cost(chart, points, np.zeros(3), 0.5, 0.0, 0.0, np.empty((3, 3)))[0] == pytest.approx(math.sqrt(2))
+
+
 def test_march_converges_to_the_exact_time_in_wind() -> None:
     """At least with order 1 near the goal's tip; a march that ignores the wind misses by a tenth."""
     problem = cg.TimedProblem(START, GOAL, speed=1.0, wind=(0.3, -0.2))
