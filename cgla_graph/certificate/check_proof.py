@@ -565,7 +565,7 @@ class Grid:
             found += [np.clip(index * self.parts + side, 0, units) for side in (-half, half)]
         return found
 
-    def _cut(self) -> tuple[Wholes, Wholes] | None:
+    def _cut(self) -> Wholes | None:
         """Replace cells by the pieces that areas leave of them; return pairs that touch, None if no cell is cut."""
         low, lines = (int(self.columns.min()), int(self.rows.min())), []
         for axis, index in enumerate((self.columns, self.rows)):
@@ -603,7 +603,7 @@ class Grid:
             at = np.minimum(np.searchsorted(cells, beside), len(cells) - 1)
             (hit,) = np.nonzero(cells[at] == beside)
             pairs.append((uncut[hit], uncut[at[hit]]))
-        return np.concatenate([pair[0] for pair in pairs]), np.concatenate([pair[1] for pair in pairs])
+        return np.concatenate(pairs, axis=1)
 
     def _rows_of_squares(self, cells: Wholes) -> tuple[Wholes, Wholes, Wholes, Wholes]:
         """Return open squares: their cells, rows, first columns and columns after the last, in order of rows."""
@@ -627,20 +627,24 @@ class Grid:
         v, part = v[part[order]], part[order]
         return cells[which[part]], v, start[order] - v * width, stop[order] - v * width
 
-    def _numbered(self, touching: tuple[Wholes, Wholes] | None) -> tuple[Wholes, Wholes]:
+    def _numbered(self, touching: Wholes | None) -> tuple[Wholes, Wholes]:
         """Return the numbers of control values around pieces, shape (m, 9): what touches shares those around both."""
         at, n_shared = self.around_cells(self.numbers(self.columns, self.rows)), None
         if touching is not None:
             # (where no cell around a place is cut, all share the value there)
-            near, (one, other), links = np.isin(at, at[self.is_cut]), touching, []
+            near, links = np.isin(at, np.unique(at[self.is_cut])), []
+            which = np.cumsum(near).reshape(at.shape) - 1
+            beside = np.asarray(near.any(axis=1))
+            one, other = touching
+            both = beside[one] & beside[other]
+            one, other = one[both], other[both]
             across, along = self.columns[other] - self.columns[one], self.rows[other] - self.rows[one]
             for n in range(9):
                 a, b = n % 3 - across, n // 3 - along
                 some = near[one, n] & (a >= 0) & (a < 3) & (b >= 0) & (b < 3)
-                links.append((9 * one[some] + n, (9 * other + 3 * b + a)[some]))
-            shared = joined(at.size, *(np.concatenate([pair[end] for pair in links]) for end in range(2)))
+                links.append((which[one[some], n], which[other[some], (3 * b + a)[some]]))
             n_shared = at.max() + 1
-            at[near] = n_shared + shared.reshape(at.shape)[near]
+            at[near] = n_shared + joined(int(near.sum()), *map(np.concatenate, zip(*links, strict=True)))
         places, numbers = np.unique(at, return_inverse=True)
         return numbers.reshape(at.shape), places if n_shared is None else places[places < n_shared]
 
@@ -849,15 +853,16 @@ class Surface:
         Those on whole cells are means of differences of neighbouring control values: whole numbers.
         """
         grid, u = self.grid, self.controls[pieces]
-        total, ends = Interval(np.zeros(u.shape)), self._ends(pieces, sides, [1, 1])
+        total, ends = np.zeros(u.shape), self._ends(pieces, sides, [1, 1])
         for axis in range(2):
             # (the gradient is linear along its own axis: the middle value is the mean)
             d = np.diff(u if axis == 0 else u.swapaxes(1, 2), axis=2)
             across = np.stack([2 * (d[:, 0] + d[:, 1]), 4 * d[:, 1], 2 * (d[:, 1] + d[:, 2])], axis=1)
             vectors = np.stack([across[:, :, 0], (across[:, :, 0] + across[:, :, 1]) // 2, across[:, :, 1]], axis=2)
             values = restricted((vectors if axis == 0 else vectors.swapaxes(1, 2)).astype(np.float64), ends)
-            total = total + (values * (Interval(self.unit) / (grid.step(axis) * float(grid.parts)))).square()
-        return total.hi
+            most, size = np.maximum(values.hi, -values.lo), Interval(self.unit) / (grid.step(axis) * float(grid.parts))
+            total = up(total + up(up(most * most) * size.square().hi))
+        return total
 
     def _ends(self, pieces: Wholes, sides: list[Any], times: list[int]) -> list[Interval]:
         """Return sides, in so many times finer units, in cells from the corner of the cell of pieces."""

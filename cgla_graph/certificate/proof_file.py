@@ -12,7 +12,7 @@ import math
 import os
 import zipfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, TypeAlias
 
@@ -31,7 +31,7 @@ from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
 from cgla_graph.certificate.finer import seeds_beyond
 from cgla_graph.certificate.proof_of_cells import beside_lines, describe_cells
 from cgla_graph.certificate.proof_target import ON_EARTH, is_on_earth, proof_target, require_provable
-from cgla_graph.certificate.subsolution import Level, first_grid, least_loss, next_grid
+from cgla_graph.certificate.subsolution import Level, Subsolution, first_grid, least_loss, next_grid
 from cgla_graph.eikonal import cell_runs, marching_kernels
 from cgla_graph.eikonal.marching import march
 from cgla_graph.eikonal.mesh import SplineMesh
@@ -247,7 +247,7 @@ class Archive:
                 kind = next(one for one in kinds if one is np.float64 or most <= np.iinfo(one).max)
                 data = io.BytesIO()
                 np.lib.format.write_array(data, np.ascontiguousarray(array, dtype=kind))
-                file.writestr(zipfile.ZipInfo(name), data.getvalue(), zipfile.ZIP_LZMA)
+                file.writestr(zipfile.ZipInfo(name), data.getvalue(), zipfile.ZIP_BZIP2)
         return stream.getvalue()
 
 
@@ -282,12 +282,14 @@ class _Sheet:
     A grid as the checker lays it, and the mesh that its surfaces are on.
 
     `nodes` are those of the mesh for each control value of the grid, where node (0, 0) of the mesh is at `shift`.
+    `boxes` are those around blocks, by the cells of these: both surfaces have the same.
     """
 
     grid: checker.Grid
     mesh: SplineMesh
     nodes: WholeArray
     shift: tuple[int, int]
+    boxes: "dict[tuple[int, ...], _Box]" = field(default_factory=dict)
 
     @classmethod
     def on(cls, mesh: SplineMesh, grid: checker.Grid, shift: tuple[int, int] = (0, 0)) -> "_Sheet":
@@ -315,6 +317,18 @@ class _Sheet:
         for rectangle in rectangles:
             found |= self.grid.within(*rectangle)
         return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Box:
+    """A finer grid over a box around a block: its `cells` on the map, the pieces in it, blocks, and costs."""
+
+    sheet: _Sheet
+    cells: Rectangle
+    keep: BoolArray
+    corners: Sequence[CornerBlock]
+    bounds: FloatArray
+    costs: FloatArray
 
 
 #: Describes the blocks inside of a surface, from its control values.
@@ -373,28 +387,44 @@ class _Writer:
                     described.pop()
                     return whole, best
                 return whole, math.inf if len(described) == 1 else cost
-            surfaces = []
-            ends = (problem.goal, level.goal_block, problem.start), (problem.start, level.start_block, problem.goal)
-            for name, (end, block, other), bound in zip(("to_goal", "to_start"), ends, found, strict=True):
-                cells = _around(block.centre, level.reach)
-                held = {"cells": cells, "inside": self.around_end(sheet, cells, end, AROUND_ENDS)}
-                places = [_rectangle(level.mesh, corner, (0, 0)) for corner in bound.corners]
-                inside = partial(self.around_corners, sheet, places, AROUND_CORNERS)
-                height = cost if math.isfinite(cost) else bound.bound
-                one[name] = self.surface(sheet, bound.values, height, held, places, inside)
-                surface = checker.Surface(one[name], self.archive.array, grid, end)
-                surfaces.append(surface)
-                best = max(best, min(cost, surface.bound(other)))
-            described.append(one)
+            surfaces, bound = self.both(level, sheet, found, cost)
+            described.append(one | {name: surfaces[name][0] for name in surfaces})
+            best = max(best, bound)
+            if not best * (1.0 + self.tolerance) < cost < math.inf:
+                return whole, best
             finer = next_grid(problem, last)
-            kept = checker.kept(surfaces[0], surfaces[1], cost)
+            kept = checker.kept(surfaces["to_goal"][1], surfaces["to_start"][1], cost)
             columns, rows = grid.columns[kept].astype(np.int32), grid.rows[kept].astype(np.int32)
             runs = cell_runs.clipped(cell_runs.refined(cell_runs.runs_of(columns, rows), last, finer), finer)
             pieces = int((runs[:, 2] - runs[:, 1]).sum())
-            is_done = not cost > best * (1.0 + self.tolerance) or not math.isfinite(cost)
-            if is_done or pieces > MOST_PIECES or self.floats_across() < LEAST_FLOATS * max(finer):
+            if pieces > MOST_PIECES or self.floats_across() < LEAST_FLOATS * max(finer):
                 return whole, best
             last = finer
+
+    def both(
+        self, level: Level, sheet: _Sheet, found: Sequence[Subsolution], cost: float
+    ) -> tuple[dict[str, tuple[dict[str, Any], checker.Surface]], float]:
+        """
+        Describe surfaces to both ends on a grid; one alone if its bound is within the tolerance of a cost.
+
+        The one that the solver finds better comes first. The second result is the greater bound, at most the cost.
+        """
+        problem, best = self.problem, 0.0
+        surfaces: dict[str, tuple[dict[str, Any], checker.Surface]] = {}
+        ways = ("to_goal", level.goal_block, problem.start), ("to_start", level.start_block, problem.goal)
+        for (name, block, other), bound in sorted(zip(ways, found, strict=True), key=lambda pair: -pair[1].bound):
+            cells = _around(block.centre, level.reach)
+            held = {"cells": cells, "inside": self.around_end(sheet, cells, block.end, AROUND_ENDS)}
+            places = [_rectangle(level.mesh, corner, (0, 0)) for corner in bound.corners]
+            inside = partial(self.around_corners, sheet, places, AROUND_CORNERS)
+            height = cost if math.isfinite(cost) else bound.bound
+            described = self.surface(sheet, bound.values, height, held, places, inside)
+            surface = checker.Surface(described, self.archive.array, sheet.grid, block.end)
+            surfaces[name] = described, surface
+            best = max(best, min(cost, surface.bound(other)))
+            if cost <= best * (1.0 + self.tolerance):
+                return {name: surfaces[name]}, best
+        return surfaces, best
 
     def floats_across(self) -> float:
         """Return about how many floats there are along the longer side of the map."""
@@ -465,6 +495,19 @@ class _Writer:
 
     def around_corner(self, outer: _Sheet, cells: Rectangle, levels: int, values: FloatArray) -> dict[str, Any]:
         """Describe a surface around corners, which begins with the outer one beyond the box, for a block of it."""
+        if tuple(cells) not in outer.boxes:
+            outer.boxes[tuple(cells)] = self.box_around(outer, cells, levels)
+        box = outer.boxes[tuple(cells)]
+        sheet, spline = box.sheet, self.solved(outer, box, values)
+        known = spline[:-1][np.isfinite(spline[:-1])]
+        base, height = (float(known.min()), float(np.ptp(known))) if len(known) else (0.0, 0.0)
+        places = [_rectangle(sheet.mesh, one, sheet.shift) for one in box.corners]
+        inside = partial(self.around_corners, sheet, places, levels - 1)
+        surface = self.surface(sheet, spline - base, height, None, places, inside)
+        return {"finer": FINER, "parts": parts_of(sheet.mesh), "box": box.cells, "surface": surface}
+
+    def box_around(self, outer: _Sheet, cells: Rectangle, levels: int) -> _Box:
+        """Lay a finer grid over a box around a block of an outer grid, and further blocks on it."""
         problem = self.problem
         last, low, high = _box(outer, cells, (cells[1] - cells[0]) // 2 + 3)
         first = max(low[0] - BEYOND, 0), max(low[1] - BEYOND, 0)
@@ -473,47 +516,30 @@ class _Writer:
         runs, area = cell_runs.rectangle(count), problem.model.area
         mesh = SplineMesh.build(self.bounds(last, first, final), count, runs, area, [], most_sub_cells=SUB_CELLS)
         columns, rows = mesh.columns + first[0], mesh.rows + first[1]
-        keep = (columns >= low[0]) & (columns <= high[0]) & (rows >= low[1]) & (rows <= high[1]) & mesh.matters
+        away = np.minimum.reduce([columns - low[0], high[0] - columns, rows - low[1], high[1] - rows])
+        keep = (away >= 0) & mesh.matters
         box = [low[0], high[0] + 1, low[1], high[1] + 1]
         sheet = _Sheet.on(mesh, outer.grid.inside_block(FINER, parts_of(mesh), tuple(box)), first)
         is_finer = levels > 1 and self.floats_across() >= LEAST_FLOATS * FINER * max(last)
         laid = corners_of(problem, mesh, LEAST_REACH, [])[0] if is_finer else []
         # (further blocks need a box of their own inside this one, and are not across the rim)
-        margin = FINER - 1
         west, east, south, north = (FINER * one - FINER // 2 for one in cells)
         within = (columns >= west) & (columns < east) & (rows >= south) & (rows < north)
         beside = (columns >= west - 1) & (columns <= east) & (rows >= south - 1) & (rows <= north) & ~within
-        held = [
-            one
-            for one in laid
-            if not beside[one.pieces].any()
-            and (columns[one.pieces] > low[0] + margin).all()
-            and (columns[one.pieces] < high[0] - margin).all()
-            and (rows[one.pieces] > low[1] + margin).all()
-            and (rows[one.pieces] < high[1] - margin).all()
-        ]
-        spline = self.solved(outer, mesh, keep, values, held)
-        known = spline[:-1][np.isfinite(spline[:-1])]
-        if not len(known):
-            known = np.zeros(1)
-        base, height = float(known.min()), float(known.max() - known.min())
-        places = [_rectangle(mesh, one, first) for one in held]
-        inside = partial(self.around_corners, sheet, places, levels - 1)
-        surface = self.surface(sheet, spline - base, height, None, places, inside)
-        return {"finer": FINER, "parts": sheet.grid.parts if mesh.has_walls else 0, "box": box, "surface": surface}
+        free = (away >= FINER) & ~beside
+        bounds = cost_bounds(problem, mesh)
+        costs = costs_to_solve_for(problem, mesh, bounds)
+        return _Box(sheet, box, keep, [one for one in laid if free[one.pieces].all()], bounds, costs)
 
-    def solved(
-        self, outer: _Sheet, mesh: SplineMesh, keep: BoolArray, values: FloatArray, corners: Sequence[CornerBlock]
-    ) -> FloatArray:
+    def solved(self, outer: _Sheet, box: _Box, values: FloatArray) -> FloatArray:
         """Solve the equation from values of an outer surface beyond a box, with lower costs where it gets too steep."""
-        nodes, pieces, weights = seeds_beyond(outer.mesh, mesh, ~keep)
+        mesh, costs = box.sheet.mesh, box.costs.copy()
+        nodes, pieces, weights = seeds_beyond(outer.mesh, mesh, ~box.keep)
         begin = (values[outer.mesh.controls[pieces]] * weights).sum(axis=1)
-        bounds = cost_bounds(self.problem, mesh)
-        costs = costs_to_solve_for(self.problem, mesh, bounds)
-        checked = keep.copy()
-        for corner in corners:
+        checked = box.keep.copy()
+        for corner in box.corners:
             checked[corner.pieces] = False
-        links, n, known = links_of(mesh, corners), mesh.n_nodes, np.isfinite(begin)
+        links, n, known = links_of(mesh, box.corners), mesh.n_nodes, np.isfinite(begin)
         floors, steep, times = np.zeros(len(mesh.columns)), np.empty(len(mesh.columns)), np.full(n + 1, np.inf)
         for _ in range(ROUNDS):
             times, state = np.full(n + 1, np.inf), np.zeros(n + 1, dtype=np.int8)
@@ -521,7 +547,7 @@ class _Writer:
             times[nodes[known]] = begin[known]
             state[nodes[known]] = marching_kernels.TRIAL
             march(mesh, times, state, np.append(costs, 1.0), links)
-            steepest = certificate_kernels.steepness(times, mesh.kernel_mesh, mesh.outlines, checked, bounds, steep)
+            steepest = certificate_kernels.steepness(times, mesh.kernel_mesh, mesh.outlines, checked, box.bounds, steep)
             if not STEEP < steepest < math.inf:
                 break
             certificate_kernels.soften(steep, mesh.controls, floors, costs)

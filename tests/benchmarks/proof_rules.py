@@ -67,7 +67,7 @@ def bounds(problem: cg.Problem, cost: float, path: Any, count: int) -> tuple[lis
         contextlib.suppress(StopIteration),
     ):
         writer.grids(cost, path)
-    each = [max(found[2 * n : 2 * n + 2]) for n in range(len(found) // 2)]
+    each = [max(found[n : n + 2]) for n in range(0, len(found), 2)]
     return list(np.maximum.accumulate(each)), [1.0, *cells]
 
 

@@ -14,19 +14,17 @@ from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 import pytest
 import shapely
 from hypothesis import example, given
 from hypothesis import strategies as st
-from proofs import HILLS, OPEN, THREATS, WALL, WALLED, packed_and_checked, parts_of, stored
+from proofs import HILLS, OPEN, THREATS, WALL, WALLED, changeable, packed_and_checked, parts_of, stored
 from strategies import a_part_of
 
 import cgla_graph as cg
 from cgla_graph.certificate import check_proof as checker
-from cgla_graph.certificate import proof_file
 from cgla_graph.certificate.proof_file import Archive, describe_problem
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.risk import ImproperFieldWarning
@@ -47,8 +45,7 @@ def proof_of(problem: cg.Problem, tolerance: float) -> tuple[bytes, float, float
     import tempfile  # noqa: PLC0415 - beside its only use
 
     best = cg.solve(problem, "hybrid")
-    # (differences along rows alone can be changed without a grid)
-    with tempfile.TemporaryDirectory() as folder, patch.object(proof_file, "AXES", 1):
+    with tempfile.TemporaryDirectory() as folder, changeable():
         file = Path(folder) / "one.proof"
         found = cg.save_proof(problem, file, best.path, tolerance=tolerance)
         return file.read_bytes(), found["lower"], best.cost
@@ -650,10 +647,17 @@ def test_more_work_is_allowed_on_demand(tmp_path: Path) -> None:
 def test_differences_along_columns_are_the_same_values(problem: cg.Problem, tmp_path: Path) -> None:
     """Files as the library writes them, where tests change those with differences along rows alone."""
     found = cg.save_proof(problem, tmp_path / "one.proof", cg.solve(problem, "hybrid").path, tolerance=COARSE)
-    data, lower, _ = proof_of(problem, COARSE)
-    assert checker.check(str(tmp_path / "one.proof")) == {key: found[key] for key in ("lower", "upper", "problem")}
-    assert found["lower"] == lower
-    assert (tmp_path / "one.proof").stat().st_size < 0.9 * len(data)
+    written, (data, lower, _) = tmp_path / "one.proof", proof_of(problem, COARSE)
+    assert checker.check(str(written)) == {key: found[key] for key in ("lower", "upper", "problem")}
+    described, arrays = parts_of(data)
+    grid = parts_of(written.read_bytes())[0]["grids"][-1]
+    # (one surface is enough)
+    (name,) = {"to_goal", "to_start"} & set(grid)
+    described["grids"][-1] = {key: described["grids"][-1][key] for key in grid}
+    assert packed_and_checked(described | {"lower": found["lower"]}, arrays)["lower"] == found["lower"] <= lower
+    with pytest.raises(checker.Refused, match=name):
+        packed_and_checked(described | {"lower": np.nextafter(found["lower"], 9.0)}, arrays)
+    assert written.stat().st_size < 0.6 * len(data)
 
 
 def test_a_start_in_the_block_of_the_goal_has_a_bound(tmp_path: Path) -> None:

@@ -4,7 +4,8 @@ import io
 import json
 import math
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache
 from typing import Any
 from unittest.mock import patch
@@ -35,14 +36,26 @@ NEAREST, BILINEAR = (
 PROBLEMS = {"open": (OPEN, 0.002), "walled": (WALLED, 0.04), "nearest": (NEAREST, 0.15), "bilinear": (BILINEAR, 0.15)}
 
 
+@contextmanager
+def changeable() -> Iterator[None]:
+    """Write files that tests may change: differences along rows alone, and both surfaces on the last grid too."""
+    one_or_both = proof_file._Writer.both
+
+    def both(self: Any, level: Any, sheet: Any, found: Sequence[Any], cost: float) -> tuple[dict[str, Any], float]:  # noqa: ANN401 - passed on
+        surfaces, best = one_or_both(self, level, sheet, found, math.inf)
+        return surfaces, min(best, cost)
+
+    with patch.object(proof_file, "AXES", 1), patch.object(proof_file._Writer, "both", both):
+        yield
+
+
 @cache
 def proof_of(problem: cg.Problem, tolerance: float) -> bytes:
     """Return the bytes of a proof file with the path of a planner."""
     import tempfile  # noqa: PLC0415 - beside its only use
     from pathlib import Path  # noqa: PLC0415 - the same
 
-    # (differences along rows alone can be changed without a grid)
-    with tempfile.TemporaryDirectory() as folder, patch.object(proof_file, "AXES", 1):
+    with tempfile.TemporaryDirectory() as folder, changeable():
         file = Path(folder) / "one.proof"
         cg.save_proof(problem, file, cg.solve(problem, "hybrid").path, tolerance=tolerance)
         return file.read_bytes()
