@@ -17,7 +17,7 @@ from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem, problem_wanted
-from cgla_graph.model.solution import BOUND_TOLERANCE, TOLERANCE, Solution, Status, TracePoint, refuted
+from cgla_graph.model.solution import TOLERANCE, Solution, Status, TracePoint, is_refuted, refuted
 from cgla_graph.model.solver import Solver, run, trivial_solution, with_bounds_of
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers import registry
@@ -323,7 +323,7 @@ def bounded(solution: Solution, certificate: "Certificate | None") -> Solution:
     if not solution.lower_bound >= certificate.lower_bound:
         solution = dataclasses.replace(solution, lower_bound=certificate.lower_bound)
     cost = solution.cost
-    if solution.status.has_path and certificate.lower_bound > cost + BOUND_TOLERANCE * abs(cost):
+    if solution.status.has_path and is_refuted(cost, certificate.lower_bound):
         message = (
             f"its path costs {cost:.9g}, but the certificate says that none costs less than "
             f"{certificate.lower_bound:.9g}; one of the two is wrong"

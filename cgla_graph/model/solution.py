@@ -308,6 +308,18 @@ def with_claims(solution: Solution, problem: object) -> Solution:
     return replace(solution, lower_bound=np.nan, claimed_bound=max(claims, default=np.nan), certificate=None)
 
 
+def is_refuted(cost: float, bound: float) -> bool:
+    """
+    Return whether a path of a cost refutes a lower bound, by more than rounding.
+
+    Examples
+    --------
+    >>> is_refuted(1.0, 1.1), is_refuted(1.0, 1.0)
+    (True, False)
+    """
+    return bound > cost + BOUND_TOLERANCE * abs(cost)
+
+
 def refuted(solution: Solution, cost: float, whose: str) -> Solution:
     """
     Fail an answer whose claimed bound is above the cost of a feasible path.
@@ -327,7 +339,7 @@ def refuted(solution: Solution, cost: float, whose: str) -> Solution:
     'the solver says that no path costs less than 3, that of hybrid costs 2'
     """
     claim = solution.claimed_bound
-    if not claim > cost + BOUND_TOLERANCE * abs(cost):
+    if not is_refuted(cost, claim):
         return solution
     message = f"the solver says that no path costs less than {claim:.9g}, {whose} costs {cost:.9g}"
     return replace(solution, status=Status.FAILED, claimed_bound=np.nan, message=message)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph._types import FloatArray
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster import RasterRisk
 
@@ -142,18 +142,6 @@ def greatest_cells(
             found[row] = np.maximum.reduceat(greatest, pairs)[::2]
     found[:, columns[1:] == columns[:-1]] = 0.0
     return found
-
-
-def missing_cells(raster: RasterRisk) -> BoolArray:
-    """
-    Return which cells have no data, row 0 at the least y.
-
-    Examples
-    --------
-    >>> missing_cells(RasterRisk([[np.nan], [1.0]], (0, 0, 1, 2), nodata=0.0)).tolist()
-    [[False], [True]]
-    """
-    return raster.missing[::-1] if raster.origin == "upper" else raster.missing
 
 
 def _first_cells(edges: FloatArray, low: float, size: float, count: int) -> np.ndarray[tuple[int], np.dtype[np.intp]]:

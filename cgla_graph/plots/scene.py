@@ -29,7 +29,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster import RasterRisk, cell_strips
 from cgla_graph.people.units import density_text
 from cgla_graph.plots.looks import COLOURS
-from cgla_graph.plots.risk_samples import greatest_cells, missing_cells, risk_samples, sample_edges
+from cgla_graph.plots.risk_samples import greatest_cells, risk_samples, sample_edges
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.timed.timed_area import TimedArea
 
@@ -210,7 +210,7 @@ def _lines(raster: RasterRisk) -> tuple[FloatArray, FloatArray]:
 
 def _no_data(raster: RasterRisk, problem: Problem) -> BaseGeometry:
     """Return the area without data of a raster: its cells, or if they are very many, the samples that have one."""
-    gone, (x, y) = missing_cells(raster), _lines(raster)
+    gone, (x, y) = raster.missing[:: -1 if raster.origin == "upper" else 1], _lines(raster)
     if max(gone.shape) > _GRID:
         x, y = sample_edges(problem, _GRID)
         gone = greatest_cells(raster, gone.__getitem__, x, y) > 0.0

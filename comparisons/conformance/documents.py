@@ -6,7 +6,7 @@ import shapely
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from cgla_graph._text import shown
-from cgla_graph._types import Bounds, FloatArray
+from cgla_graph._types import Bounds
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
@@ -157,14 +157,9 @@ def rings_of(areas: shapely.geometry.base.BaseGeometry) -> list[list[list[list[f
     [[[[1.0, 0.0], [1.0, 2.0], [0.0, 2.0], [0.0, 0.0]]]]
     """
     return [
-        [_corners(shapely.get_coordinates(ring)) for ring in (one.exterior, *one.interiors)]
+        [shapely.get_coordinates(ring)[:-1].tolist() for ring in (one.exterior, *one.interiors)]
         for one in shapely.get_parts(areas)
     ]
-
-
-def _corners(closed: FloatArray) -> list[list[float]]:
-    corners: list[list[float]] = closed[:-1].tolist()
-    return corners
 
 
 def read_problem(text: str) -> ProblemDocument:

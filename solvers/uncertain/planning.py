@@ -14,7 +14,7 @@ from cgla_graph.certificate.certificate import Certificate, prove
 from cgla_graph.certificate.through import Through, bottleneck, grids_through
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.solution import BOUND_TOLERANCE, Solution, Status
+from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.uncertain.field import UncertainField
 from cgla_graph.model.uncertain.tail_mean import TailMean
 from cgla_graph.refine.refine import refine_path
@@ -293,15 +293,3 @@ class Search:
         self._bounded(proof.lower_bound, weights, proof)
         if proof.path is not None:
             self.bundle.add(proof.path)
-
-
-def is_refuted(cost: float, bound: float) -> bool:
-    """
-    Tell whether a path refutes a bound.
-
-    Examples
-    --------
-    >>> is_refuted(1.0, 1.1), is_refuted(1.0, 1.0)
-    (True, False)
-    """
-    return bound > cost + BOUND_TOLERANCE * abs(cost)

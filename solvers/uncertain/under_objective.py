@@ -11,13 +11,13 @@ from cgla_graph._validate import choice, positive_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem
-from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status, is_refuted
 from cgla_graph.model.solver import Solver, run, trivial_solution
 from cgla_graph.model.uncertain.field import UncertainField
 from cgla_graph.model.uncertain.tail_mean import TailMean
 from cgla_graph.solvers.uncertain.on_graph import GraphSearch
 from cgla_graph.solvers.uncertain.outlook import Objective, UncertainSolution
-from cgla_graph.solvers.uncertain.planning import Search, is_refuted
+from cgla_graph.solvers.uncertain.planning import Search
 
 #: What the mean of the worst costs is taken over where nothing is said.
 ALPHA = 0.9

@@ -13,7 +13,7 @@ from zone_files import circle, data_of, ed269, ed318, geojson, kml, kmz, volume
 from cgla_graph.airspace.zones.shapes import circle_of
 from cgla_graph.errors import MissionError, ScenarioError
 from cgla_graph.model.earth import geodesic_length, project_area
-from cgla_graph.scenarios.area_tables import NoFlyTable, with_files
+from cgla_graph.scenarios.area_tables import NoFlyTable, simplified, with_files
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.mission_file import mission_from_toml
 from cgla_graph.scenarios.scenario import Scenario, load_scenario
@@ -247,3 +247,11 @@ def test_uavs_take_off_and_land_outside_of_zones_below_them(tmp_path: Path) -> N
     for mission in (high, low):
         ends = [end for one in mission.variants[""].uavs for end in (one.start, one.goal)]
         assert not any(castle.difference(hole).contains(shapely.Point(end)) for end in ends)
+
+
+# (it fails where an end is not looked at)
+@pytest.mark.parametrize("ends", [[], [(0.0, 1000.0 + 1e-9)]])
+def test_areas_get_few_corners_unless_that_closes_an_end(ends: list[tuple[float, float]]) -> None:
+    area = shapely.Point(0.0, 0.0).buffer(1000.0, quad_segs=5000)
+    found, beyond = simplified(area, (-1e5, -1e5, 1e5, 1e5), ends, 0.0)
+    assert (found is area, beyond == 0.0) == (bool(ends), bool(ends))

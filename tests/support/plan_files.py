@@ -1,7 +1,5 @@
 """Flight plans that tests draw, and the files that hold them."""
 
-import math
-
 from hypothesis import strategies as st
 
 from cgla_graph.airspace.flight_plans.formats import text_of_plan
@@ -58,8 +56,3 @@ FILES = {
     kind: text_of_plan(mine(), f"mine{kind}").encode()
     for kind in (".plan", ".waypoints", ".kml", ".gpx", ".geojson", ".csv")
 }
-
-
-def metres_apart(one: float, other: float) -> float:
-    """Return how far two latitudes are apart."""
-    return math.radians(abs(one - other)) * 6_371_000.0

@@ -12,8 +12,6 @@ from command_line import Answer, Call
 from scipy import sparse
 
 import cgla_graph as cg
-from cgla_graph._types import FloatArray
-from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.scenarios.graphs.graph_file import read_graph
 
 ROADS = "source,target,weight,minutes\ndepot,bridge,2,4\nbridge,tower,0,1\ndepot,tower,5,2\ntower,hill,3,3\n"
@@ -23,11 +21,6 @@ BELOW = "a,b,-1\nb,c,2\n"
 
 
 FILES = {"roads.csv": ROADS, "island.csv": ISLAND, "below.csv": BELOW, "one.csv": "a,a,1\n"}
-
-
-def write_npz(folder: Path, weights: FloatArray) -> str:
-    sparse.save_npz(folder / "mine.npz", GeometricGraph.from_matrix(weights).to_csgraph())
-    return str(folder / "mine.npz")
 
 
 def write_all(folder: Path, graph: "nx.Graph[Any]") -> list[str]:

@@ -20,9 +20,8 @@ from missions_small import CROSSING, DEGREES, flown_of
 
 from cgla_graph._text import plain_json
 from cgla_graph.comparisons.missions import fly
-from cgla_graph.comparisons.missions.tables import closest_note, flight_table, variants_table
+from cgla_graph.comparisons.missions.tables import closest_note
 from cgla_graph.comparisons.study.mission_run import MissionRun
-from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.records import MissionStatus
 from cgla_graph.mission.simulation import Simulation
@@ -192,10 +191,6 @@ def test_a_pair_within_its_safe_distance_is_named(flights: list[MissionRun], saf
     note = closest_note(dataclasses.replace(flown, mission=mission))
     assert (f"(closer than the safe distance, {safe:g})" in note) is said
     assert "collision" not in note
-
-
-def tables_of(flights: list[MissionRun]) -> list[FittedTable]:
-    return [*map(flight_table, flights), variants_table(flights)]
 
 
 # Files
