@@ -24,21 +24,7 @@ _MARKS = {"o": 4.0, "*": 8.0, "x": 6.0}
 
 def answers_figure(shown: TitledProblem, answers: Answers | Isochrones, *, figure: Figure | None = None) -> Figure:
     """
-    Draw the paths of many questions, or isochrones, over their map.
-
-    Parameters
-    ----------
-    shown
-        The map.
-    answers
-        The answers, or the isochrones.
-    figure
-        An empty one to draw on; None makes one.
-
-    Returns
-    -------
-    figure
-        The first axes are the map's.
+    Draw the paths of many questions, or isochrones, over their map, whose axes are the first of the figure.
 
     Examples
     --------

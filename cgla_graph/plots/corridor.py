@@ -23,21 +23,7 @@ _OPACITY = 0.35
 
 def corridor_figure(shown: TitledProblem, corridor: Corridor, *, figure: Figure | None = None) -> Figure:
     """
-    Draw a corridor over its map.
-
-    Parameters
-    ----------
-    shown
-        The map.
-    corridor
-        The corridor.
-    figure
-        An empty one to draw on; None makes one.
-
-    Returns
-    -------
-    figure
-        The first axes are the map's.
+    Draw a corridor over its map, whose axes are the first of the figure.
 
     Examples
     --------

@@ -18,16 +18,9 @@ _RINGS = {"rings", "paths", "curveRings", "curvePaths"}
 
 def require_wgs84(document: object, file: str) -> None:
     """
-    Check that a document of GeoJSON does not say that its coordinates are others than degrees on WGS84.
+    Check that parsed GeoJSON, named `file` in errors, has no coordinates but degrees on WGS84.
 
     RFC 7946 has only these. Its predecessor of 2008 had the member ``crs`` at any level, which files still have.
-
-    Parameters
-    ----------
-    document
-        The parsed JSON.
-    file
-        Name of the file in errors.
 
     Raises
     ------

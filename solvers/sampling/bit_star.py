@@ -25,17 +25,11 @@ class BitStar(Budgeted):
     iterations
         Budget of steps of its queue; None: no limit. It is the default budget, so that a seed gives the same path on
         every machine.
-    seconds
-        Budget of time, in seconds; None: no limit. Once it ends the run, the same seed may give another path each time.
-    evaluations
-        Budget of segments weighed by Eq. 5; None: no limit. The budget that is used up first ends the run. BIT* also
-        ends when its path is as short as the straight line, or hardly a sample could improve it.
-    seed
-        From 1 (OMPL refuses 0) to 2^32 - 1.
+    seconds, evaluations, seed, rewire_factor
+        As for `RrtStar`. BIT* also ends when its path is as short as the straight line, or hardly a sample could
+        improve it.
     samples_per_batch
         Samples of a batch, at least 1.
-    rewire_factor
-        Scales the number of neighbours looked at; OMPL's default is 1.1. Below 1 the proof of optimality is void.
 
     Raises
     ------

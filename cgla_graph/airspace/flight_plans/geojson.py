@@ -28,14 +28,9 @@ _LEAST, _MOST = 2, 3
 
 def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
     """
-    Return the plan of a document: its points if these have roles, else its only line, else its points.
+    Return the plan of a FeatureCollection, a Feature or a geometry, named `where` in messages.
 
-    Parameters
-    ----------
-    document
-        The JSON of a file: a FeatureCollection, a Feature or a geometry.
-    where
-        Name of the file in messages.
+    It is that of its points if these have roles, else of its only line, else of its points.
 
     Raises
     ------

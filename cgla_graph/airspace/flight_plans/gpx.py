@@ -34,14 +34,9 @@ _MOST_WRITTEN: Final = 100_000
 
 def read_tree(root: Element, where: str) -> FlightPlan:
     """
-    Return the plan of a GPX document: its only route, else its only track, else its waypoints.
+    Return the plan of a GPX document, named `where` in messages: its only route, else its only track, else waypoints.
 
-    Parameters
-    ----------
-    root
-        Its root. An elevation without a reference is above the sea.
-    where
-        Name of the file in messages.
+    An elevation without a reference is above the sea.
 
     Raises
     ------
@@ -101,12 +96,7 @@ def _waypoint(point: Element, where: str) -> Waypoint | Home:
 
 def write(plan: FlightPlan) -> str:
     """
-    Write a plan as GPX 1.1; the extension of each waypoint names the reference of its elevation.
-
-    Parameters
-    ----------
-    plan
-        A plan with longitudes and latitudes.
+    Write a plan with longitudes and latitudes as GPX 1.1; extensions name the references of elevations.
 
     Raises
     ------

@@ -56,14 +56,9 @@ _MOST_WRITTEN: Final = 50_000
 
 def read_tree(root: Element, where: str) -> FlightPlan:
     """
-    Return the plan of a KML document: its points if these have roles, else its only line, else its points.
+    Return the plan of a KML document, named `where` in messages.
 
-    Parameters
-    ----------
-    root
-        Its root.
-    where
-        Name of the file in messages.
+    It is that of its points if these have roles, else of its only line, else of its points.
 
     Raises
     ------
@@ -166,12 +161,7 @@ def _waypoints(geometry: Element, tags: Mapping[str, object] | None, where: str)
 
 def write(plan: FlightPlan) -> str:
     """
-    Write a plan as KML 2.2.
-
-    Parameters
-    ----------
-    plan
-        A plan with longitudes and latitudes.
+    Write a plan with longitudes and latitudes as KML 2.2.
 
     Raises
     ------

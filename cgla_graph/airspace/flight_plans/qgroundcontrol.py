@@ -40,16 +40,7 @@ _TRANSECTS = "TransectStyleComplexItem"
 
 def read_document(document: Mapping[str, Any], where: str, given: Given | None = None) -> FlightPlan:
     """
-    Return the plan of a document.
-
-    Parameters
-    ----------
-    document
-        The JSON of a file.
-    where
-        Name of the file in messages.
-    given
-        What the user says of the flight.
+    Return the plan of a parsed file, named `where` in messages, and flown as `given` says.
 
     Raises
     ------
@@ -208,14 +199,9 @@ def _number(value: object, where: str, *, can_be_open: bool) -> float:
 
 def write(plan: FlightPlan, where: str) -> str:
     """
-    Write a plan as QGroundControl does, one key a line.
+    Write a plan as QGroundControl does, one key a line, to a file named `where` in messages.
 
-    Parameters
-    ----------
-    plan
-        The plan. Without a home, the first waypoint is the home; a home of unknown height is at 0 m.
-    where
-        Name of the file in messages.
+    Without a home, the first waypoint is the home; a home of unknown height is at 0 m.
 
     Raises
     ------

@@ -24,16 +24,9 @@ _GLOBAL_FRAME = 0
 
 def read_text(text: str, where: str, given: Given | None = None) -> FlightPlan:
     r"""
-    Return the plan of a file's text.
+    Return the plan of the text of a file, named `where` in messages, and flown as `given` says.
 
-    Parameters
-    ----------
-    text
-        Columns separated by tabs or spaces; lines that begin with ``#`` are left out.
-    where
-        Name of the file in messages.
-    given
-        What the user says of the flight.
+    Columns are separated by tabs or spaces; lines that begin with ``#`` are left out.
 
     Raises
     ------
@@ -107,14 +100,9 @@ def _home(item: Item) -> Home | None:
 
 def write(plan: FlightPlan, where: str) -> str:
     """
-    Write a plan; such files have no name of the plan.
+    Write a plan to a file named `where` in messages; such files have no name of the plan.
 
-    Parameters
-    ----------
-    plan
-        The plan. Without a home, the first waypoint is the home; a home of unknown height is at 0 m.
-    where
-        Name of the file in messages.
+    Without a home, the first waypoint is the home; a home of unknown height is at 0 m.
 
     Raises
     ------

@@ -33,14 +33,7 @@ def _split(part: Pieces, cuts: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def cut_at_edges(part: Pieces, surface: Surface) -> tuple[FloatArray, FloatArray]:
     """
-    Split pieces at the edges of cells, a rounding before and behind each.
-
-    Parameters
-    ----------
-    part
-        Pieces of one leg.
-    surface
-        The ground.
+    Split pieces of one leg at the edges of the ground's cells, a rounding before and behind each.
 
     Returns
     -------
@@ -59,13 +52,6 @@ def cut_at_edges(part: Pieces, surface: Surface) -> tuple[FloatArray, FloatArray
 def elevations_along(part: Pieces, surface: Surface) -> tuple[FloatArray, FloatArray]:
     """
     Return shares of a leg between which the ground is quadratic, and its elevation: start, middle and end of each.
-
-    Parameters
-    ----------
-    part
-        Pieces of one leg.
-    surface
-        The ground.
 
     Returns
     -------

@@ -47,14 +47,7 @@ def is_ed269(document: object) -> bool:
 
 def read_document(document: object, file: str) -> list[Zone]:
     """
-    Return the zones of a document.
-
-    Parameters
-    ----------
-    document
-        The parsed JSON.
-    file
-        Name of the file in errors.
+    Return the zones of a parsed document, named `file` in errors.
 
     Raises
     ------

@@ -50,14 +50,7 @@ def _is_own(feature: dict[str, object]) -> bool:
 
 def read_document(document: object, file: str) -> tuple[list[Zone], list[Validity]]:
     """
-    Return the zones of a document, and the period in which it is valid.
-
-    Parameters
-    ----------
-    document
-        The parsed JSON.
-    file
-        Name of the file in errors.
+    Return the zones of a parsed document, named `file` in errors, and the period in which it is valid.
 
     Raises
     ------

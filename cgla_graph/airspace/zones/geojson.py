@@ -124,14 +124,7 @@ def areas_of(document: object, file: str) -> list[Area]:
 
 def features_of(document: object, file: str) -> tuple[list[Area], list[NoArea]]:
     """
-    Return the areas of a parsed GeoJSON file, and its lines, which may be closed.
-
-    Parameters
-    ----------
-    document
-        The parsed JSON.
-    file
-        Name of the file in errors.
+    Return the areas of a parsed GeoJSON file, named `file` in errors, and its lines, which may be closed.
 
     Raises
     ------
