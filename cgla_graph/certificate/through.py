@@ -354,13 +354,6 @@ def least_through(level: Level, to_goal: Subsolution, to_start: Subsolution) -> 
     """
     Bound the cost of all paths through each piece of a grid, that stay on its cells, without rounding.
 
-    Parameters
-    ----------
-    level
-        The grid.
-    to_goal, to_start
-        Its bounds.
-
     Returns
     -------
     least
@@ -395,15 +388,6 @@ def least_through(level: Level, to_goal: Subsolution, to_start: Subsolution) -> 
 def costs_to_end(level: Level, one: Subsolution, block: Block) -> FloatArray:
     """
     Bound the cost from each piece of a grid to one end from below, on paths that stay on its cells, without rounding.
-
-    Parameters
-    ----------
-    level
-        The grid.
-    one
-        Its bound to this end.
-    block
-        The block around this end.
 
     Returns
     -------

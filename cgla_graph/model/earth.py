@@ -693,14 +693,7 @@ def degrees_of(path: FloatArray, projection: LocalProjection) -> FloatArray:
 
 def distortion_note(projection: LocalProjection | None, paths: Iterable[FloatArray]) -> str:
     """
-    Return a note of how much lengths on a flat map exceed those on the Earth; empty for a map in the plane.
-
-    Parameters
-    ----------
-    projection
-        The projection of the map.
-    paths
-        The paths that are shown, metres.
+    Return a note of how much lengths on a flat map exceed those on the Earth along paths; empty in the plane.
 
     Examples
     --------

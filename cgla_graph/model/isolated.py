@@ -149,13 +149,6 @@ def lost(outcome: Outcome, limits: Limits) -> tuple[Status, str]:
     """
     Return the status of a run that failed within limits, and why it did.
 
-    Parameters
-    ----------
-    outcome
-        The outcome of the run, with a failure.
-    limits
-        The limits of the run.
-
     Raises
     ------
     ValueError

@@ -74,13 +74,6 @@ def density_limit(problem: Problem, level: float) -> DensityLimit:
     """
     Return a limit of the density with its unit: people per km2 where people are known, else the raster's own unit.
 
-    Parameters
-    ----------
-    problem
-        With rasters.
-    level
-        The limit.
-
     Raises
     ------
     ProblemError

@@ -242,11 +242,6 @@ def is_mission_file(spec: str | Path) -> bool:
     """
     Return whether a name or file is a mission's, by its content.
 
-    Parameters
-    ----------
-    spec
-        A name or a path.
-
     Returns
     -------
     is_mission

@@ -68,11 +68,6 @@ def read_map(path: str | os.PathLike[str]) -> GridMap:
     Free are ``.``, ``G`` and ``S`` (swamp); blocked are ``@``, ``O``, ``T`` and ``W``. The map is named by
     the file, without ``.map``.
 
-    Parameters
-    ----------
-    path
-        The file.
-
     Raises
     ------
     ScenarioError
@@ -145,13 +140,6 @@ def map_beside(scen_path: str | os.PathLike[str], row: GridRow) -> Path:
 
     It is called as the row names it (without folders), or as the scenario file without ``.scen``.
 
-    Parameters
-    ----------
-    scen_path
-        The scenario file.
-    row
-        A row of it.
-
     Raises
     ------
     ScenarioError
@@ -180,13 +168,6 @@ def map_beside(scen_path: str | os.PathLike[str], row: GridRow) -> Path:
 def check_row(row: GridRow, grid: GridMap) -> None:
     """
     Check that a row of a scenario file fits a map.
-
-    Parameters
-    ----------
-    row
-        The row.
-    grid
-        The map.
 
     Raises
     ------

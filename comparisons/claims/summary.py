@@ -59,11 +59,6 @@ def listed_statements(ids: Sequence[str]) -> list[dict[str, str]]:
     """
     List the statements of some claims with the answers of the full study, which are shipped.
 
-    Parameters
-    ----------
-    ids
-        Claims, ranges or topics.
-
     Raises
     ------
     ClaimError

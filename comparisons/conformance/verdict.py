@@ -97,15 +97,6 @@ def judged(instance: Instance, answer: AnswerDocument, seconds: float = math.nan
     """
     Judge an answer.
 
-    Parameters
-    ----------
-    instance
-        The problem.
-    answer
-        The planner's output.
-    seconds
-        The planner's time.
-
     Examples
     --------
     >>> from cgla_graph.comparisons.conformance.documents import read_answer

@@ -294,11 +294,6 @@ def with_worth(flown: MissionRun) -> MissionRun:
     """
     Compute the price of ignorance and the value of sharing, by flying up to twice more, and bounds of the costs.
 
-    Parameters
-    ----------
-    flown
-        A flight.
-
     Returns
     -------
     with_worth

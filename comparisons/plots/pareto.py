@@ -28,14 +28,7 @@ _BAR = 0.13  # inches: thickness of the colour bar
 
 def pareto_figure(scenario: Scenario, front: Front) -> Figure:
     """
-    Draw a front: risk against length, its knee, and its paths on the map.
-
-    Parameters
-    ----------
-    scenario
-        The map.
-    front
-        Its front; without points only the map is drawn.
+    Draw a front: risk against length, its knee, and its paths on the map; without points, the map alone.
 
     Returns
     -------

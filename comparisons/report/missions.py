@@ -14,14 +14,7 @@ _SIDE = 230.0
 
 
 def missions_part(stored: Stored) -> dict[str, Any] | None:
-    """
-    Return the part of the report about missions for its template; None for a study without any.
-
-    Parameters
-    ----------
-    stored
-        The study, finished or not.
-    """
+    """Return the part of the report about missions for its template; None for a study without any."""
     if not stored.missions:
         return None
     failed = sum(not flight.all_arrived for flight in stored.flights)

@@ -86,14 +86,7 @@ class Rerun:
 
 def rerun(stored: Stored, number: int) -> Rerun:
     """
-    Run one row of a study again.
-
-    Parameters
-    ----------
-    stored
-        The study.
-    number
-        Of the run, as tables and the report say it.
+    Run one row of a study again, by its number in tables and the report.
 
     Raises
     ------

@@ -179,13 +179,6 @@ def read_request(asked: Settings, how: RunOptions | None = None) -> Request:
     """
     Make a study of settings, or read the one of a file.
 
-    Parameters
-    ----------
-    asked
-        The settings.
-    how
-        Options of execution.
-
     Raises
     ------
     CglaError

@@ -181,11 +181,6 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
     The tests may depend on each other (Holm, Scandinavian Journal of Statistics 6(2), 1979).
 
-    Parameters
-    ----------
-    p_values
-        From 0 to 1.
-
     Returns
     -------
     adjusted

@@ -175,11 +175,6 @@ def is_study_file(spec: str | Path) -> bool:
     """
     Tell a study from a scenario and a mission by its keys.
 
-    Parameters
-    ----------
-    spec
-        A name or a path.
-
     Returns
     -------
     is_study

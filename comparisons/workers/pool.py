@@ -148,11 +148,6 @@ def here(next_call: NextCall) -> Generator[tuple[Call, Outcome]]:
     """
     Make calls in this process, one after the other and without isolation, for debugging.
 
-    Parameters
-    ----------
-    next_call
-        As in `isolated`.
-
     Yields
     ------
     call, outcome

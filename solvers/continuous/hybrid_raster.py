@@ -29,15 +29,10 @@ HALO = 2
 
 def ways_down(problem: Problem) -> tuple[list[FloatArray], int, str]:
     """
-    Return ways down the costs-to-go, how many nodes there were, and what a message has to say.
+    Return ways down the costs-to-go over rasters, how many nodes there were, and what a message has to say.
 
     Where costs of neighbouring cells differ much, and a grid of two nodes a cell would be too large, corridors are
     sought over means of blocks first, in there over each cell, and again in there over two nodes a cell.
-
-    Parameters
-    ----------
-    problem
-        One with rasters.
 
     Returns
     -------

@@ -73,13 +73,6 @@ def threat_obstacle(threat: Threat, k: float) -> Obstacle | None:
     Its layers are chords of ``k F`` over the distance from the centre: one from the centre to where it touches the
     Gaussian, two from there to the rim. So they rise inwards, as a linear program needs it.
 
-    Parameters
-    ----------
-    threat
-        The threat.
-    k
-        Risk weight.
-
     Examples
     --------
     >>> octagon = threat_obstacle(Threat(0.5, 0.5, 0.1), k=10.0)

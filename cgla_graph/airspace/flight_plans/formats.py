@@ -143,14 +143,7 @@ def _of_path(rows: object, where: str, *, in_plane: bool) -> FlightPlan:
 
 def text_of_plan(plan: FlightPlan, where: str) -> str:
     """
-    Return the text of the file that a plan is written to.
-
-    Parameters
-    ----------
-    plan
-        The plan.
-    where
-        Name of the file; its ending selects the format.
+    Return the text of the file `where` that a plan is written to, in the format that its ending says.
 
     Raises
     ------

@@ -152,14 +152,7 @@ def _point(position: object, tags: Mapping[str, Any], where: str) -> Waypoint | 
 
 
 def write(plan: FlightPlan) -> str:
-    """
-    Write a plan as GeoJSON.
-
-    Parameters
-    ----------
-    plan
-        A plan with longitudes and latitudes.
-    """
+    """Write a plan with longitudes and latitudes as GeoJSON."""
     line = [_position(one) for one in plan.waypoints]
     route = {"name": plan.name, ROLE: "route"}
     # a line needs two positions

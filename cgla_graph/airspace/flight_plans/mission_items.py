@@ -26,14 +26,9 @@ from cgla_graph.airspace.flight_plans.vehicles import FIXED_WING, VTOLS
 
 def items_of(plan: FlightPlan, where: str) -> list[Item]:
     """
-    Return the mission that flies a plan: the inverse of `cgla_graph.airspace.flight_plans.mavlink.plan_of`.
+    Return the mission that flies a plan, named `where` in messages.
 
-    Parameters
-    ----------
-    plan
-        The plan.
-    where
-        Name of the file in messages.
+    The inverse of `cgla_graph.airspace.flight_plans.mavlink.plan_of`.
 
     Raises
     ------

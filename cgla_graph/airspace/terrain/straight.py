@@ -109,15 +109,6 @@ def straight_above_ground(plan: FlightPlan, ground: Ground, projection: LocalPro
     An autopilot without elevations flies straight from waypoint to waypoint, high above a valley. Infinite where the
     ground is not known.
 
-    Parameters
-    ----------
-    plan
-        The plan.
-    ground
-        Elevations.
-    projection
-        Projection of its map.
-
     Examples
     --------
     >>> ground = Ground(np.array([[300.0, 0.0, 0.0, 300.0]]), (24.0, 60.0, 24.04, 60.01))

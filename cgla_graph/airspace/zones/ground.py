@@ -40,15 +40,10 @@ class Ground:
 
     def range_over(self, area: AreaShape) -> tuple[float, float] | None:
         """
-        Return the least and the greatest elevation of an area.
+        Return the least and the greatest elevation of an area in degrees.
 
         The cells that the area touches and all their neighbours count, because elevations are known only at points and
         the ground varies between them.
-
-        Parameters
-        ----------
-        area
-            The area, degrees.
 
         Returns
         -------

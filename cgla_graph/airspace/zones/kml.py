@@ -26,14 +26,7 @@ OUTLINES = {"Polygon", "outerBoundaryIs", "innerBoundaryIs", "coordinates"}
 
 def read_root(root: Element, file: str) -> tuple[list[Zone], list[NoArea]]:
     """
-    Return the polygons of a document, one zone per placemark, and its other geometries and pictures.
-
-    Parameters
-    ----------
-    root
-        The element ``kml``.
-    file
-        Name of the file in errors.
+    Return the polygons of a document, named `file` in errors, one zone a placemark, and its other parts.
 
     Raises
     ------

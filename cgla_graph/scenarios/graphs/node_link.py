@@ -20,16 +20,7 @@ _MISSING = object()
 
 def read_node_link(path: Path, text: str, weight: str) -> tuple[EdgeList, bool, list[Mapping[str, object]]]:
     """
-    Read node-link JSON: lists of ``nodes``, and of ``edges`` or ``links``.
-
-    Parameters
-    ----------
-    path
-        The file, for errors.
-    text
-        Its text.
-    weight
-        The key of the weights in the edges.
+    Read the text of node-link JSON: lists of ``nodes``, and of ``edges`` or ``links`` with weights under a key.
 
     Returns
     -------
