@@ -1143,6 +1143,10 @@ class Heights:
         value = float(np.interp(offset, places, values))
         return Interval(value - off, value + off)
 
+    def above(self, end: int) -> Interval:
+        """Enclose by how much the values at all points are above that at an end."""
+        return self.whole * self.unit - self.at(end)
+
     def _check(self, part: slice) -> None:
         """
         Check that ``W(p) - W(q) <= c |p - q|`` for all p and q on the border of some cells.
@@ -1282,7 +1286,7 @@ def bound_over_cells(described: dict[str, Any], array: Reader, problem: Problem,
             if heights.is_flat and height > 0.0:
                 return math.inf
             bound = max(bound, height)
-            total = total + heights.whole * heights.unit - heights.at(end)
+            total = total + heights.above(end)
         is_left_out = net.least(total.lo) >= claimed if len(found) == len(ends) else ~net.is_open
         for (i, x), (j, y) in cells.ends:
             if x >= 0.0 and y >= 0.0:

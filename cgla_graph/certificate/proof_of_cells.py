@@ -35,7 +35,7 @@ NEAR = 4.0 * SAME
 MAX_CELLS = 1_000_000
 #: Paths along lines are moved by up to so many ulps.
 BESIDE = 2
-#: Cells are left out if all paths there cost so many times as much as a known one: the checker rounds down.
+#: Cells are left out if all paths there cost so many times as much as a known one, of which no more is claimed.
 MORE = 1.0 + 1e-12
 #: A level has to close so much of the gap, or no further one is made.
 LEAST_GAIN = 0.1
@@ -146,10 +146,12 @@ class _CellWriter:
         if start & goal:
             return {}
         described, net = self.net(np.empty(0))
-        values = np.zeros(net.count, dtype=np.int64)
-        values[0] = 1
-        values[net.points(slice(None))[~np.isin(part[net.rows, net.columns], list(goal))]] = 1
-        return {"points": described, "to_goal": self.values(values, 0)}
+        numbers = np.zeros(net.count, dtype=np.int64)
+        numbers[0] = 1
+        numbers[net.points(slice(None))[~np.isin(part[net.rows, net.columns], list(goal))]] = 1
+        values = self.values(numbers, 0)
+        is_flat = checker.Heights(values, self.archive.array, net, 0).is_flat
+        return {"points": described, "to_goal": values} if is_flat else {}
 
     def level(self, cost: float) -> tuple[dict[str, Any], float, BoolArray] | None:
         """Describe values at points; return also the bound, and the cells that a path of less than a cost may enter."""
@@ -159,7 +161,7 @@ class _CellWriter:
         held, net = self.net(points.parts)
         described: dict[str, Any] = {"points": held}
         reach = 1.01 * cost if math.isfinite(cost) else math.inf
-        best, total = 0.0, np.zeros(net.count)
+        best, total = 0.0, checker.Interval(np.zeros(net.count))
         ends = self.problem.goal, self.problem.start
         for name, end, other, number in (("to_goal", *ends, 1), ("to_start", *ends[::-1], 0)):
             values = bound.values_to(points, end, reach)
@@ -172,8 +174,8 @@ class _CellWriter:
                 return None
             described[name], heights = found
             best = max(best, float((heights.at(1 - number) - heights.at(number)).lo))
-            total += heights.whole * heights.unit - heights.at(number).hi
-        return described, best, (net.least(total) < MORE * cost) | self.around_ends()
+            total = total + heights.above(number)
+        return described, best, (net.least(total.lo) < MORE * cost) | self.around_ends()
 
     def heights(self, values: FloatArray, net: checker.Net, end: int) -> tuple[dict[str, Any], checker.Heights] | None:
         """Describe values at points and at both ends, as high as the checker takes them; None if it takes none."""

@@ -1,23 +1,31 @@
 """Files that claim more than is true are refused, by class of what was changed; files that stay true are accepted."""
 
 import copy
+import math
+import tempfile
 import zipfile
 import zlib
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from strategies import a_part_of
 
+import cgla_graph as cg
 from cgla_graph.certificate import check_proof as checker
 from tests.support.proof_mutants import OF_SURFACES, ON_MAPS, Draw, mutant
 from tests.support.proofs import (
+    HILLS,
     PROBLEMS,
     Arrays,
     Described,
     checked,
     fault_of,
     parts_of,
+    problem_of,
     proof_of,
     put_values,
     put_whole,
@@ -67,6 +75,73 @@ def test_false_claims_of_a_class_are_refused(name: str) -> None:
     each = len(a_part_of(range(EACH)))
     counts = [refused(name, problem, each, TRIES) for problem in PROBLEMS]
     assert sum(counts) >= each
+
+
+# files that say that there is no path
+
+BARRIER = shapely.box(0.45, -0.1, 0.55, 1.1)
+#: The cost is of each of the kinds that files have: surfaces on grids, and values on cells.
+SHUT = [
+    cg.Problem((0.1, 0.5), (0.9, 0.5), cg.RiskField(rasters=rasters), k=1.0, bounds=(0, 0, 1, 1), no_fly=BARRIER)
+    for rasters in ([], [cg.RasterRisk(HILLS, (0, 0, 1, 1), interpolation="nearest")])
+]
+
+
+@cache
+def shut_proof(problem: cg.Problem) -> bytes:
+    """Return a file that says that there is no path."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "shut.proof"
+        assert cg.save_proof(problem, file)["lower"] == math.inf
+        return file.read_bytes()
+
+
+def is_open(problem: cg.Problem) -> bool:
+    """Tell whether a way past the areas, and apart from them, leads from start to goal: an oracle of shapely's."""
+    free = shapely.box(*problem.bounds).difference(problem.model.area.geometry.buffer(1e-10))
+    ends = [shapely.Point(end) for end in (problem.start, problem.goal)]
+    return any(part.contains(ends[0]) and part.contains(ends[1]) for part in shapely.get_parts(free))
+
+
+def slit(described: Described, arrays: Arrays, draw: Draw) -> None:
+    """Cut the area by a narrow gap in any direction, which leads through it or ends inside; lay other grids."""
+    x, y, turn = draw.uniform(0.45, 0.55), draw.uniform(0.1, 0.9), draw.uniform(-0.5, 0.5)
+    step = np.array([math.cos(turn), math.sin(turn)]) * 10.0 ** draw.uniform(-1.5, 0.5)
+    middle = np.array([x, y])
+    gap = shapely.LineString([middle - step, middle + step]).buffer(10.0 ** draw.uniform(-7.0, -1.0), cap_style="flat")
+    left = shapely.get_rings(shapely.get_parts(BARRIER.difference(gap)))
+    described["problem"]["rings"] = [f"part-{n}.npy" for n in range(len(left))]
+    for name, ring in zip(described["problem"]["rings"], left, strict=True):
+        arrays[name] = shapely.get_coordinates(ring)[:-1]
+    for grid in described.get("grids", []):
+        grid["parts"] = int(draw.choice([0, 2, 16, 128]))
+        grid["last"] = [int(side * draw.uniform(0.1, 1.5)) for side in grid["last"]]
+
+
+def no_path_or_refused(problem: cg.Problem, seed: int) -> bool:
+    """
+    Check that a file is only accepted if there is no way, and a planner finds none; return whether there is one.
+
+    With edges that the checker takes as a little shorter on each row of squares, 22 of 60 such files fail here.
+    """
+    described, arrays = parts_of(shut_proof(problem))
+    slit(described, arrays, np.random.default_rng(seed))
+    changed = problem_of(described, arrays)
+    if not fault_of(described, arrays):
+        assert not is_open(changed), seed
+        assert not cg.solve(changed, "hybrid").status.has_path, seed
+    return is_open(changed)
+
+
+def test_no_file_says_that_there_is_no_path_if_there_is_one() -> None:
+    assert {no_path_or_refused(SHUT[0], seed) for seed in range(6)} == {False, True}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("problem", SHUT, ids=["grids", "cells"])
+def test_no_file_of_many_says_that_there_is_no_path_if_there_is_one(problem: cg.Problem) -> None:
+    opened = [no_path_or_refused(problem, seed) for seed in a_part_of(range(6, 106))]
+    assert 10 < sum(opened) * (100 / len(opened)) < 90
 
 
 # changes that leave a file true
