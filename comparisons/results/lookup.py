@@ -173,7 +173,7 @@ def print_results(found: Results) -> None:
     else:
         _print_leaderboard(found, found.leaderboard)
     if found.lists_runs and found.runs:
-        console.out_table(runs_table("runs", found.runs))
+        console.out_table(runs_table(found.runs))
     if found.regression is None:
         _print_lines("failures", failure_lines(found.runs))
         print_flights(found.stored.missions, found.flights)
@@ -211,7 +211,7 @@ def _print_leaderboard(found: Results, ranked: Sequence[LeaderboardRow]) -> None
 
 def print_leaderboard(runs: Sequence[Run], ranked: Sequence[LeaderboardRow]) -> None:
     """Print who wins, by how much, how sure that is, and where each solver fails (errors as `console.out`)."""
-    console.out_table(leaderboard_table("leaderboard", ranked))
+    console.out_table(leaderboard_table(ranked))
     scenarios = {run.scenario.name: run.scenario for run in runs}
     said = overview(ranked, len(scenarios), independence_note(list(scenarios.values())))
     unable = sorted({run.solver for run in runs} - {row.solver for row in ranked})

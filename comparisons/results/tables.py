@@ -44,11 +44,11 @@ def overview_lines(said: Overview) -> list[str]:
     return [line for line in (said.headline, *answers, said.caution) if line]
 
 
-def leaderboard_table(title: str, found: Sequence[LeaderboardRow]) -> FittedTable:
+def leaderboard_table(found: Sequence[LeaderboardRow]) -> FittedTable:
     """Show who wins: a line a solver, the best first."""
     heads = leaderboard_heads(found)
     rows: list[Sequence[str]] = [leaderboard_cells(one) for one in found]
-    return FittedTable(title, heads[:1], heads[1:], SPARE, leaderboard_notes(found), rows)
+    return FittedTable("leaderboard", heads[:1], heads[1:], SPARE, leaderboard_notes(found), rows)
 
 
 def solver_table(runs: Sequence[Run]) -> FittedTable:
@@ -65,7 +65,7 @@ def solver_table(runs: Sequence[Run]) -> FittedTable:
     return FittedTable("scenario by scenario", words, (*heads, *metrics), _SOLVER_SPARE, rows=rows)
 
 
-def runs_table(title: str, runs: Sequence[Run]) -> FittedTable:
+def runs_table(runs: Sequence[Run]) -> FittedTable:
     """Show single runs: a line each, with the number that ``--rerun`` takes."""
     columns = shown(runs)
     left = [column for column in columns if column.key in _RUN_LEFT]
@@ -73,7 +73,7 @@ def runs_table(title: str, runs: Sequence[Run]) -> FittedTable:
     both = [*left, *right]
     spare = sorted((column for column in both if column.spare is not None), key=lambda column: column.spare or 0)
     return FittedTable(
-        title,
+        "runs",
         [column.head for column in left],
         [column.head for column in right],
         [column.head for column in spare],

@@ -54,7 +54,7 @@ def _write(folder: Path) -> None:
     for ending in ("csv", "jsonl"):
         export(folder / f"export.{ending}", stored, stored.runs)
     with (folder / "runs.txt").open("w", encoding="utf-8") as file:
-        Console(file=file, width=200).print(runs_table("runs", stored.runs))
+        Console(file=file, width=200).print(runs_table(stored.runs))
     write_report(stored, folder / "report.html")
 
 

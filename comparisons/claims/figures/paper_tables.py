@@ -65,7 +65,7 @@ def _measured(route: Route, quantity: str) -> float:
 
 @artefact("Table 1", "one UAV: CGLA, BCV, A2D and Q-Learning")
 def _table_1() -> Content:
-    found = for_weights([10.0, 50.0, 200.0])
+    found = for_weights()
     caption = (
         "One UAV from (0.1, 0.1) to (0.9, 0.9). In the paper risk falls with K, and K = 200 is shorter than K = 50, "
         f"which no optima with full information can be. {SELECTED}"

@@ -173,7 +173,7 @@ def _fig_3() -> Content:
 @artefact("Fig. 5", "ways for K = 10, 50 and 200")
 def _fig_5() -> Content:
     field = paper_field()
-    found = for_weights([10.0, 50.0, 200.0])
+    found = for_weights()
     bcv = Routes("bcv-style", None, flown(field, k=10.0, solver="bcv-style"))
     heading = ("Fig. 5", "Ways on the reconstructed map, length / risk sum")
     figure = _known_and_flown(heading, field, [*found, bcv], regions=True)

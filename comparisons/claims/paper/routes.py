@@ -104,9 +104,9 @@ def both(label: str, field: RiskField, *, k: float, n: int = N) -> Routes:
     return Routes(label, planned(field, k=k, n=n), flown(field, k=k, n=n))
 
 
-def for_weights(weights: Sequence[float]) -> list[Routes]:
-    """Return CGLA's routes on the reconstructed map of Fig. 5, one for each K."""
-    return [both(f"K = {k:g}", paper_field(), k=k) for k in weights]
+def for_weights() -> list[Routes]:
+    """Return CGLA's routes on the reconstructed map of Fig. 5, for K = 10, 50 and 200."""
+    return [both(f"K = {k:g}", paper_field(), k=k) for k in (10.0, 50.0, 200.0)]
 
 
 def paper_field() -> RiskField:

@@ -117,7 +117,7 @@ def test_a_planned_way_has_the_risk_of_its_steps(seed: int, k: float) -> None:
 
 
 def test_ways_of_fig_5_and_6_are_those_of_the_shipped_missions_and_arrive() -> None:
-    for mission, found in (("fig5", for_weights([10.0, 50.0, 200.0])), ("fig6", escape().routes)):
+    for mission, found in (("fig5", for_weights()), ("fig6", escape().routes)):
         for way, one in zip(found, load_mission(mission).missions(get).values(), strict=True):
             flight = one.fly().uavs["a"]
             assert (way.online.length, way.online.risk_sum) == pytest.approx((flight.length, flight.risk_sum))

@@ -185,8 +185,8 @@ def test_long_words_fold_before_numbers_go() -> None:
 @pytest.mark.parametrize("width", [60, 80, 100, 120, 200])
 def test_the_tables_of_a_study_fit(stored: Stored, width: int) -> None:
     tables = [
-        leaderboard_table("leaderboard", leaderboard_of(stored.runs)),
-        runs_table("runs", stored.runs),
+        leaderboard_table(leaderboard_of(stored.runs)),
+        runs_table(stored.runs),
         regression_table("both", regression(stored.runs, stored.runs)),
         solver_table(stored.runs),
     ]

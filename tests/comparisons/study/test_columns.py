@@ -80,7 +80,7 @@ def test_a_seed_may_be_greater_than_any_float() -> None:
     assert row(run)["seed"] == 10**400
     console = Console(width=1000)
     with console.capture() as captured:
-        console.print(runs_table("runs", [run]))
+        console.print(runs_table([run]))
     assert str(10**400) in captured.get()
 
 
@@ -88,7 +88,7 @@ def test_a_seed_may_be_greater_than_any_float() -> None:
 def test_a_narrow_terminal_leaves_out_the_sparest_first() -> None:
     console = Console(width=110)
     with console.capture() as captured:
-        console.print(runs_table("runs", stored_of(small_runs()).runs))
+        console.print(runs_table(stored_of(small_runs()).runs))
     (left_out,) = re.findall(r"too narrow for: (.*)", captured.get())
     sparest = sorted((one for one in shown([]) if one.spare), key=lambda one: one.spare or 0)
     missing = {head.strip() for head in left_out.split(",")}
