@@ -64,6 +64,7 @@ from cgla_graph.scenarios.writing import write_scenario as write_scenario
 from cgla_graph.solvers.questions import Map as Map
 from cgla_graph.solvers.solving import lower_bound as lower_bound
 from cgla_graph.solvers.solving import solve as solve
+from cgla_graph.solvers.timed.teams import solve_team as solve_team
 from cgla_graph.solvers.trade_off.altitudes import best_altitude as best_altitude
 from cgla_graph.solvers.trade_off.constrained import plan_within_length as plan_within_length
 from cgla_graph.solvers.trade_off.constrained import plan_within_risk as plan_within_risk
@@ -74,6 +75,7 @@ from cgla_graph.solvers.trade_off.pareto import pareto as pareto
 from cgla_graph.solvers.trade_off.tour import tour as tour
 from cgla_graph.timed.moving import MovingThreat as MovingThreat
 from cgla_graph.timed.space_time_proof import TimedCertificate as TimedCertificate
+from cgla_graph.timed.team_plan import TeamPlan as TeamPlan
 from cgla_graph.timed.timed_area import TimedArea as TimedArea
 from cgla_graph.timed.timed_evaluation import TimedEvaluation as TimedEvaluation
 from cgla_graph.timed.timed_plan import TimedPlan as TimedPlan

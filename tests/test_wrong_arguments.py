@@ -257,6 +257,11 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Wind": (cg.Wind, {"u": [[1.0, 2.0]], "v": [[0.0, 0.0]], "bounds": (0, 0, 1, 1), "times": None}),
     "TimedProblem.evaluate": (TIMED.evaluate, {"trajectory": [(0, 0, 0), (1, 1, 0)]}),
     "TimedProblem.fly": (TIMED.fly, {"path": [(0, 0), (1, 0)], "departure": 0.0}),
+    "solve_team": (
+        cg.solve_team,
+        {"problems": [TIMED], "separation": 0.1, "nodes": 1000, "orders": 1, "seed": 0, "tolerance": None,
+         "max_cells": 1000},
+    ),
     "TimedArea": (cg.TimedArea, {"polygon": shapely.box(0, 0, 1, 1), "appears": 0, "vanishes": None}),
     "Sharing": (cg.Sharing, {"is_on": True, "radius": None, "delay": 0, "loss": 0.0, "seed": 0}),
     "VirtualObstacle": (cg.VirtualObstacle, {"stepnum": 3, "spread": None, "placement": "replace", "zones": "two"}),
@@ -310,6 +315,7 @@ def test_every_public_function_is_called() -> None:
         cg.TimedEvaluation,
         cg.TimedPlan,
         cg.TimedCertificate,
+        cg.TeamPlan,
     }
     kinds = (cg.Scenario, cg.Status, cg.MissionStatus, cg.CglaError, cg.GeometricGraph)
     # (a test of old names may have imported a module named like a function)

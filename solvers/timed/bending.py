@@ -1,6 +1,7 @@
 """Bend flights through moving risk to a local optimum: waypoints, waits and departure, by cost and exact gradient."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph._validate import point_array
 from cgla_graph.errors import ProblemError
+from cgla_graph.motion.trajectory import Trajectory, least_distance
 from cgla_graph.solvers.timed.descent_kernels import Task, descend
 from cgla_graph.solvers.timed.timed_kernels import Chart, flight_cost, flight_times, leg_time
 from cgla_graph.timed.timed_problem import TimedProblem
@@ -133,10 +135,12 @@ def _halved(flying: Flying) -> Flying:
 
 
 class Bender:
-    """Bends flights of one problem; counts evaluations of the cost."""
+    """Bends flights of one problem, away from more trajectories at a distance; counts evaluations of the cost."""
 
-    def __init__(self, problem: TimedProblem, chart: Chart) -> None:
-        self.problem, self.chart = problem, chart
+    def __init__(
+        self, problem: TimedProblem, chart: Chart, also: Sequence[Trajectory] = (), radius: float = 0.0
+    ) -> None:
+        self.problem, self.chart, self.also, self.radius = problem, chart, also, radius
         self.evaluations = 0
         self.scale = math.dist(problem.start, problem.goal)
         self.kept_out = len(chart.boxes) > 0 or len(chart.discs.rows) > 0
@@ -157,8 +161,9 @@ class Bender:
         except ProblemError:
             # (too strong a wind somewhere)
             return replace(flying, cost=math.inf)
-        found = self.problem.evaluate(rows)
-        return replace(flying, cost=found.cost if found.feasible else math.inf)
+        found, own = self.problem.evaluate(rows), Trajectory(rows[:, 0], rows[:, 1:])
+        fits = found.feasible and all(least_distance(own, other)[0] >= self.radius for other in self.also)
+        return replace(flying, cost=found.cost if fits else math.inf)
 
     def coarse(self, flying: Flying) -> Flying:
         """Bend a flight with few waypoints, to see which class of ways it belongs to and what that costs about."""

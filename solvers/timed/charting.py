@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +12,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import BoolArray, Bounds, FloatArray
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
+from cgla_graph.motion.trajectory import Trajectory
 from cgla_graph.solvers.timed.disc_kernels import Discs
 from cgla_graph.solvers.timed.march_kernels import Grid
 from cgla_graph.solvers.timed.timed_kernels import Chart, slab_of
@@ -73,15 +75,17 @@ def chart_of(problem: TimedProblem, until: float) -> Chart:
         per_time=problem.risk_per == "time",
         price=math.inf if problem.waiting is None or problem.constant_wind is None else problem.waiting,
         latest=math.inf if problem.latest is None else problem.latest,
-        discs=_discs_of(problem),
+        discs=discs_of(problem),
     )
 
 
-def _discs_of(problem: TimedProblem) -> Discs:
-    others = problem.others if problem.separation > 0.0 else ()
+def discs_of(problem: TimedProblem, also: Sequence[Trajectory] = (), radius: float = 0.0) -> Discs:
+    """Return the discs around others, and around more of another radius."""
+    others = (*(problem.others if problem.separation > 0.0 else ()), *also)
     rows = [np.column_stack([other.times, other.points]) for other in others]
-    starts = np.cumsum([0, *map(len, rows)])
-    return Discs(np.vstack(rows) if others else np.empty((0, 3)), starts, problem.separation)
+    radii = np.full(len(others), problem.separation)
+    radii[len(others) - len(also) :] = radius
+    return Discs(np.vstack(rows) if others else np.empty((0, 3)), np.cumsum([0, *map(len, rows)]), radii)
 
 
 def _mean_wind(problem: TimedProblem, until: float) -> tuple[float, float]:

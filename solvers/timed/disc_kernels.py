@@ -19,13 +19,13 @@ class Discs(NamedTuple):
     rows, starts
         Their trajectories ``(t, x, y)``, end to end; that of number `n` begins at row ``starts[n]``. Before its first
         time and after its last one, it is not there.
-    radius
-        Of each of them, map units.
+    radii
+        Of each, map units.
     """
 
     rows: FloatArray
     starts: IntArray
-    radius: float
+    radii: FloatArray
 
 
 @kernel
@@ -61,7 +61,7 @@ def is_in_disc(discs: Discs, x: float, y: float, t: float) -> bool:
         i = _piece(discs, number, t)
         _, vx, vy = _motion(discs, number, i)
         since = t - discs.rows[i, 0]
-        if math.hypot(x - discs.rows[i, 1] - since * vx, y - discs.rows[i, 2] - since * vy) < discs.radius:
+        if math.hypot(x - discs.rows[i, 1] - since * vx, y - discs.rows[i, 2] - since * vy) < discs.radii[number]:
             return True
     return False
 
@@ -98,12 +98,12 @@ def close_nodes(
         u = (discs.rows[piece, 1] + since * vx - x) / h
         v = (discs.rows[piece, 2] + since * vy - y) / h
         # (in the corner of four cells, nodes are farther away than half a step)
-        wide = max(discs.radius / h, 0.25) + 0.5
+        wide = max(discs.radii[number] / h, 0.25) + 0.5
         for j in range(max(math.ceil(v - wide), 0), min(math.floor(v + wide), ny - 1) + 1):
             for i in range(max(math.ceil(u - wide), 0), min(math.floor(u + wide), nx - 1) + 1):
                 px, py = x + i * h, y + j * h
                 nearest = min(math.hypot(px - ends[0], py - ends[1]), math.hypot(px - ends[2], py - ends[3]))
-                if math.hypot(i - u, j - v) < (discs.radius / h if nearest < 2.0 * h else wide):
+                if math.hypot(i - u, j - v) < (discs.radii[number] / h if nearest < 2.0 * h else wide):
                     shut[j, i] = True
 
 
@@ -126,7 +126,6 @@ def pressure(
         Shape ``(6,)``: the derivatives by ``p``, ``q``, ``t0`` and ``t1`` are added to it.
     """
     total, span = 0.0, t1 - t0
-    wide = discs.radius + margin
     gx = (q[0] - p[0]) / span if span > 0.0 else 0.0
     gy = (q[1] - p[1]) / span if span > 0.0 else 0.0
     for number in range(discs.starts.shape[0] - 1):
@@ -134,6 +133,7 @@ def pressure(
         ends = min(t1, discs.rows[discs.starts[number + 1] - 1, 0])
         if not begins <= ends:
             continue
+        wide = discs.radii[number] + margin
         least, when = wide, begins
         nx, ny, ox, oy = 0.0, 0.0, 0.0, 0.0
         piece, t = _piece(discs, number, begins), begins

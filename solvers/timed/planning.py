@@ -1,6 +1,7 @@
 """Plan a flight through moving risk: a march over space and time, its traces, and the best of them bent."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,8 +9,9 @@ import numpy as np
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import whole_number
 from cgla_graph.model.solution import Status
+from cgla_graph.motion.trajectory import Trajectory
 from cgla_graph.solvers.timed.bending import Bender, Flying, along, of_trace
-from cgla_graph.solvers.timed.charting import always_closed, chart_of, grid_for
+from cgla_graph.solvers.timed.charting import always_closed, chart_of, discs_of, grid_for
 from cgla_graph.solvers.timed.march_kernels import FAR, Ends, Grid, cubic, linear, march, trace
 from cgla_graph.solvers.timed.timed_kernels import Chart, leg_time
 from cgla_graph.timed.timed_problem import TimedProblem
@@ -68,23 +70,35 @@ def plan_in_time(problem: TimedProblem, nodes: int = NODES) -> FoundFlight:
         rows = np.array([[problem.departures[0], *problem.start]])
         feasible = problem.evaluate(rows).feasible
         return FoundFlight(Status.FOUND if feasible else Status.INFEASIBLE, rows)
-    search = _Search(problem, nodes)
-    return search.run()
+    return Search(problem, nodes).run()
 
 
-class _Search:
-    def __init__(self, problem: TimedProblem, nodes: int) -> None:
+class Search:
+    """
+    A search for the best flight.
+
+    Parameters
+    ----------
+    problem, nodes
+        As of `plan_in_time`.
+    also, radius
+        More trajectories to keep away from, at another distance; the oracle does not know of them.
+    """
+
+    def __init__(self, problem: TimedProblem, nodes: int, also: Sequence[Trajectory] = (), radius: float = 0.0) -> None:
         self.problem, self.nodes = problem, nodes
         last = problem.departures[1]
         span = leg_time(chart_of(problem, last + 1.0), *np.subtract(problem.goal, problem.start))
         events = problem.events[np.isfinite(problem.events)]
         late = max([last + 20.0 * (span if math.isfinite(span) else 1.0), *(events + 1.0).tolist()])
-        self.chart: Chart = chart_of(problem, late)
-        self.bender = Bender(problem, self.chart)
+        chart = chart_of(problem, late)
+        self.chart: Chart = chart._replace(discs=discs_of(problem, also, radius)) if also else chart
+        self.bender = Bender(problem, self.chart, also, radius)
         self.found: list[Flying] = []
         self.departures = np.empty((0, 2))
 
     def run(self) -> FoundFlight:
+        """Search."""
         self._try_known()
         for share in (1, 4):
             grid, goal_values, goal = self._march_back(self.nodes * share)

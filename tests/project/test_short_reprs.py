@@ -80,6 +80,7 @@ def instances() -> dict[str, Any]:
             in_time.evaluate(in_time.fly(path)),
             flown := cg.solve(cg.TimedProblem((0.1, 0.1), (0.9, 0.9), speed=0.1), nodes=1000),
             flown.certificate,
+            cg.TeamPlan(cg.Status.FOUND, (flown,) * 50, (flown,) * 50, order=tuple(range(50))),
             world,
             mission,
         ),
