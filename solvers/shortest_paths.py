@@ -1,13 +1,14 @@
 """Trees of least costs by scipy, and the paths in them."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from cgla_graph._types import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 def least_cost_tree(matrix: "sparse.csr_array", root: int, *, directed: bool = True) -> tuple[FloatArray, IntArray]:
@@ -30,11 +31,15 @@ def least_cost_tree(matrix: "sparse.csr_array", root: int, *, directed: bool = T
 
     Examples
     --------
+    >>> from scipy import sparse
     >>> chain = sparse.csr_array(np.array([[0.0, 2.0, 0.0], [0.0, 0.0, 3.0], [0.0, 0.0, 0.0]]))
     >>> costs, before = least_cost_tree(chain, 0)
     >>> costs.tolist(), path_to(2, before)
     ([0.0, 2.0, 5.0], [0, 1, 2])
     """
+    # (it takes a tenth of a second to import, which walks in trees need not wait for)
+    from scipy.sparse import csgraph  # noqa: PLC0415
+
     # the stubs of scipy know neither sparse arrays here nor the shapes of the answer
     search: Any = csgraph.dijkstra
     costs, before = search(matrix, directed=directed, indices=root, return_predecessors=True)
