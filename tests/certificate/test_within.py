@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
@@ -61,7 +62,7 @@ def along(path: FloatArray, shares: FloatArray) -> FloatArray:
 
 
 @given(drawn.fields(1, 3), st.booleans(), st.sampled_from(["risk", "length"]), st.floats(0.1, 0.9), st.integers(0, 99))
-@settings(max_examples=3)
+@examples(8)
 def test_no_path_within_a_budget_is_below_the_cut(
     field: cg.RiskField, wall: bool, limited: str, share: float, seed: int
 ) -> None:

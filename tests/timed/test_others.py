@@ -6,8 +6,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph.motion.trajectory import Trajectory
@@ -36,7 +37,7 @@ def random_others(seed: int, count: int) -> list[Trajectory]:
     return made
 
 
-@settings(max_examples=5, deadline=None)
+@examples(20)
 @given(st.integers(0, 99), st.sampled_from([None, (0.3, -0.2)]), st.sampled_from([None, 0.7]))
 def test_penalty_has_its_gradient(seed: int, wind: tuple[float, float] | None, price: float | None) -> None:
     """A gradient without the terms of the times would fail in each case."""
@@ -68,8 +69,7 @@ def test_costs_next_to_one_that_stands_are_exact(separation: float) -> None:
     """A planner without discs finds none of these flights."""
     in_the_middle = level(others=[Trajectory([0, 9], [(0.5, 0.5), (0.5, 0.5)])], separation=separation)
     tangents = 2.0 * math.sqrt(0.16 - separation**2) + 2.0 * separation * math.asin(separation / 0.4)
-    assert planned(in_the_middle).cost == pytest.approx(tangents, rel=1e-3)
-    assert planned(in_the_middle).cost >= tangents * (1.0 - 1e-9)
+    assert tangents * (1.0 - 1e-9) <= planned(in_the_middle).cost <= tangents * (1.0 + 1e-3)
     # the goal is free from 1.6 on
     at_goal = level(others=[Trajectory([0, 1.6], [EAST, EAST])], separation=separation)
     assert planned(at_goal).cost == pytest.approx(1.6 + separation, rel=2e-3)
@@ -98,7 +98,7 @@ def proven_alone() -> float:
     return cg.lower_bound(level(field=THREAT, k=2.0), tolerance=0.05).lower_bound
 
 
-@settings(max_examples=5, deadline=None)
+@examples(12)
 @given(st.integers(0, 999), st.sampled_from([0.04, 0.12]), st.sampled_from([None, (0.0, 0.5)]))
 def test_no_flight_that_comes_too_near_is_returned(
     seed: int, separation: float, window: tuple[float, float] | None

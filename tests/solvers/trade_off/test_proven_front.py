@@ -6,8 +6,9 @@ import math
 import numpy as np
 import pytest
 import shapely
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
+from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph.errors import ProblemError
@@ -120,7 +121,7 @@ def check(problem: cg.Problem, front: Front, weights: list[float], tolerance: fl
 
 
 @given(drawn.fields(1, 3), st.booleans(), st.lists(st.floats(0.0, 40.0), min_size=2, max_size=2))
-@settings(max_examples=3)
+@examples(8)
 def test_a_front_is_proven_under_weights_between(field: cg.RiskField, wall: bool, weights: list[float]) -> None:
     problem = cg.Problem((0.05, 0.4), (0.95, 0.55), field, no_fly=WALL if wall else None)
     check(problem, cg.pareto(problem, **QUICK), weights, 0.02)
