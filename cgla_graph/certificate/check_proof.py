@@ -19,6 +19,7 @@ import zipfile
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from functools import reduce
 from itertools import pairwise, permutations, product
 from typing import Any, TypeAlias, TypedDict
 
@@ -104,13 +105,17 @@ class Interval:
         return -self + other
 
     def __mul__(self, other: "Interval | ArrayLike") -> "Interval":
-        other = enclosed(other)
-        return _hull(self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi)
+        return self._of_ends(np.multiply, enclosed(other))
 
     def __truediv__(self, other: "Interval | ArrayLike") -> "Interval":
         other = enclosed(other)
         demand((other.lo > 0.0).all(), "a number is divided by one that may be 0")
-        return _hull(self.lo / other.lo, self.lo / other.hi, self.hi / other.lo, self.hi / other.hi)
+        return self._of_ends(np.divide, other)
+
+    def _of_ends(self, way: Callable[[Floats, Floats], Floats], other: "Interval") -> "Interval":
+        """Enclose what an operation yields that is greatest and least for ends of both."""
+        ends = [way(one, its) for one in (self.lo, self.hi) for its in (other.lo, other.hi)]
+        return Interval(down(reduce(np.minimum, ends)), up(reduce(np.maximum, ends)))
 
     __radd__ = __add__
     __rmul__ = __mul__
@@ -133,12 +138,6 @@ class Interval:
 def enclosed(x: "Interval | ArrayLike") -> Interval:
     """Turn numbers into intervals."""
     return x if isinstance(x, Interval) else Interval(x)
-
-
-def _hull(a: Floats, b: Floats, c: Floats, d: Floats) -> Interval:
-    """Return the least intervals that hold four numbers each, which are rounded."""
-    least = np.minimum(np.minimum(a, b), np.minimum(c, d))
-    return Interval(down(least), up(np.maximum(np.maximum(a, b), np.maximum(c, d))))
 
 
 def length_of(x: Interval, y: Interval) -> Interval:
@@ -755,12 +754,15 @@ def summed(steps: Wholes, grid: Grid, axes: int) -> Wholes:
     return np.cumsum(np.cumsum(steps))
 
 
+def doubled(controls: Wholes, axis: int) -> Wholes:
+    """Return twice the Bernstein values, along one axis, of three control values each."""
+    first, middle, last = np.moveaxis(controls, axis, 0)
+    return np.stack([first + middle, 2 * middle, middle + last], axis=axis)
+
+
 def bezier(controls: Wholes) -> Wholes:
     """Return four times the Bernstein values of splines with such control values, whole numbers, shape (n, 3, 3)."""
-    half = np.stack(
-        [controls[:, :, 0] + controls[:, :, 1], 2 * controls[:, :, 1], controls[:, :, 1] + controls[:, :, 2]], axis=2
-    )
-    return np.stack([half[:, 0] + half[:, 1], 2 * half[:, 1], half[:, 1] + half[:, 2]], axis=1)
+    return doubled(doubled(controls, 2), 1)
 
 
 def restricted(values: Floats, ends: list[Interval]) -> Interval:
@@ -856,10 +858,9 @@ class Surface:
         total, ends = np.zeros(u.shape), self._ends(pieces, sides, [1, 1])
         for axis in range(2):
             # (the gradient is linear along its own axis: the middle value is the mean)
-            d = np.diff(u if axis == 0 else u.swapaxes(1, 2), axis=2)
-            across = np.stack([2 * (d[:, 0] + d[:, 1]), 4 * d[:, 1], 2 * (d[:, 1] + d[:, 2])], axis=1)
-            vectors = np.stack([across[:, :, 0], (across[:, :, 0] + across[:, :, 1]) // 2, across[:, :, 1]], axis=2)
-            values = restricted((vectors if axis == 0 else vectors.swapaxes(1, 2)).astype(np.float64), ends)
+            first, last = np.moveaxis(2 * doubled(np.diff(u, axis=2 - axis), 1 + axis), 2 - axis, 0)
+            vectors = np.stack([first, (first + last) // 2, last], axis=2 - axis)
+            values = restricted(vectors.astype(np.float64), ends)
             most, size = np.maximum(values.hi, -values.lo), Interval(self.unit) / (grid.step(axis) * float(grid.parts))
             total = up(total + up(up(most * most) * size.square().hi))
         return total
@@ -1275,19 +1276,16 @@ def bound_over_cells(described: dict[str, Any], array: Reader, problem: Problem,
     demand(0 < len(described["levels"]) < 1 << 6, "there are no points on cells, or too many levels")
     for one in described["levels"]:
         net = Net(one["points"], array, cells, needed)
-        ends = {"to_goal": (0, 1), "to_start": (1, 0)}
-        found = [
-            (Heights(one[name], array, net, begin), begin, end) for name, (begin, end) in ends.items() if name in one
-        ]
-        demand(found, "points on cells have no values")
         total = Interval(np.zeros(net.count))
-        for heights, begin, end in found:
+        ways = [way for way in (("to_goal", 0, 1), ("to_start", 1, 0)) if way[0] in one]
+        demand(ways, "points on cells have no values")
+        for name, begin, end in ways:
+            heights = Heights(one[name], array, net, begin)
             height = float((heights.at(begin) - heights.at(end)).lo)
             if heights.is_flat and height > 0.0:
                 return math.inf
-            bound = max(bound, height)
-            total = total + heights.above(end)
-        is_left_out = net.least(total.lo) >= claimed if len(found) == len(ends) else ~net.is_open
+            bound, total = max(bound, height), total + heights.above(end)
+        is_left_out = (net.least(total.lo) >= claimed) & (len(ways) == 2)
         for (i, x), (j, y) in cells.ends:
             if x >= 0.0 and y >= 0.0:
                 is_left_out[j, i] = False
