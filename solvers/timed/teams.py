@@ -21,7 +21,7 @@ from cgla_graph.model.solution import Status
 from cgla_graph.motion.trajectory import Trajectory, least_distance
 from cgla_graph.solvers.timed.planning import NODES, FoundFlight, Search
 from cgla_graph.solvers.timed.solving_timed import judged, proven_in_time, solve_timed
-from cgla_graph.timed.space_time_proof import MOST_CELLS, TOLERANCE
+from cgla_graph.timed.space_time_proof import MOST_CELLS, MOST_NODES, TOLERANCE
 from cgla_graph.timed.team_plan import TeamPlan
 from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem
@@ -73,7 +73,7 @@ def solve_team(
     Raises
     ------
     ProblemError
-        If there is no problem, one is no `TimedProblem`, or keeps another separation.
+        If there is no problem, one is no `TimedProblem` or keeps another separation, or a setting is out of range.
 
     Examples
     --------
@@ -87,6 +87,9 @@ def solve_team(
     team = _checked(problems, positive_number("separation", separation))
     whole_number("orders", orders, at_least=1, at_most=MOST_ORDERS)
     whole_number("seed", seed, at_least=0, at_most=2**63 - 1)
+    whole_number("max_cells", max_cells, at_least=1, at_most=MOST_NODES)
+    if tolerance is not None:
+        positive_number("tolerance", tolerance)
     with showing("planning each UAV alone"):
         alone = [solve_timed(problem, nodes=nodes, tolerance=None) for problem in team]
     if tolerance is not None:
