@@ -8,6 +8,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import whole_number
+from cgla_graph.errors import ProblemError
 from cgla_graph.model.solution import Status
 from cgla_graph.motion.trajectory import Trajectory
 from cgla_graph.solvers.timed.bending import Bender, Flying, along, of_trace
@@ -140,7 +141,11 @@ class Search:
             return
         from cgla_graph.solvers.continuous.hybrid import Hybrid  # noqa: PLC0415 - only where there are areas
 
-        closed = always_closed(problem)
+        try:
+            closed = always_closed(problem)
+        except ProblemError:
+            # (an end is inside of an area that is closed for a time)
+            return
         answer = Hybrid(tolerance=None).solve(closed)
         if answer.status.has_path:
             path = answer.path

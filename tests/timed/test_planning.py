@@ -145,6 +145,14 @@ def test_gate_that_opens_is_waited_for() -> None:
     assert late.cost == pytest.approx(0.8, rel=1e-6)
 
 
+def test_goal_inside_of_an_area_is_reached_once_it_opens() -> None:
+    gate = cg.TimedArea(shapely.box(0.7, 0.3, 1.0, 0.7), appears=0, vanishes=2.0)
+    problem = cg.TimedProblem((0.1, 0.5), (0.9, 0.5), areas=[gate], speed=1.0, waiting=0.5)
+    plan = cg.solve(problem, nodes=30_000, tolerance=None)
+    # at the border at time 2, then 0.2 to the goal
+    assert plan.cost == pytest.approx(0.8 + 0.5 * 1.4, rel=2e-3)
+
+
 def test_closed_for_good_and_too_late_are_not_found() -> None:
     closed = cg.TimedArea(shapely.box(0.4, -1, 0.6, 2), appears=0.1)
     plan = cg.solve(cg.TimedProblem((0.1, 0.5), (0.9, 0.5), areas=[closed], speed=1.0), nodes=4_000, tolerance=None)
