@@ -14,7 +14,7 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.timed.floor_kernels import moving_floor
-from cgla_graph.timed.march_kernels import WALL, Flow, burden, travel_time
+from cgla_graph.timed.march_kernels import STEEPEST, WALL, Flow, burden, travel_time
 
 #: Bound of the relative rounding of what is lost.
 ROUNDED = 2.0**-46
@@ -424,7 +424,7 @@ def prolong(
     time, begin, end
         See above.
     out
-        Shape ``(rows, columns)``; unknown values are `WALL`.
+        Shape ``(rows, columns)``; `WALL` where nothing is known.
     """
     x0, y0, h = coarse_place
     n = min(max(np.searchsorted(times, time) - 1, 0), times.shape[0] - 2)
@@ -444,10 +444,10 @@ def prolong(
                 m, q, p = n + corner // 4, b + corner // 2 % 2, a + corner % 2
                 weight = (late if corner // 4 else 1.0 - late) * (v if corner // 2 % 2 else 1.0 - v)
                 weight *= u if corner % 2 else 1.0 - u
-                if weight > 0.0 and begins[m, q] <= p < ends[m, q]:
+                if weight > 0.0 and begins[m, q] <= p < ends[m, q] and coarse[m, q, p] < STEEPEST:
                     known += weight
                     total += weight * coarse[m, q, p]
-            # (beside the last known values, they go on)
+            # (beside the last known values, and walls, they go on)
             out[j, i] = min(total / known, WALL) if known > 0.0 else WALL
 
 

@@ -22,27 +22,22 @@ STEEPEST = 1e20
 #: Speed, wind, whether risk counts per unit of time, and the price of waiting (infinite: none).
 Flow: TypeAlias = tuple[float, float, float, bool, float]
 #: Turns of the search for the best heading where risk counts by the ground distance.
-TURNS = 3
+TURNS = 4
 
 
 @inlined
 def _slope(a: float, b: float, c: float, d: float) -> float:
     """Return the derivative at the third of four values, times the step, from the side of the first."""
     first, second, third = b - a, c - b, d - c
+    if abs(first) > STEEPEST:
+        # beside a wall, no more than half as much again as the step itself
+        most = 0.5 * abs(second)
+        return second + min(max(0.5 * (third - second), -most), most)
     one, other = second - first, third - second
     least = 1e-14 * (second * second + third * third) + 1e-280
     ratio = (least + one * one) / (least + other * other)
     weight = 1.0 / (1.0 + 2.0 * ratio * ratio)
     return 0.5 * (second * (1.0 + 2.0 * weight) + third * (1.0 - weight) - weight * first)
-
-
-@inlined
-def _drift(wind: float, before: float, after: float) -> float:
-    """Return the derivative on the side that the wind blows to; on the other one beside a wall, 0 between walls."""
-    one, other = (after, before) if wind > 0.0 else (before, after)
-    if abs(one) < STEEPEST:
-        return one
-    return other if abs(other) < STEEPEST else 0.0
 
 
 @kernel
@@ -62,6 +57,60 @@ def travel_time(dx: float, dy: float, flow: Flow) -> float:
     return d2 / slow if slow > 0.0 else math.inf
 
 
+@inlined
+def _best_course(gx: float, gy: float, risk: float, v: float, wx: float, wy: float) -> tuple[float, float]:
+    """Return the velocity ``g = w + v e`` over ground of least ``risk |g| + grad . g``, for a gradient other than 0."""
+    # (by Newton's method over the heading, from straight down)
+    steep = math.hypot(gx, gy)
+    ex, ey = -gx / steep, -gy / steep
+    if risk > 0.0:
+        for _ in range(TURNS):
+            ax, ay = wx + v * ex, wy + v * ey
+            speed = math.hypot(ax, ay)
+            if speed == 0.0:
+                break
+            across = wy * ex - wx * ey
+            slope = risk * across / speed + gy * ex - gx * ey
+            bend = -risk / speed * (wx * ex + wy * ey + v * across * across / (speed * speed)) - gx * ex - gy * ey
+            turn = min(max(-slope / bend, -1.0), 1.0) if bend > 0.0 else 0.0
+            ex, ey = ex - turn * ey, ey + turn * ex
+            size = math.hypot(ex, ey)
+            ex, ey = ex / size, ey / size
+    return wx + v * ex, wy + v * ey
+
+
+@inlined
+def _descent(west: float, east: float, south: float, north: float, risk: float, flow: Flow) -> float:
+    """
+    Return the least ``risk |g| + g . grad`` over all velocities ``g``, with the derivatives on the side it leads to.
+
+    Never more than 0 where the wind allows to stay in one place. As each velocity takes the values that it meets, the
+    least of them is monotone in all values, whatever their slopes.
+    """
+    v, wx, wy, _, _ = flow
+    best = 0.0 if wx * wx + wy * wy <= v * v else math.inf
+    for side in range(2):
+        # along an axis
+        px = east if side else -west
+        py = north if side else -south
+        sign = 1.0 if side else -1.0
+        if risk + px < 0.0 and abs(wy) <= v:
+            speed = sign * wx + math.sqrt(v * v - wy * wy)
+            best = min(best, (risk + px) * max(speed, 0.0))
+        if risk + py < 0.0 and abs(wx) <= v:
+            speed = sign * wy + math.sqrt(v * v - wx * wx)
+            best = min(best, (risk + py) * max(speed, 0.0))
+    for corner in range(4):
+        px = east if corner % 2 else west
+        py = north if corner // 2 else south
+        if max(abs(px), abs(py)) > STEEPEST or px * px + py * py <= risk * risk:
+            continue
+        ax, ay = _best_course(px, py, risk, v, wx, wy)
+        if (ax > 0.0) == (corner % 2 == 1) and (ay > 0.0) == (corner // 2 == 1):
+            best = min(best, risk * math.hypot(ax, ay) + ax * px + ay * py)
+    return best
+
+
 @kernel
 def burden(gx: float, gy: float, risk: float, flow: Flow) -> tuple[float, float, float]:
     """
@@ -78,18 +127,12 @@ def burden(gx: float, gy: float, risk: float, flow: Flow) -> tuple[float, float,
         # (the least of ``v |q| - wind . q`` is at ``q = 0``, if that is within reach)
         share = -(1.0 - 2.0**-50) / max(steep, risk)
         return share * gx, share * gy, v
-    ux, uy, speed = 0.0, 0.0, v
-    for _ in range(TURNS):
-        px, py = gx + risk * ux, gy + risk * uy
-        p = math.hypot(px, py)
-        if p == 0.0:
-            break
-        ax, ay = wx - v * px / p, wy - v * py / p
-        speed = math.hypot(ax, ay)
-        if speed == 0.0:
-            break
-        # (a trifle shorter than 1, whatever the rounding)
-        ux, uy = ax / speed * (1.0 - 2.0**-50), ay / speed * (1.0 - 2.0**-50)
+    ax, ay = _best_course(gx, gy, risk, v, wx, wy)
+    speed = math.hypot(ax, ay)
+    if speed == 0.0:
+        return 0.0, 0.0, 0.0
+    # (a trifle shorter than 1, whatever the rounding)
+    ux, uy = ax / speed * (1.0 - 2.0**-50), ay / speed * (1.0 - 2.0**-50)
     return ux, uy, speed
 
 
@@ -133,26 +176,17 @@ def fall(
             east = -_slope(values[j, i + 2], values[j, i + 1], here, values[j, i - 1]) / step
             south = _slope(values[j - 2, i], values[j - 1, i], here, values[j + 1, i]) / step
             north = -_slope(values[j + 2, i], values[j + 1, i], here, values[j - 1, i]) / step
-            gx = max(west, -east, 0.0)
-            gy = max(south, -north, 0.0)
-            risk = risks[j, i]
-            if per_time:
-                rate = factors[j, i] * (v + risk)
-            elif not windy:
-                rate = factors[j, i] * v * (1.0 + risk)
-            else:
-                px = gx if west >= -east else -gx
-                py = gy if south >= -north else -gy
-                ux, uy, _ = burden(px, py, risk, flow)
-                qx, qy = px + risk * ux, py + risk * uy
-                # (the terms of the gradient itself follow below)
-                rate = v + risk * (wx * ux + wy * uy) - v * (math.hypot(qx, qy) - math.hypot(px, py))
-                rate *= factors[j, i]
-            rate -= v * math.sqrt(gx * gx + gy * gy)
+            risk = factors[j, i] * risks[j, i]
+            rate = factors[j, i] * v + risk * (1.0 if per_time else 0.0 if windy else v)
             if windy:
-                rate += wx * _drift(wx, west, east) + wy * _drift(wy, south, north)
+                descent = _descent(west, east, south, north, 0.0 if per_time else risk, flow)
+                rate = rate + descent if descent < math.inf else 0.0
+            else:
+                gx = max(west, -east, 0.0)
+                gy = max(south, -north, 0.0)
+                rate -= v * math.sqrt(gx * gx + gy * gy)
             if price < math.inf:
-                rate = min(rate, factors[j, i] * (price + (risk if per_time else v * risk)))
+                rate = min(rate, factors[j, i] * price + (risk if per_time else v * risk))
             out[j, i] = rate
 
 
@@ -184,10 +218,27 @@ def around_end(
     `block` holds column and row of its middle and its reach, `off` the way from its middle to the end.
     """
     column, row, reach = block
-    for j in range(row - reach, row + reach + 1):
-        for i in range(column - reach, column + reach + 1):
+    rows, columns = values.shape
+    for j in range(max(row - reach, 0), min(row + reach + 1, rows)):
+        for i in range(max(column - reach, 0), min(column + reach + 1, columns)):
             cost = near_end(off[0] - (i - column) * step, off[1] - (j - row) * step, flow, price)
             values[j, i] = min(cost, WALL)
+
+
+@inlined
+def _enter(
+    values: FloatArray, risk: FloatArray, walls: BoolArray, runs: tuple[WholeArray, WholeArray], step: float
+) -> None:
+    """Set nodes from where no path led on, and are walls no more, to a step more than their least neighbour."""
+    fresh = [(0, 0, 0.0) for _ in range(0)]
+    for j in range(2, values.shape[0] - 2):
+        for i in range(runs[0][j], runs[1][j]):
+            if values[j, i] > STEEPEST and not walls[j, i]:
+                near = min(values[j, i - 1], values[j, i + 1], values[j - 1, i], values[j + 1, i])
+                if near < STEEPEST:
+                    fresh.append((j, i, near + step * (1.0 + risk[j, i])))
+    for j, i, value in fresh:
+        values[j, i] = value
 
 
 @kernel
@@ -250,6 +301,7 @@ def advance(
             later = share if half == 1 else (turn + 1) / turns
             price = (1.0 - later) * prices[0] + later * prices[1]
             if half == 0:
+                _enter(values, risk, walls, runs, step)
                 fall(values, risk, factor, begin, end, step, flow, now)
                 for j in range(rows):
                     for i in range(columns):

@@ -21,10 +21,12 @@ if TYPE_CHECKING:
 
 #: Nodes beyond the bounds on each side; those more than one away are walls.
 PAD = 4
-#: Cells from an end to the rim of its block.
-REACH = 1
+#: Cells from an end to the rim of its block; what a spline close to a tip loses beyond the first, in steps of flight.
+REACHES, TIP_LOSS = (1, 2, 4, 8, 16), 0.5
 #: Discs around an end on which the risk has a floor, as parts of the distance of the rim.
 DISCS = (2.0, 1.5)
+#: In wind, at most.
+WIDEST = 4.0
 #: Areas are made narrower by this part of the map, so that no cell is closed by rounding.
 NARROWER = 1e-7
 #: By how much the polygon of a widened area is wider than the clearance, as a part of it: at most.
@@ -213,6 +215,12 @@ class Grid:
         return np.concatenate([lasts[:1], lasts, lasts[-1:]])
 
     @property
+    def slow(self) -> float:
+        """Ground speed against the wind; a tenth of the airspeed, where that is more."""
+        v, wx, wy, _, _ = self.flow
+        return max(v - math.hypot(wx, wy), 0.1 * v)
+
+    @property
     def count(self) -> int:
         """How many layers there are."""
         return len(self.knots) - 1
@@ -301,19 +309,46 @@ class Block:
         that while pays for it. A path that takes longer pays for the time, and one that leaves the disc for the way
         out, and from its last entry on, the same cost as any other path from there.
         """
-        column, row = grid.cell_of(end)
-        off = end[0] - grid.origin[0] - column * grid.step, end[1] - grid.origin[1] - row * grid.step
         # (a layer more does no harm)
         holds = grid.knots[1:] >= since - 1e-9 * float(grid.durations.min())
         slow = min(grid.flow[0], grid.flow[4])
         first = int(np.argmax(holds))
         early = slow * max(since - float(grid.knots[first]), 0.0) * (1.0 - 1e-9) if first else math.inf
-        rim = math.sqrt(2.0) * (REACH + 1.0) * grid.step * (1.0 + 1e-9)
+        column, row = grid.cell_of(end)
+        other = grid.cell_of(grid.ends[0])
+        room = min(column, row, grid.shape[1] - 1 - column, grid.shape[0] - 1 - row) - 2
+        room = min(room, max(abs(other[0] - column), abs(other[1] - row)) - 2)
+        tried = [cls._within(grid, end, reach, holds, early) for reach in REACHES if reach <= max(room, 1)]
+        met = [n for n in np.nonzero(holds)[0].tolist() if not grid.closed(n)[row, column]]
+        truth = tried[0].on_rim(grid)[met] / tried[0].rim(grid)
+
+        def lost(block: Block) -> float:
+            rim, tip = block.rim(grid), TIP_LOSS * grid.flow[0] * grid.step / block.cells[2] ** 2
+            known = np.minimum(block.on_rim(grid), block.most)[met]
+            return float(np.max(truth * rim - known, initial=0.0)) + tip
+
+        return min(tried, key=lost)
+
+    @classmethod
+    def _within(cls, grid: Grid, end: Point, reach: int, holds: BoolArray, early: float) -> "Block":
+        """Find the block of a reach."""
+        column, row = grid.cell_of(end)
+        off = end[0] - grid.origin[0] - column * grid.step, end[1] - grid.origin[1] - row * grid.step
         prices, most = np.zeros((grid.count + 2, 5)), np.zeros(grid.count)
+        made = cls(end, (column, row, reach), off, prices, most, holds, early)
         for n in np.nonzero(holds)[0].tolist():
-            prices[n + 1], most[n] = _price_at(grid, n, end, rim)
+            prices[n + 1], most[n] = _price_at(grid, n, end, made.rim(grid))
         prices[0], prices[-1] = prices[1], prices[-2]
-        return cls(end, (column, row, REACH), off, prices, most, holds, early)
+        return made
+
+    def rim(self, grid: Grid) -> float:
+        """Return the greatest distance of its rim, map units."""
+        return math.sqrt(2.0) * (self.cells[2] + 1.0) * grid.step * (1.0 + 1e-9)
+
+    def on_rim(self, grid: Grid) -> FloatArray:
+        """Return the greatest value of the formula on the rim, about, in each layer."""
+        rim, (time, length, gx, gy, bend) = self.rim(grid), self.prices[1:-1].T
+        return np.asarray(rim * (time / grid.slow + length + 0.5 * rim * np.hypot(gx, gy) - bend * rim**2 / 3.0))
 
     def cells_of(self, grid: Grid) -> BoolArray:
         """Mark its cells, shape ``(rows, columns)``."""
@@ -333,7 +368,7 @@ def _price_at(grid: Grid, n: int, end: Point, rim: float) -> tuple[FloatArray, f
         turns = (grid.events > begins) & (grid.events < until)
         if wx != 0.0 or wy != 0.0 or turns.any():
             formula, value = _least_price(grid, n, end, rim, lasts)
-            level = float(formula[0] / v + formula[1]) * rim
+            level = float(formula[0] / grid.slow + formula[1]) * rim
         else:
             threats = grid.threats[n].copy()
             threats[:, [0, 1, 4, 6]] += (middle - grid.middles[n]) * threats[:, [2, 3, 5, 7]]
@@ -364,15 +399,17 @@ def _formula_on(
 def _least_price(grid: Grid, n: int, end: Point, rim: float, lasts: float) -> tuple[FloatArray, float]:
     """Bound the cost of ways as `_price_at`, by the least risk near the end in each layer until then."""
     v, wx, wy, per_time, price = grid.flow
+    fast = v + math.hypot(wx, wy)
+    # (so wide that leaving costs as much as the way against the wind)
+    wide = min(max(0.5 * (1.0 + fast / grid.slow), DISCS[0]), WIDEST) * rim
     last = int(np.searchsorted(grid.knots, float(grid.knots[n + 1]) + lasts * (1.0 + 1e-9)))
     risks = []
     for m in range(n, max(min(last, grid.count), n + 1)):
         part = 0.5 * float(grid.durations[m + 1]) * (1.0 + 1e-9)
-        risk = least_near(*end, 2.0 * rim, part, grid.threats[m])
-        risks.append(grid.k * (risk + _raster_floor(grid.still[m], grid, end, 2.0 * rim)[4]))
-    fast = v + math.hypot(wx, wy)
+        risk = least_near(*end, wide, part, grid.threats[m])
+        risks.append(grid.k * (risk + _raster_floor(grid.still[m], grid, end, wide)[4]))
     formula = np.array([v + min(risks), 0.0, 0.0, 0.0, 0.0] if per_time else [v, min(risks), 0.0, 0.0, 0.0])
-    leaves = rim * (formula[0] / fast + formula[1]) + 2.0 * rim * v / fast
+    leaves = rim * (formula[0] / fast + formula[1]) + 2.0 * (wide - rim) * v / fast
     return formula, min(min(v, price) * lasts, leaves) * (1.0 - 1e-9)
 
 

@@ -26,7 +26,8 @@ HALO = 5
 TIP = 4.0
 #: A step of time in the march, as a part of the time that the aircraft takes to the next node.
 COURANT = 0.5
-#: The costs at the horizon are marched until they change by less than this part, or so many times the map is crossed.
+#: The costs at the horizon are marched until they change by less than this part of the map on the mean, or so many
+#: times the map is crossed.
 SETTLED, MOST_CROSSINGS = 1e-6, 4.0
 
 
@@ -158,19 +159,26 @@ class Surface:
             rim = math.sqrt(2.0) * (block.cells[2] + 1) * grid.step
             gentle = float(block.prices[-1, 0] / grid.flow[0] + block.prices[-1, 1])
             return np.asarray(gentle * far + self.horizon * np.maximum(far - rim, 0.0))
+        values = np.full(grid.shape, WALL)
+        cone = np.append(block.prices[-1, :2], np.zeros(3))
+        everywhere = (*block.cells[:2], max(grid.shape))
+        march_kernels.around_end(values, everywhere, block.off, grid.step, grid.flow, cone)
+        return self._settled(np.where(values < WALL, values, far))
+
+    def _settled(self, values: FloatArray) -> FloatArray:
+        """March the values of the last layer on a map that stands still until they change no more."""
+        grid = self.grid
         n = grid.count + 1
-        values: FloatArray = np.minimum(far, WALL)
         risks = [np.zeros(grid.shape), np.zeros(grid.shape)]
         self._risks(n, risks[0])
         risks[1][:] = risks[0]
         runs = self.active[0][n - 1], self.active[1][n - 1]
-        v, wx, wy, _, _ = grid.flow
-        slow = max(v - math.hypot(wx, wy), 0.1 * v)
         size = math.hypot(*grid.shape) * grid.step
-        for _ in range(math.ceil(MOST_CROSSINGS * size / slow / float(grid.times[-1] - grid.times[-2]))):
+        for _ in range(math.ceil(MOST_CROSSINGS * size / grid.slow / float(grid.times[-1] - grid.times[-2]))):
             before = values.copy()
             self._advance(n - 1, values, np.zeros(grid.shape), risks, runs)
-            if np.abs(values - before)[values < 0.5 * WALL].max(initial=0.0) < SETTLED * size:
+            # (a node or two may go to and fro for ever)
+            if np.abs(values - before)[values < 0.5 * WALL].sum() < SETTLED * size * values.size:
                 break
         return values
 
@@ -182,6 +190,8 @@ class Surface:
         values = np.full(self.grid.shape, WALL)
         if self.coarse is not None and ((begin < known_begin) | (end > known_end)).any():
             self._prolong(float(self.grid.times[n + 1]), begin, end, values)
+            # (where the coarser grid ends)
+            values = np.where(values < WALL, values, self._prolonged(n))
         copy_runs(later, known_begin, known_end, values)
         return values
 
@@ -211,7 +221,7 @@ class Surface:
                 tip, (column, row, by), block.off, self.grid.step, self.grid.flow, block.prices[-1]
             )
         values[around] = np.minimum(values, tip)[around]
-        return values
+        return values if self.horizon is not None else self._settled(values)
 
     def _store(self, n: int, values: FloatArray) -> None:
         copy_runs(values, self.stored[0][n], self.stored[1][n], self.values[n])
@@ -238,11 +248,18 @@ class Surface:
         """Lower the costs of the nodes around cells that are too steep."""
         grid = self.grid
         found: deque[FloatArray] = deque(maxlen=3)
+        burdened = grid.flow[1:3] != (0.0, 0.0) and not grid.flow[3]
         for n in range(grid.count + 2):
             steep = np.ones(grid.shape)
             if n < grid.count:
                 runs = self.kept[0][n], self.kept[1][n]
-                excess_kernels.steepness(self.excess[n], self.least[n], *runs, steep)
+                least = self.least[n]
+                if burdened:
+                    # (the least cost leaves out the risk, which counts as a gradient)
+                    risk = np.zeros(grid.shape)
+                    self._risks(n + 1, risk)
+                    least = (least + grid.flow[0] * risk).astype(np.float32)
+                excess_kernels.steepness(self.excess[n], least, *runs, steep)
             found.append(steep)
             # the control values of layer n are those of the cells of the layers n - 2 to n
             self.factors[n] /= np.maximum.reduce(list(found))

@@ -27,6 +27,8 @@ def draw(seed: int) -> cg.TimedProblem:
         track = [(0.0, *place), (last / 3.0, *kink), (last, *(kink + velocity[:, 1] * last * 2.0 / 3.0))]
         moving.append(cg.MovingThreat(track, tuple(rng.uniform(0.12, 0.3, 3)), tuple(rng.uniform(0.4, 1.0, 3))))
     more: dict[str, object] = {"risk_per": ["ground", "time"][seed % 2]}
+    if seed % 3 == 1:
+        more["wind"] = tuple(0.4 * speed * np.array([math.cos(seed), math.sin(seed)]))
     if seed % 4 == 1:
         more["departure"] = (0.0, 0.6 / speed)
     if seed % 4 == 2:
@@ -89,6 +91,39 @@ def test_on_a_map_that_stands_still_it_closes_in_on_the_best_path() -> None:
     assert np.all(rest > -1e-4)
     assert rest[0] > 1.7 * rest[1] > 1.7 * rest[-1]
     assert rest[-1] < 0.01
+
+
+def on_grids(problem: cg.TimedProblem, cost: float, cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the steps of the grids and the bounds of the surfaces alone."""
+    line = dataclasses.replace(_by_line(problem, cost, 1e-9), lower_bound=1e-9)
+    grids = _Search(problem, line, cells).run(lambda _: None).grids
+    return np.array([one.spacing for one in grids]), np.array([one.lower_bound for one in grids])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wind", [(0.3, 0.0), (0.2, -0.5)])
+def test_in_wind_it_closes_in_on_the_exact_time(wind: tuple[float, float]) -> None:
+    """
+    At a rate of 1.7 from the first grid to the second one (Zermelo 1931); users get the closed form.
+
+    With a block of one cell around the goal on all grids, the second one gains nothing.
+    """
+    problem = cg.TimedProblem(START, GOAL, speed=1.0, wind=wind, risk_per="time")
+    exact = timed_lower_bound(problem).lower_bound
+    steps, bounds = on_grids(problem, 1.1 * exact, 60_000)
+    rest = 1.0 - bounds / exact
+    assert np.all((rest > 0.0) & (rest < 0.004))
+    assert math.log(rest[0] / rest[1]) > 1.7 * math.log(steps[0] / steps[1])
+
+
+@pytest.mark.slow
+def test_risk_by_the_ground_in_wind_counts() -> None:
+    """With a heading of the burden that runs in circles, the bound was that of the way without risk."""
+    storm = cg.MovingThreat([(0, 0.35, 0.75), (2, 0.7, 0.2)], spread=0.12, peak=0.7)
+    problem = cg.TimedProblem(START, GOAL, moving=[storm], k=10.0, speed=1.0, wind=(-0.3, 0.2), risk_per="ground")
+    plan = cg.solve(problem, nodes=30_000, tolerance=None)
+    _, bounds = on_grids(problem, plan.cost, 1)
+    assert 0.95 * plan.cost < bounds[0] <= plan.cost
 
 
 def test_closed_forms_are_taken_where_there_are_some() -> None:
