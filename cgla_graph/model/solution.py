@@ -258,11 +258,7 @@ class Solution(Plottable):
         >>> round(Solution(Status.FOUND, cost=1.1, lower_bound=1.0).gap, 3)
         0.1
         """
-        if np.isnan(self.lower_bound):
-            return float("nan")
-        if self.lower_bound == 0.0:
-            return 0.0 if self.cost == 0.0 else float("inf")
-        return self.cost / self.lower_bound - 1.0
+        return gap_between(self.cost, self.lower_bound)
 
     @property
     def total_seconds(self) -> float:
@@ -390,3 +386,19 @@ def _count(points: Any) -> int:  # noqa: ANN401 - what a solver answers
     """Count points, of an array by its size: its shape may be wrong."""
     size = getattr(points, "size", None)
     return size // 2 if isinstance(size, int) else len(points) if isinstance(points, Sized) else 0
+
+
+def gap_between(cost: float, lower_bound: float) -> float:
+    """
+    Return ``cost / lower_bound - 1``; NaN without a bound, infinite where it is 0 and the cost is not.
+
+    Examples
+    --------
+    >>> gap_between(0.0, 0.0), gap_between(1.0, 0.0), gap_between(3.0, 2.0)
+    (0.0, inf, 0.5)
+    """
+    if math.isnan(lower_bound):
+        return math.nan
+    if lower_bound <= 0.0:
+        return 0.0 if cost == 0.0 else math.inf
+    return cost / lower_bound - 1.0

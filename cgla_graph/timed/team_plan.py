@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from cgla_graph._text import ShortRepr
-from cgla_graph.model.solution import Status
+from cgla_graph.model.solution import Status, gap_between
 from cgla_graph.motion.trajectory import Trajectory
 from cgla_graph.timed.timed_plan import TimedPlan
 
@@ -68,13 +68,9 @@ class TeamPlan(ShortRepr):
     @property
     def gap(self) -> float:
         """The greatest possible excess over the best team, ``cost / lower_bound - 1``; NaN without a bound."""
-        if math.isnan(self.lower_bound):
-            return math.nan
-        if self.lower_bound <= 0.0:
-            return 0.0 if self.cost == 0.0 else math.inf
-        return self.cost / self.lower_bound - 1.0
+        return gap_between(self.cost, self.lower_bound)
 
     @property
     def trajectories(self) -> tuple[Trajectory, ...]:
         """The flights as trajectories, from departure to arrival."""
-        return tuple(Trajectory(plan.trajectory[:, 0], plan.path) for plan in self.plans)
+        return tuple(plan.motion for plan in self.plans)

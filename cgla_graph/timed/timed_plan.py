@@ -18,7 +18,8 @@ from cgla_graph._types import FloatArray
 from cgla_graph._validate import file_path
 from cgla_graph.errors import OutputError
 from cgla_graph.model.earth import degrees_of
-from cgla_graph.model.solution import Status
+from cgla_graph.model.solution import Status, gap_between
+from cgla_graph.motion.trajectory import Trajectory
 
 #: Endings of the files that hold a plan.
 ENDINGS = (".csv", ".geojson", ".json")
@@ -83,6 +84,11 @@ class TimedPlan(Plottable):
         return self.trajectory[:, 1:]
 
     @property
+    def motion(self) -> Trajectory:
+        """The flight as a trajectory, from departure to arrival."""
+        return Trajectory(self.trajectory[:, 0], self.path)
+
+    @property
     def time(self) -> float:
         """From departure to arrival."""
         return self.arrival - self.departure if self.status.has_path else math.inf
@@ -90,11 +96,7 @@ class TimedPlan(Plottable):
     @property
     def gap(self) -> float:
         """The greatest possible excess over the optimum, ``cost / lower_bound - 1``; NaN without a proven bound."""
-        if math.isnan(self.lower_bound):
-            return math.nan
-        if self.lower_bound <= 0.0:
-            return 0.0 if self.cost == 0.0 else math.inf
-        return self.cost / self.lower_bound - 1.0
+        return gap_between(self.cost, self.lower_bound)
 
     def at(self, time: float) -> tuple[float, float]:
         """
