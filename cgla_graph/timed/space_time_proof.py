@@ -193,8 +193,7 @@ def timed_lower_bound(
     """
     began = time.perf_counter()
     instance("problem", problem, TimedProblem, "TimedProblem(start, goal, field, speed=…)")
-    positive_number("tolerance", tolerance)
-    whole_number("max_cells", max_cells, at_least=1, at_most=MOST_NODES)
+    check_settings(tolerance, max_cells)
     rows, cost = _known(problem, known)
     with showing("proof in space and time") as tell:
         found = _by_line(problem, cost, tolerance)
@@ -206,6 +205,22 @@ def timed_lower_bound(
             elif cost < math.inf or problem.latest is not None:
                 found = _Search(problem, found, max_cells).run(tell)
     return replace(found, seconds=time.perf_counter() - began)
+
+
+def check_settings(tolerance: float | None, max_cells: int) -> None:
+    """
+    Refuse settings of a proof that are out of range, before anything is planned for it; a tolerance of None: no proof.
+
+    Examples
+    --------
+    >>> check_settings(None, 0)
+    Traceback (most recent call last):
+        ...
+    cgla_graph.errors.ProblemError: max_cells is 0; give a whole number from 1 to 30000000
+    """
+    if tolerance is not None:
+        positive_number("tolerance", tolerance)
+    whole_number("max_cells", max_cells, at_least=1, at_most=MOST_NODES)
 
 
 def _known(problem: TimedProblem, known: Timed | None) -> tuple[FloatArray | None, float]:

@@ -12,7 +12,7 @@ from cgla_graph._text import shown
 from cgla_graph.errors import SolverSettingError, UnknownSolverError
 from cgla_graph.model.solution import Status
 from cgla_graph.solvers.timed.planning import FoundFlight, plan_in_time
-from cgla_graph.timed.space_time_proof import MOST_CELLS, TOLERANCE, TimedCertificate, timed_lower_bound
+from cgla_graph.timed.space_time_proof import MOST_CELLS, TOLERANCE, TimedCertificate, check_settings, timed_lower_bound
 from cgla_graph.timed.timed_evaluation import Timed
 from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem
@@ -72,6 +72,8 @@ def solve_timed(
         if setting not in known:
             msg = f"{name} has no setting {shown(setting)}; it has tolerance, max_cells, {', '.join(known)}"
             raise SolverSettingError(msg)
+    if tolerance is not None:
+        check_settings(tolerance, max_cells)
     with showing(f"planning with {name}"):
         began = time.perf_counter()
         found = plan(problem, **settings)

@@ -21,7 +21,7 @@ from cgla_graph.model.solution import Status
 from cgla_graph.motion.trajectory import Trajectory, least_distance
 from cgla_graph.solvers.timed.planning import NODES, FoundFlight, Search
 from cgla_graph.solvers.timed.solving_timed import judged, proven_in_time, solve_timed
-from cgla_graph.timed.space_time_proof import MOST_CELLS, MOST_NODES, TOLERANCE
+from cgla_graph.timed.space_time_proof import MOST_CELLS, TOLERANCE, check_settings
 from cgla_graph.timed.team_plan import TeamPlan
 from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem
@@ -87,9 +87,7 @@ def solve_team(
     team = _checked(problems, positive_number("separation", separation))
     whole_number("orders", orders, at_least=1, at_most=MOST_ORDERS)
     whole_number("seed", seed, at_least=0, at_most=2**63 - 1)
-    whole_number("max_cells", max_cells, at_least=1, at_most=MOST_NODES)
-    if tolerance is not None:
-        positive_number("tolerance", tolerance)
+    check_settings(tolerance, max_cells)
     with showing("planning each UAV alone"):
         alone = [solve_timed(problem, nodes=nodes, tolerance=None) for problem in team]
     if tolerance is not None:
@@ -120,16 +118,12 @@ def _checked(problems: object, separation: float) -> list[TimedProblem]:
     return team
 
 
-def _motion(plan: TimedPlan) -> Trajectory:
-    return Trajectory(plan.trajectory[:, 0], plan.path)
-
-
 class _Orders:
     """The search over orders, and its best team."""
 
     def __init__(self, team: list[TimedProblem], separation: float, alone: list[TimedPlan], nodes: int) -> None:
         self.team, self.separation, self.alone, self.nodes = team, separation, alone, nodes
-        self.motions = [_motion(plan) for plan in alone]
+        self.motions = [plan.motion for plan in alone]
         self.known: dict[object, tuple[TimedPlan, Trajectory | None]] = {}
         self.best: list[tuple[TimedPlan, Trajectory]] = []
         self.order: tuple[int, ...] = ()
@@ -201,7 +195,7 @@ class _Orders:
             began = time.perf_counter()
             found = Search(problem, self.nodes, tuple(after), share).run()
             plan = judged(problem, found, self.alone[i].solver, time.perf_counter() - began)
-            self.known[key] = plan, _motion(plan) if plan.status.has_path else None
+            self.known[key] = plan, plan.motion if plan.status.has_path else None
         return self.known[key]
 
     def _try(self, order: tuple[int, ...], *, polite: bool) -> list[float]:
