@@ -153,7 +153,7 @@ def layer_excess(
                         lost = -rate + ROUNDED * (abs(rate) + (v + wind) * steep)
                         if windy and not per_time:
                             burdened = max(risk, 0.0)
-                            ux, uy, _ = burden(px, py, burdened, flow)
+                            ux, uy = burden(px, py, burdened, flow)
                             px, py = px + burdened * ux, py + burdened * uy
                             lost += v * math.sqrt(px * px + py * py) - wx * px - wy * py
                             lost += ROUNDED * (v + wind) * burdened

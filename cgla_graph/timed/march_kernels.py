@@ -112,28 +112,27 @@ def _descent(west: float, east: float, south: float, north: float, risk: float, 
 
 
 @kernel
-def burden(gx: float, gy: float, risk: float, flow: Flow) -> tuple[float, float, float]:
+def burden(gx: float, gy: float, risk: float, flow: Flow) -> tuple[float, float]:
     """
     Return a direction ``u``, at most of length 1, so that risk by the ground distance counts as a gradient ``risk u``.
 
     For every ``|u| <= 1`` and each heading, ``|g| >= u . g`` for the ground speed ``g``; with ``u`` along the best
-    ``g``, nothing is lost. Also returns that ground speed.
+    ``g``, nothing is lost.
     """
     v, wx, wy, _, _ = flow
     steep = math.hypot(gx, gy)
     if steep == 0.0:
-        return 0.0, 0.0, v
+        return 0.0, 0.0
     if (wx == 0.0 and wy == 0.0) or (steep <= risk and wx * wx + wy * wy <= v * v):
         # (the least of ``v |q| - wind . q`` is at ``q = 0``, if that is within reach)
         share = -(1.0 - 2.0**-50) / max(steep, risk)
-        return share * gx, share * gy, v
+        return share * gx, share * gy
     ax, ay = _best_course(gx, gy, risk, v, wx, wy)
     speed = math.hypot(ax, ay)
     if speed == 0.0:
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0
     # (a trifle shorter than 1, whatever the rounding)
-    ux, uy = ax / speed * (1.0 - 2.0**-50), ay / speed * (1.0 - 2.0**-50)
-    return ux, uy, speed
+    return ax / speed * (1.0 - 2.0**-50), ay / speed * (1.0 - 2.0**-50)
 
 
 @kernel

@@ -53,15 +53,22 @@ def _motion(discs: Discs, number: int, piece: int) -> tuple[float, float, float]
 
 
 @kernel
+def _place(discs: Discs, number: int, t: float) -> tuple[bool, float, float]:
+    """Return whether a disc is there at a time, and where."""
+    if not discs.rows[discs.starts[number], 0] <= t <= discs.rows[discs.starts[number + 1] - 1, 0]:
+        return False, 0.0, 0.0
+    piece = _piece(discs, number, t)
+    _, vx, vy = _motion(discs, number, piece)
+    since = t - discs.rows[piece, 0]
+    return True, discs.rows[piece, 1] + since * vx, discs.rows[piece, 2] + since * vy
+
+
+@kernel
 def is_in_disc(discs: Discs, x: float, y: float, t: float) -> bool:
     """Whether a place is inside of a disc at a time."""
     for number in range(discs.starts.shape[0] - 1):
-        if not discs.rows[discs.starts[number], 0] <= t <= discs.rows[discs.starts[number + 1] - 1, 0]:
-            continue
-        i = _piece(discs, number, t)
-        _, vx, vy = _motion(discs, number, i)
-        since = t - discs.rows[i, 0]
-        if math.hypot(x - discs.rows[i, 1] - since * vx, y - discs.rows[i, 2] - since * vy) < discs.radii[number]:
+        is_there, cx, cy = _place(discs, number, t)
+        if is_there and math.hypot(x - cx, y - cy) < discs.radii[number]:
             return True
     return False
 
@@ -90,13 +97,10 @@ def close_nodes(
     ny, nx = shut.shape
     shut[:] = False
     for number in range(discs.starts.shape[0] - 1):
-        if not discs.rows[discs.starts[number], 0] <= t <= discs.rows[discs.starts[number + 1] - 1, 0]:
+        is_there, cx, cy = _place(discs, number, t)
+        if not is_there:
             continue
-        piece = _piece(discs, number, t)
-        _, vx, vy = _motion(discs, number, piece)
-        since = t - discs.rows[piece, 0]
-        u = (discs.rows[piece, 1] + since * vx - x) / h
-        v = (discs.rows[piece, 2] + since * vy - y) / h
+        u, v = (cx - x) / h, (cy - y) / h
         # (in the corner of four cells, nodes are farther away than half a step)
         wide = max(discs.radii[number] / h, 0.25) + 0.5
         for j in range(max(math.ceil(v - wide), 0), min(math.floor(v + wide), ny - 1) + 1):
