@@ -42,11 +42,12 @@ from cgla_graph.plots.looks import COLOURS, LabelledPath, labelled_paths
 from cgla_graph.plots.map import draw_map, map_figure
 from cgla_graph.plots.page import style
 from cgla_graph.plots.scene import TitledProblem
-from cgla_graph.plots.timed import TimedFilm, draw_moment, greatest_risk, problem_of, timed_figure
+from cgla_graph.plots.timed import Flights, TimedFilm, draw_moment, timed_figure
 from cgla_graph.plots.volumes import draw_volumes, volumes_figure
 from cgla_graph.scenarios.graphs.graph_scenario import GraphScenario
 from cgla_graph.scenarios.mission_file import MissionFile
 from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.timed.team_plan import TeamPlan
 from cgla_graph.timed.timed_plan import TimedPlan
 
 
@@ -164,12 +165,13 @@ def _drawn(ax: Axes | None, draw: Callable[..., None], make: Callable[..., Figur
     return ax
 
 
-@plot.register
-def _(plan: TimedPlan, ax: Axes | None = None) -> Axes:
-    """Draw a timed plan at some times, or at the middle of its flight on axes of the user's."""
-    problem_of(plan)
+@plot.register(TimedPlan)
+@plot.register(TeamPlan)
+def _(plan: TimedPlan | TeamPlan, ax: Axes | None = None) -> Axes:
+    """Draw a timed plan at some times, or at the middle of its flights on axes of the user's."""
+    flights = Flights.of(plan)
     if ax is not None:
-        draw_moment(_axes(ax), plan, plan.departure + 0.5 * plan.time, greatest_risk(plan))
+        draw_moment(_axes(ax), flights, flights.middle)
         return ax
     return timed_figure(plan, _figure()).axes[0]
 
@@ -345,14 +347,14 @@ class FlightAnimation(FuncAnimation):
         return f'<img alt="the flight, tick by tick" style="max-width:100%" src="data:image/gif;base64,{data}">'
 
 
-def animate(flight: Flight | TimedPlan, ax: Axes | None = None) -> FuncAnimation:
+def animate(flight: Flight | TimedPlan | TeamPlan, ax: Axes | None = None) -> FuncAnimation:
     """
     Animate a flight: the true risk, and the knowledge and the plan of each UAV; or a plan through risk that moves.
 
     Parameters
     ----------
     flight
-        The flight of a mission, or a timed plan.
+        The flight of a mission, or a timed plan, also of a team.
     ax
         Matplotlib axes that show the film; None makes a figure of its size.
 
@@ -369,9 +371,9 @@ def animate(flight: Flight | TimedPlan, ax: Axes | None = None) -> FuncAnimation
     ProblemError
         If `flight` is neither, or a plan without a flight.
     """
-    if isinstance(flight, TimedPlan):
-        problem_of(flight)
-        return TimedFilm(flight, _figure().add_subplot() if ax is None else _axes(ax))
+    if isinstance(flight, TimedPlan | TeamPlan):
+        flights = Flights.of(flight)
+        return TimedFilm(flights, _figure().add_subplot() if ax is None else _axes(ax))
     if not isinstance(flight, Flight):
         msg = (
             f"a {type(flight).__name__} cannot be animated; give a flight, as mission.fly() returns it, or a timed plan"

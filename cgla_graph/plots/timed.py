@@ -1,14 +1,15 @@
-"""Pictures of flights through risk that moves: what the map is like at some times, and the cost of each departure."""
+"""Pictures of flights through risk that moves, of one UAV or a team: the map at some times, and the cost of departures."""
 
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from cgla_graph._files import write_files
@@ -20,6 +21,7 @@ from cgla_graph.plots.map import BaseMap
 from cgla_graph.plots.page import style
 from cgla_graph.plots.risk_samples import risk_samples
 from cgla_graph.plots.scene import TitledProblem, clip_to_bounds, draw_area, draw_mark, unit_scale
+from cgla_graph.timed.team_plan import TeamPlan
 from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem
 
@@ -29,14 +31,48 @@ _PANEL, _CURVE = 3.4, 1.7  # inches: width of the map at a time, height of the c
 _PROBES = 9  # times at which the greatest risk is looked for
 
 
-def timed_figure(plan: TimedPlan, figure: Figure | None = None) -> Figure:
+class Flights(NamedTuple):
+    """The flights of a plan, and what their pictures have in common."""
+
+    problem: TimedProblem
+    plans: Sequence[TimedPlan]
+    names: Sequence[str]
+    separation: float
+    times: tuple[float, float]
+    top: float
+
+    @classmethod
+    def of(cls, plan: TimedPlan | TeamPlan) -> "Flights":
+        """Return those of a plan; raise a `ProblemError` if it has none, or does not know its problem."""
+        if not plan.status.has_path:
+            msg = f"there is no flight to draw: {plan.status.label}"
+            raise ProblemError(msg)
+        plans = (plan,) if isinstance(plan, TimedPlan) else plan.plans
+        problem = plans[0].problem
+        if not isinstance(problem, TimedProblem):
+            msg = "this plan does not know its problem, as copies from elsewhere; plan again: cg.solve(problem)"
+            raise ProblemError(msg)
+        times = min(one.departure for one in plans), max(one.arrival for one in plans)
+        # (colours mean the same at all times)
+        top = max(risk_samples(_at(problem, time), 120).top for time in np.linspace(*times, _PROBES).tolist())
+        if isinstance(plan, TimedPlan):
+            return cls(problem, plans, ("",), 0.0, times, top)
+        return cls(problem, plans, plan.names, plan.separation, times, top)
+
+    @property
+    def middle(self) -> float:
+        """The time half way."""
+        return 0.5 * sum(self.times)
+
+
+def timed_figure(plan: TimedPlan | TeamPlan, figure: Figure | None = None) -> Figure:
     """
-    Draw a flight at its begin, its middle and its end, and what each departure costs about, if there is a choice.
+    Draw flights at their begin, middle and end; of one UAV also what each departure costs about, if there is a choice.
 
     Parameters
     ----------
     plan
-        A plan with a flight.
+        A plan with flights.
     figure
         An empty one to draw on; None makes one.
 
@@ -50,57 +86,49 @@ def timed_figure(plan: TimedPlan, figure: Figure | None = None) -> Figure:
     ProblemError
         If the plan has no flight, or does not know its problem.
     """
-    problem, has_choice, figure = problem_of(plan), len(plan.departures) > 1, figure or Figure()
-    x_min, y_min, x_max, y_max = problem.bounds
+    flights, figure = Flights.of(plan), figure or Figure()
+    has_choice = isinstance(plan, TimedPlan) and len(plan.departures) > 1
+    x_min, y_min, x_max, y_max = flights.problem.bounds
     rise = min(max((y_max - y_min) / (x_max - x_min), 0.3), 2.0)
     with style():
         figure.set_size_inches(_PANEL * len(MOMENTS), _PANEL * rise + 0.7 + _CURVE * has_choice)
         ratios = [_PANEL * rise, *([_CURVE] if has_choice else [])]
         grid = figure.add_gridspec(len(ratios), len(MOMENTS), height_ratios=ratios, hspace=0.35, wspace=0.28)
         figure.subplots_adjust(left=0.06, right=0.98, top=0.94, bottom=0.1 if has_choice else 0.15)
-        top = greatest_risk(plan)
+        begins, ends = flights.times
         for column, part in enumerate(MOMENTS):
-            draw_moment(figure.add_subplot(grid[0, column]), plan, plan.departure + part * plan.time, top)
-        if has_choice:
+            draw_moment(figure.add_subplot(grid[0, column]), flights, begins + part * (ends - begins))
+        if isinstance(plan, TimedPlan) and has_choice:
             draw_departures(figure.add_subplot(grid[1, :]), plan)
     return figure
 
 
-def problem_of(plan: TimedPlan) -> TimedProblem:
-    """Return the problem of a plan; raise a `ProblemError` if it has none, or no flight."""
-    if not plan.status.has_path:
-        msg = f"there is no flight to draw: {plan.status.label}"
-        raise ProblemError(msg)
-    if not isinstance(plan.problem, TimedProblem):
-        msg = "this plan does not know its problem, as copies from elsewhere; plan again: cg.solve(problem)"
-        raise ProblemError(msg)
-    return plan.problem
-
-
-def greatest_risk(plan: TimedPlan) -> float:
-    """Return the greatest risk of some times of a flight, about: colours mean the same at all of them."""
-    times = np.linspace(plan.departure, plan.arrival, _PROBES).tolist()
-    return max(risk_samples(_at(problem_of(plan), time), 120).top for time in times)
-
-
-def draw_moment(axes: Axes, plan: TimedPlan, time: float, top: float) -> None:
-    """Draw the risk and the closed areas at a time, the flight so far, and the rest of it as a thin line."""
-    problem = problem_of(plan)
+def draw_moment(axes: Axes, flights: Flights, time: float) -> None:
+    """Draw the risk and the closed areas at a time, the flights so far, and the rest of them as thin lines."""
+    problem = flights.problem
     shown = TitledProblem(_at(problem, time))
     with style():
-        base = BaseMap.on(axes, shown, places=[plan.path])
+        base = BaseMap.on(axes, shown, places=[plan.path for plan in flights.plans])
         for image in axes.images:
-            image.set_clim(0.0, max(top, np.finfo(float).tiny))
+            image.set_clim(0.0, max(flights.top, np.finfo(float).tiny))
         scale, slab = unit_scale(shown.problem), problem.slab_at(time)
         if slab.no_fly is not None and not slab.no_fly.is_empty:
             clip_to_bounds(axes, problem.bounds, draw_area(axes, slab.no_fly, scale), scale)
-        here = np.array(plan.at(time))
-        flown = np.vstack([plan.path[plan.trajectory[:, 0] < time], here])
-        axes.plot(*(plan.path * scale).T, color=COLOURS[0], linewidth=0.7, alpha=0.7, zorder=3.0)
-        axes.plot(*(flown * scale).T, color=COLOURS[0], linewidth=1.8, zorder=3.1)
-        for place, marker, size in ((problem.start, "o", 5.0), (problem.goal, "*", 9.0)):
-            draw_mark(base.axes, np.multiply(place, scale), marker, size, markeredgecolor="black", zorder=4.0)
-        draw_mark(axes, here * scale, "o", 6.0, face=COLOURS[0], markeredgecolor="white", zorder=5.0)
+        for number, (plan, name) in enumerate(zip(flights.plans, flights.names, strict=True)):
+            colour, here = COLOURS[number % len(COLOURS)], np.array(plan.at(time))
+            flown = np.vstack([plan.path[plan.trajectory[:, 0] < time], here])
+            axes.plot(*(plan.path * scale).T, color=colour, linewidth=0.7, alpha=0.7, zorder=3.0)
+            axes.plot(*(flown * scale).T, color=colour, linewidth=1.8, zorder=3.1)
+            for place, marker, size in ((plan.path[0], "o", 5.0), (plan.path[-1], "*", 9.0)):
+                draw_mark(base.axes, np.multiply(place, scale), marker, size, markeredgecolor="black", zorder=4.0)
+            draw_mark(axes, here * scale, "o", 6.0, face=colour, markeredgecolor="white", zorder=5.0)
+            if flights.separation > 0.0 and plan.departure <= time <= plan.arrival:
+                # (discs of two UAVs that keep apart do not overlap)
+                disc = Circle(here * scale, 0.5 * flights.separation * scale, fill=False, color=colour, linewidth=0.8)
+                axes.add_patch(disc)
+            side = "left" if 2.0 * here[0] < problem.bounds[0] + problem.bounds[2] else "right"
+            offset = (4 if side == "left" else -4, 4)
+            axes.annotate(name, here * scale, offset, textcoords="offset points", ha=side, fontsize=7, zorder=5.1)
         axes.set_title(f"time {time:.4g}", fontsize=9)
 
 
@@ -121,21 +149,21 @@ def draw_departures(axes: Axes, plan: TimedPlan) -> None:
 class TimedFilm(FuncAnimation):
     """The film of a timed plan: the map at one time after the other."""
 
-    def __init__(self, plan: TimedPlan, axes: Axes) -> None:
-        self._plan, self._ax, self._top = plan, axes, greatest_risk(plan)
+    def __init__(self, flights: Flights, axes: Axes) -> None:
+        self._flights, self._ax = flights, axes
         root = axes.figure
         while not isinstance(root, Figure):
             root = root.figure
-        times = np.linspace(plan.departure, plan.arrival, FRAMES).tolist()
+        times = np.linspace(*flights.times, FRAMES).tolist()
         super().__init__(root, self._show, frames=times, init_func=list, interval=100)
 
     def _show(self, time: float) -> Sequence[Any]:
         self._ax.clear()
-        draw_moment(self._ax, self._plan, time, self._top)
+        draw_moment(self._ax, self._flights, time)
         return self._ax.get_children()
 
 
-def write_film(plan: TimedPlan, path: Path) -> Path:
+def write_film(plan: TimedPlan | TeamPlan, path: Path) -> Path:
     """
     Write the film of a plan as GIF, whole or not at all: the same plan gives the same bytes.
 
@@ -145,7 +173,7 @@ def write_film(plan: TimedPlan, path: Path) -> Path:
         If it cannot be written.
     """
     with style(), tempfile.TemporaryDirectory() as folder:
-        film = TimedFilm(plan, Figure(figsize=(4.4, 4.4)).add_subplot())
+        film = TimedFilm(Flights.of(plan), Figure(figsize=(4.4, 4.4)).add_subplot())
         film.save(str(Path(folder, "film.gif")), writer=PillowWriter(fps=10), dpi=90)
         write_files({path: Path(folder, "film.gif").read_bytes()})
     return path

@@ -62,6 +62,15 @@ class UavTable(UavSettings):
     colour: str | None = Field(None, pattern=f"^{COLOUR}$", description='in pictures, as "#0072B2"')
 
 
+def ends_of(uavs: Iterable[Any]) -> list[tuple[str, Point]]:
+    """Name the starts and goals of tables of UAVs."""
+    return [
+        (f"uavs.{number}.{name}", (x, y))
+        for number, uav in enumerate(uavs)
+        for name, (x, y) in (("start", uav.start), ("goal", uav.goal))
+    ]
+
+
 class RandomUavsTable(Table):
     """UAVs drawn evenly over the bounds from a seed, with the settings at the top of the file."""
 
@@ -242,8 +251,4 @@ class MissionTable(MapTable, UavSettings):
 
     def ends(self) -> list[tuple[str, Point]]:
         """Name the starts and goals of the UAVs that the file writes out, in its own coordinates."""
-        return [
-            (f"uavs.{number}.{name}", (x, y))
-            for number, uav in enumerate(self.uavs)
-            for name, (x, y) in (("start", uav.start), ("goal", uav.goal))
-        ]
+        return ends_of(self.uavs)

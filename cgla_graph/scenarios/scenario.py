@@ -2,13 +2,13 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from types import NoneType
 from typing import Any
 
-from pydantic import Field
+from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._display import Plottable
@@ -26,9 +26,10 @@ from cgla_graph.model.rasters.ends import MapEnds
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.area_tables import Pair, with_files
 from cgla_graph.scenarios.map_tables import MapBuilder, read_table
+from cgla_graph.scenarios.mission_tables import ends_of
 from cgla_graph.scenarios.shipped import SCENARIOS, is_mission_text, shipped_scenario
 from cgla_graph.scenarios.text_files import read_text, scenario_errors
-from cgla_graph.scenarios.timed_tables import TimedTable, settings_in_time
+from cgla_graph.scenarios.timed_tables import TimedTable, settings_in_time, team_of
 from cgla_graph.timed.timed_problem import TimedProblem
 
 #: The command that prints the schema of scenario files.
@@ -68,6 +69,9 @@ class Scenario(Plottable):
 
     in_time
         Settings of a `TimedProblem` beyond those of the problem, if the map changes in time: see `timed`.
+    uavs, separation
+        Start, goal and own settings of each UAV of a team, by its name, and their least distance, map units: see
+        `team`. The problem is that of the first.
 
     Raises
     ------
@@ -93,6 +97,8 @@ class Scenario(Plottable):
     columns: Columns | None = field(default=None, repr=False)
     terrain: TerrainArea | None = field(default=None, repr=False)
     in_time: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    uavs: Mapping[str, tuple[Point, Point, Mapping[str, Any]]] = field(default_factory=dict, repr=False)
+    separation: float | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Keep the areas as they are, and check that the flight takes off and lands outside of zones below it."""
@@ -112,6 +118,14 @@ class Scenario(Plottable):
     def timed(self) -> TimedProblem | None:
         """The problem in space and time, of which `problem` is the part that stands still; None if it is all."""
         return TimedProblem.of(self.problem, **self.in_time) if self.in_time else None
+
+    @cached_property
+    def team(self) -> Mapping[str, TimedProblem]:
+        """The problem of each UAV of a team, by its name, as `cgla_graph.solve_team` takes them; empty without one."""
+        return {
+            name: TimedProblem.of(replace(self.problem, start=start, goal=goal), **{**self.in_time, **own})
+            for name, (start, goal, own) in self.uavs.items()
+        }
 
     @property
     def projection(self) -> LocalProjection | None:
@@ -158,8 +172,23 @@ class ScenarioTable(TimedTable):
         default_factory=dict, description="settings of solvers that suit this scenario"
     )
 
+    @model_validator(mode="before")
+    @classmethod
+    def _with_ends(cls, given: Any) -> Any:  # noqa: ANN401 - what the file holds
+        """Take the ends of the first UAV of a team as those of the map."""
+        uavs = given.get("uavs") if isinstance(given, dict) else None
+        if not isinstance(uavs, list) or not uavs or not isinstance(uavs[0], dict):
+            return given
+        for key in ("start", "goal"):
+            if key in given:
+                msg = f"{key} is there beside uavs, which have their own; leave it out"
+                raise ValueError(msg)
+        return {**given, **{key: uavs[0][key] for key in ("start", "goal") if key in uavs[0]}}
+
     def ends(self) -> list[tuple[str, Point]]:
-        """Name start and goal, in the file's own coordinates."""
+        """Name starts and goals, in the file's own coordinates."""
+        if self.uavs:
+            return ends_of(self.uavs)
         return list(zip(("start", "goal"), self.journey(), strict=True))
 
     def journey(self) -> tuple[Point, Point]:
@@ -169,7 +198,8 @@ class ScenarioTable(TimedTable):
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema of scenario files."""
-    return ScenarioTable.model_json_schema()
+    found = ScenarioTable.model_json_schema()
+    return {**found, "required": ["k"], "anyOf": [{"required": ["start", "goal"]}, {"required": ["uavs"]}]}
 
 
 def scenario_from_toml(text: str, name: str, *, folder: Path | None = None, where: str | None = None) -> Scenario:
@@ -318,6 +348,9 @@ def scenario_of(
     3.0
     """
     try:
+        if table.uavs and {"start", "goal"} & (changes or {}).keys():
+            msg = "the UAVs of this file have ends of their own; change them there"
+            raise ValueError(msg)
         if changes:
             # (random threats are drawn on the unchanged map)
             threats = [*table.threats, *MapBuilder(table, folder).drawn()]
@@ -330,7 +363,7 @@ def scenario_of(
             if ends != given:
                 table = table.model_copy(update={"start": list(ends.start), "goal": list(ends.goal)})
                 builder = MapBuilder(table, folder)
-        start, goal = (builder.end(name, list(place)) for name, place in table.ends())
+        start, goal = (builder.end(name, list(place)) for name, place in table.ends()[:2])
         for name_of_end, typed in table.ends():
             builder.require_outside(name_of_end, typed, table.clearance)
         problem = Problem(
@@ -346,10 +379,11 @@ def scenario_of(
         lattice = builder.lattice()
         in_time = settings_in_time(table, builder)
         _ = TimedProblem.of(problem, **in_time) if in_time else None
+        uavs = team_of(table, builder)
     except (ValueError, CglaError) as error:
         msg = f"{place}: {error}"
         raise ScenarioError(msg) from error
-    return Scenario(
+    scenario = Scenario(
         name=name,
         title=table.title,
         problem=problem,
@@ -362,4 +396,9 @@ def scenario_of(
         columns=None if builder.zones is None else builder.zones.columns,
         terrain=None if builder.terrain is None else builder.terrain.area,
         in_time=in_time,
+        uavs=uavs,
+        separation=table.separation,
     )
+    with scenario_errors(place):
+        _ = scenario.team
+    return scenario

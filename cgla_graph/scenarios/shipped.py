@@ -125,7 +125,7 @@ def mission_list() -> list[dict[str, Any]]:
 
 def is_mission_text(text: str) -> bool:
     """
-    Return whether a TOML text is a mission's: it lists or draws UAVs.
+    Return whether a TOML text is a mission's: it lists or draws UAVs, and has no speed as maps that change in time.
 
     Examples
     --------
@@ -138,7 +138,7 @@ def is_mission_text(text: str) -> bool:
         found = tomllib.loads(text)
     except (ValueError, RecursionError):
         return False
-    return not {"uavs", "random_uavs"}.isdisjoint(found)
+    return "speed" not in found and not {"uavs", "random_uavs"}.isdisjoint(found)
 
 
 def shipped_scenario(name: str) -> str:

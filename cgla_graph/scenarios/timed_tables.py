@@ -6,12 +6,15 @@ from typing import Annotated, Any, Literal, TypeAlias
 import shapely
 from pydantic import Field
 
+from cgla_graph._text import shown
+from cgla_graph._types import Point
 from cgla_graph.airspace.zones.applying import moment_of_zones
 from cgla_graph.airspace.zones.timed_zones import LONGEST
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.area_tables import Pair, Ring, Table
 from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, RasterTable, ThreatTable
+from cgla_graph.scenarios.mission_tables import Line
 from cgla_graph.scenarios.text_files import scenario_errors
 from cgla_graph.timed.moving import MovingThreat
 from cgla_graph.timed.timed_area import TimedArea
@@ -19,7 +22,7 @@ from cgla_graph.timed.wind import Wind
 
 Numbers: TypeAlias = Annotated[list[float], Field(min_length=1)]
 #: Keys that say how the map changes, or how it is flown in time: with any of them, the file has to have a speed.
-IN_TIME = ("moving", "timed_areas", "hours", "wind", "departure", "waiting", "latest", "risk_per")
+IN_TIME = ("moving", "timed_areas", "hours", "wind", "departure", "waiting", "latest", "risk_per", "separation")
 
 
 class MovingTable(Table):
@@ -83,6 +86,18 @@ class WindTable(Table):
     )
 
 
+class TeamTable(Table):
+    """A UAV of a team."""
+
+    name: Line = Field(min_length=1)
+    start: Pair
+    goal: Pair
+    speed: float | None = Field(default=None, gt=0, description="its airspeed (default: that of the file)")
+    departure: float | Pair | None = Field(
+        default=None, description="when it departs: a time, or the first and last of a window (default: as the file)"
+    )
+
+
 class TimedTable(MapTable):
     """A map that may change in time; times are in any unit, the speed is in map units for each of these."""
 
@@ -105,13 +120,16 @@ class TimedTable(MapTable):
     moving: list[MovingTable] = Field(default_factory=list)
     timed_areas: list[ClosingTable] = Field(default_factory=list)
     hours: list[HourTable] = Field(default_factory=list)
+    uavs: list[TeamTable] = Field(default_factory=list, description="a team, instead of start and goal")
+    separation: float | None = Field(default=None, gt=0, description="least distance of its UAVs, map units")
 
     def flight_times(self) -> tuple[datetime, datetime] | None:
         """Return the moment of time 0, that of the zones (`at`), and a day after the last departure, or the latest."""
         if self.speed is None or self.no_fly.at is None:
             return None
         since = moment_of_zones(self.no_fly.at)
-        last = self.departure[1] if isinstance(self.departure, list) else self.departure
+        departures = [self.departure, *(uav.departure for uav in self.uavs if uav.departure is not None)]
+        last = max(one[1] if isinstance(one, list) else one for one in departures)
         seconds = max(last, 0.0) + 86_400.0 if self.latest is None else max(self.latest, 1.0)
         return since, since + min(timedelta(seconds=min(seconds, 1e9)), LONGEST)
 
@@ -145,9 +163,37 @@ def settings_in_time(table: TimedTable, ground: MapBuilder) -> dict[str, Any]:
         "moving": built["moving"],
         "areas": [*built["timed_areas"], *(() if ground.zones is None else ground.zones.changing)],
         "fields": built["hours"],
-        "departure": tuple(table.departure) if isinstance(table.departure, list) else table.departure,
+        "departure": _departure(table.departure),
         "wind": tuple(wind) if isinstance(wind, list) else wind,
         "waiting": table.waiting,
         "latest": table.latest,
         "risk_per": table.risk_per,
     }
+
+
+def _departure(given: float | Pair) -> float | tuple[float, ...]:
+    return tuple(given) if isinstance(given, list) else given
+
+
+def team_of(table: TimedTable, ground: MapBuilder) -> dict[str, tuple[Point, Point, dict[str, Any]]]:
+    """
+    Return the start, the goal and the own settings of each UAV of a team, by its name; none without a team.
+
+    Raises
+    ------
+    ValueError, CglaError
+        If two have one name, an end is not on the map, or there is no separation.
+    """
+    team: dict[str, tuple[Point, Point, dict[str, Any]]] = {}
+    if bool(table.uavs) != (table.separation is not None):
+        msg = "a team has uavs and separation, the least distance between them; give both, or none"
+        raise ValueError(msg)
+    for number, uav in enumerate(table.uavs):
+        if uav.name in team:
+            msg = f"uavs.{number}.name is {shown(uav.name)}, as another one's; give each its own"
+            raise ValueError(msg)
+        own = {} if uav.speed is None else {"speed": uav.speed}
+        own |= {} if uav.departure is None else {"departure": _departure(uav.departure)}
+        start, goal = (ground.end(f"uavs.{number}.{end}", getattr(uav, end)) for end in ("start", "goal"))
+        team[uav.name] = start, goal, own
+    return team

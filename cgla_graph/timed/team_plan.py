@@ -1,16 +1,20 @@
 """The answer for a team: flights that keep apart, what they cost together, and how good that is."""
 
 import math
+import os
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from cgla_graph._text import ShortRepr
+from cgla_graph._display import Plottable
+from cgla_graph._text import json_number
 from cgla_graph.model.solution import Status, gap_between
 from cgla_graph.motion.trajectory import Trajectory
-from cgla_graph.timed.timed_plan import TimedPlan
+from cgla_graph.timed.timed_plan import TimedPlan, write_flights
 
 
 @dataclass(frozen=True, eq=False)
-class TeamPlan(ShortRepr):
+class TeamPlan(Plottable):
     """
     Flights of a team in one airspace, in the order of its problems.
 
@@ -34,6 +38,8 @@ class TeamPlan(ShortRepr):
         Time to plan and to prove.
     message
         What was done, in one line.
+    names
+        Of the UAVs, for pictures and files; empty: their numbers, from 0 on.
 
     Examples
     --------
@@ -54,6 +60,11 @@ class TeamPlan(ShortRepr):
     orders: int = 0
     seconds: float = 0.0
     message: str = ""
+    names: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Name the UAVs."""
+        object.__setattr__(self, "names", self.names or tuple(map(str, range(len(self.alone)))))
 
     @property
     def cost(self) -> float:
@@ -71,6 +82,32 @@ class TeamPlan(ShortRepr):
         return gap_between(self.cost, self.lower_bound)
 
     @property
+    def loss(self) -> float:
+        """What the flights lose to meetings: the cost over that of the flights alone, minus 1; NaN without flights."""
+        return gap_between(self.cost, sum(plan.cost for plan in self.alone)) if self.plans else math.nan
+
+    @property
     def trajectories(self) -> tuple[Trajectory, ...]:
         """The flights as trajectories, from departure to arrival."""
         return tuple(plan.motion for plan in self.plans)
+
+    def save(self, file: str | os.PathLike[str]) -> Path:
+        """
+        Write the flights with their times, as `TimedPlan.save`: with a column ``uav``, or a feature for each UAV.
+
+        Raises
+        ------
+        OutputError
+            As `TimedPlan.save`.
+        """
+        return write_flights(file, dict(zip(self.names, self.plans, strict=False)), self.document())
+
+    def document(self) -> dict[str, Any]:
+        """Return all of it as JSON: numbers of the team, and of each UAV its flight and that without the team."""
+        names = ("cost", "lower_bound", "gap", "loss", "separation", "least_distance")
+        numbers = {name: json_number(getattr(self, name)) for name in names}
+        uavs = [
+            {"name": name, **(self.plans[i].document() if self.plans else {}), "alone": self.alone[i].numbers()}
+            for i, name in enumerate(self.names)
+        ]
+        return {"status": self.status.label, **numbers, "order": [self.names[i] for i in self.order], "uavs": uavs}

@@ -5,6 +5,7 @@ import io
 import json
 import math
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from cgla_graph._text import json_number
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import file_path
 from cgla_graph.errors import OutputError
-from cgla_graph.model.earth import degrees_of
+from cgla_graph.model.earth import LocalProjection, degrees_of
 from cgla_graph.model.solution import Status, gap_between
 from cgla_graph.motion.trajectory import Trajectory
 
@@ -141,33 +142,7 @@ class TimedPlan(Plottable):
         ...     plan.save(f"{folder}/plan.csv").read_text().split()
         ['time,x,y', '0.0,0.1,0.5', '0.8,0.9,0.5']
         """
-        target = file_path("file", file, OutputError)
-        kind = target.suffix.lower()
-        projection = getattr(self.problem, "projection", None)
-        if kind not in ENDINGS:
-            msg = f"{target}: no plan is written so; give a file that ends in {', '.join(ENDINGS)}"
-            raise OutputError(msg)
-        if not len(self.trajectory):
-            msg = f"{target}: there is no flight to write: {self.status.label}"
-            raise OutputError(msg)
-        if kind == ".geojson" and projection is None:
-            msg = f"{target}: the flight has no longitudes and latitudes, only x and y; save it as .csv or .json"
-            raise OutputError(msg)
-        degrees = None if projection is None else degrees_of(self.path, projection).tolist()
-        if kind == ".csv":
-            text = self._csv(degrees)
-        else:
-            times = self.trajectory[:, 0].tolist()
-            if kind == ".json":
-                document = self.document()
-            else:
-                line = {"type": "LineString", "coordinates": degrees if len(times) > 1 else (degrees or []) * 2}
-                properties = {**self.numbers(), "times": times}
-                feature = {"type": "Feature", "properties": properties, "geometry": line}
-                document = {"type": "FeatureCollection", "features": [feature]}
-            text = json.dumps(document, allow_nan=False, indent=1) + "\n"
-        write_files({target: text.encode("utf-8")})
-        return target
+        return write_flights(file, {"": self}, self.document())
 
     def numbers(self) -> dict[str, Any]:
         """Return its numbers as they stand in JSON: not known and infinite ones are null."""
@@ -182,10 +157,63 @@ class TimedPlan(Plottable):
         departures = [[time, json_number(cost)] for time, cost in self.departures.tolist()]
         return {**self.numbers(), "trajectory": self.trajectory.tolist(), **lonlat, "departures": departures}
 
-    def _csv(self, degrees: list[list[float]] | None) -> str:
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["time", "x", "y", *([] if degrees is None else ["longitude", "latitude"])])
-        rows = self.trajectory.tolist()
-        writer.writerows(rows if degrees is None else [[*row, *at] for row, at in zip(rows, degrees, strict=True)])
-        return text.getvalue()
+
+def write_flights(
+    file: str | os.PathLike[str], flights: Mapping[str, TimedPlan], document: Mapping[str, Any]
+) -> Path:
+    """
+    Write flights by their names in the format of the file's ending; a single one may have no name.
+
+    Parameters
+    ----------
+    file
+        The file.
+    flights
+        The plans; their problems have one projection.
+    document
+        What a ``.json`` file holds.
+
+    Raises
+    ------
+    OutputError
+        As `TimedPlan.save`.
+    """
+    target = file_path("file", file, OutputError)
+    kind = target.suffix.lower()
+    if kind not in ENDINGS:
+        msg = f"{target}: no plan is written so; give a file that ends in {', '.join(ENDINGS)}"
+        raise OutputError(msg)
+    lost = next((plan for plan in flights.values() if not len(plan.trajectory)), None)
+    if lost is not None or not flights:
+        msg = f"{target}: there is no flight to write" + ("" if lost is None else f": {lost.status.label}")
+        raise OutputError(msg)
+    projection = getattr(next(iter(flights.values())).problem, "projection", None)
+    if kind == ".geojson" and projection is None:
+        msg = f"{target}: the flight has no longitudes and latitudes, only x and y; save it as .csv or .json"
+        raise OutputError(msg)
+    if kind == ".csv":
+        text = _csv(flights, projection)
+    else:
+        features = [_feature(name, plan) for name, plan in flights.items()] if kind == ".geojson" else []
+        shown = {"type": "FeatureCollection", "features": features} if features else document
+        text = json.dumps(shown, allow_nan=False, indent=1) + "\n"
+    write_files({target: text.encode("utf-8")})
+    return target
+
+
+def _feature(name: str, plan: TimedPlan) -> dict[str, Any]:
+    degrees = degrees_of(plan.path, plan.problem.projection).tolist()
+    line = {"type": "LineString", "coordinates": degrees if len(degrees) > 1 else degrees * 2}
+    properties = {**({"uav": name} if name else {}), **plan.numbers(), "times": plan.trajectory[:, 0].tolist()}
+    return {"type": "Feature", "properties": properties, "geometry": line}
+
+
+def _csv(flights: Mapping[str, TimedPlan], projection: LocalProjection | None) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    named = [] if "" in flights else ["uav"]
+    writer.writerow([*named, "time", "x", "y", *([] if projection is None else ["longitude", "latitude"])])
+    for name, plan in flights.items():
+        degrees = np.empty((len(plan.path), 0)) if projection is None else degrees_of(plan.path, projection)
+        writer.writerows([*([name] if named else []), *row] for row in np.hstack([plan.trajectory, degrees]).tolist())
+    return text.getvalue()

@@ -1,5 +1,6 @@
-"""`cgla plan` of a map that changes in time: the best flight, its best departure, files, pictures and an animation."""
+"""`cgla plan` of a map that changes in time: the best flight or team of flights, files, pictures and an animation."""
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,9 @@ from cgla_graph.comparisons.study.options import read_tolerance
 from cgla_graph.people.units import risk_text
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.timed.solving_timed import solve_timed
+from cgla_graph.solvers.timed.teams import solve_team
 from cgla_graph.timed.space_time_proof import TOLERANCE
+from cgla_graph.timed.team_plan import TeamPlan
 from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem
 
@@ -25,7 +28,7 @@ def plan_timed(
     options: Mapping[str, object],
 ) -> int:
     """
-    Plan a flight through a map that changes in time, and print it; with --out, write it, a picture and an animation.
+    Plan the flights through a map that changes in time, and print them; with --out, write them and their pictures.
 
     Parameters
     ----------
@@ -54,16 +57,23 @@ def plan_timed(
         msg = f"{scenario.name} does not change in time"
         raise ValueError(msg)
     folder, kinds = output.folder(), output.pictures("png")
-    tolerance = TOLERANCE if proof.tolerance is None else proof.tolerance
+    tolerance = read_tolerance(
+        TOLERANCE if proof.tolerance is None else proof.tolerance, certify=not proof.no_certificate
+    )
+    plan: TimedPlan | TeamPlan
     with console.running_solvers([]):
-        plan = solve_timed(problem, tolerance=read_tolerance(tolerance, certify=not proof.no_certificate))
+        if scenario.separation is None:
+            plan = solve_timed(problem, tolerance=tolerance)
+        else:
+            plan = solve_team(scenario.team, scenario.separation, tolerance=tolerance)
     has_flight = plan.status.has_path
     written = _write(scenario, plan, folder, kinds) if folder is not None and has_flight else []
     if output.as_json:
         document = {"scenario": scenario.name, "title": scenario.title, **plan.document(), "message": plan.message}
         console.out_json({**document, "files": [str(one) for one in written]})
     else:
-        console.out_lines(_lines(scenario, problem, plan))
+        lines = _lines(scenario, problem, plan) if isinstance(plan, TimedPlan) else _team_lines(scenario, plan)
+        console.out_lines(lines)
         console.out_files(written)
     return 0 if has_flight else console.MISSING
 
@@ -99,12 +109,36 @@ def _lines(scenario: Scenario, problem: TimedProblem, plan: TimedPlan) -> dict[s
     }
 
 
-def _write(scenario: Scenario, plan: TimedPlan, folder: Path, kinds: Sequence[str]) -> list[Path]:
-    """Write the flight, its picture, and an animation."""
+def _team_lines(scenario: Scenario, team: TeamPlan) -> dict[str, str]:
+    """Return the numbers of a team, a line for each UAV, and then those of all together."""
+    unit = " m" if scenario.projection else ""
+    uavs = {
+        f"UAV {name}": f"costs {figure(plan.cost, 9)}{unit} (alone {figure(alone.cost, 9)}{unit}), "
+        f"departs at {figure(plan.departure, 6)}, arrives at {figure(plan.arrival, 6)}"
+        for name, plan, alone in zip(team.names, team.plans, team.alone, strict=bool(team.plans))
+    }
+    known, is_proven = bool(team.plans), not math.isnan(team.lower_bound)
+    apart = "no two fly at one time" if math.isinf(team.least_distance) else figure(team.least_distance, 6) + unit
+    return {
+        "scenario": scenario.full_title,
+        "status": f"{team.status.label}: {team.status.value}",
+        **uavs,
+        "cost": f"{figure(team.cost, 9)}{unit} together",
+        "bound": f"{rounded_down(team.lower_bound, 9)}{unit}, the sum of those of flights alone" if is_proven else "",
+        "gap": percent(team.gap) if known and is_proven else "",
+        "lost": f"{percent(max(team.loss, 0.0))} to meetings" if known else "",
+        "apart": f"{apart}; separation {team.separation:g}{unit}" if known else "",
+        "time": duration(team.seconds),
+        "remark": team.message,
+    }
+
+
+def _write(scenario: Scenario, plan: TimedPlan | TeamPlan, folder: Path, kinds: Sequence[str]) -> list[Path]:
+    """Write the flights, their picture, and an animation."""
     from cgla_graph.plots import pictures
     from cgla_graph.plots.timed import timed_figure, write_film
 
-    stem = files.stem_of(folder, scenario, plan.solver)
+    stem = files.stem_of(folder, scenario, plan.solver if isinstance(plan, TimedPlan) else "team")
     endings = [".csv", ".json", *([".geojson"] if scenario.projection else [])]
     written = [plan.save(stem.with_name(f"{stem.name}{ending}")) for ending in endings]
     written += pictures.save_all(timed_figure(plan), stem, kinds)

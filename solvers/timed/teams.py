@@ -9,7 +9,7 @@ import dataclasses
 import itertools
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -37,7 +37,7 @@ SHARE = 0.5
 
 
 def solve_team(
-    problems: Sequence[TimedProblem],
+    problems: Sequence[TimedProblem] | Mapping[str, TimedProblem],
     separation: float,
     *,
     nodes: int = NODES,
@@ -54,7 +54,7 @@ def solve_team(
     Parameters
     ----------
     problems
-        One for each UAV. Their own `others`, if any, are evaded too, at the same separation.
+        One for each UAV, in a list, or by its name. Their own `others`, if any, are evaded too, at the same separation.
     separation
         The least distance of any two UAVs, map units, above 0.
     nodes
@@ -85,6 +85,7 @@ def solve_team(
     """
     began = time.perf_counter()
     team = _checked(problems, positive_number("separation", separation))
+    names = tuple(map(str, problems if isinstance(problems, Mapping) else range(len(team))))
     whole_number("orders", orders, at_least=1, at_most=MOST_ORDERS)
     whole_number("seed", seed, at_least=0, at_most=2**63 - 1)
     check_settings(tolerance, max_cells)
@@ -95,17 +96,19 @@ def solve_team(
     lost = [number for number, plan in enumerate(alone) if not plan.status.has_path]
     if lost:
         status = next((alone[i].status for i in lost if alone[i].status == Status.NO_PATH), alone[lost[0]].status)
-        message = f"UAV {lost[0]} has no flight of its own: {alone[lost[0]].message}"
-        return TeamPlan(status, (), tuple(alone), separation, message=message, seconds=time.perf_counter() - began)
+        message = f"UAV {names[lost[0]]} has no flight of its own: {alone[lost[0]].message}"
+        team_plan = TeamPlan(status, (), tuple(alone), separation, message=message)
+        return dataclasses.replace(team_plan, names=names, seconds=time.perf_counter() - began)
     search = _Orders(team, separation, alone, max(nodes // COARSER, 1_000))
     with showing("planning the team"):
         search.run(orders, np.random.default_rng(seed))
-    return dataclasses.replace(search.answer(), seconds=time.perf_counter() - began)
+    return dataclasses.replace(search.answer(), names=names, seconds=time.perf_counter() - began)
 
 
 def _checked(problems: object, separation: float) -> list[TimedProblem]:
     team: list[TimedProblem] = []
-    for number, problem in enumerate(items("problems", problems, "a list of TimedProblem")):
+    given = problems.values() if isinstance(problems, Mapping) else problems
+    for number, problem in enumerate(items("problems", given, "a list of TimedProblem")):
         instance(f"problem {number}", problem, TimedProblem, "TimedProblem(start, goal, …)")
         if problem.others and problem.separation != separation:
             kept = problem.separation

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from command_line import Call
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from PIL import Image
 
 import cgla_graph as cg
-from cgla_graph.errors import ProblemError
+from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.solution import Status
 from cgla_graph.plots import timed
+from cgla_graph.timed.team_plan import TeamPlan
 from cgla_graph.timed.timed_plan import TimedPlan
 
 STORM = """
@@ -110,3 +112,72 @@ def test_pictures_show_what_there_is_at_each_time() -> None:
         cg.plot(TimedPlan(Status.NOT_FOUND))
     with pytest.raises(ProblemError, match="does not know its problem"):
         cg.animate(TimedPlan(Status.FOUND, rows))
+
+
+TEAM = """
+k = 2
+speed = 1
+separation = 0.1
+[[uavs]]
+name = "east"
+start = [0.1, 0.5]
+goal = [0.9, 0.5]
+[[uavs]]
+name = "late"
+start = [0.9, 0.5]
+goal = [0.1, 0.5]
+speed = 2
+departure = [0, 3]
+"""
+
+
+def test_a_team_is_planned_drawn_and_written_together(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(timed, "FRAMES", 3)
+    Path("team.toml").write_text(TEAM, encoding="utf-8")
+    answer = cgla("plan", "team.toml", "--out", "out")
+    lines = dict(line.split(maxsplit=1) for line in answer.out.splitlines())
+    assert [words for words in answer.out.splitlines() if words.startswith("UAV ")][0].startswith("UAV east   costs 0.8")
+    assert lines["cost"].startswith("1.6")
+    assert lines["bound"].startswith("1.59999")
+    assert lines["lost"] == "+0.00 % to meetings"
+    problems = cg.load_scenario("team.toml").team
+    assert [(one.speed, one.departure) for one in problems.values()] == [(1.0, 0.0), (2.0, (0.0, 3.0))]
+    rows = list(csv.reader(Path("out/team-team.csv").read_text(encoding="utf-8").splitlines()))
+    for name, problem in problems.items():
+        assert problem.evaluate([[float(cell) for cell in row[1:]] for row in rows if row[0] == name]).feasible
+    with Image.open("out/team-team.gif") as film:
+        assert getattr(film, "n_frames", 1) == 3
+    refused = cgla("plan", "team.toml", "--start", "0.2,0.2")
+    assert (refused.code, "ends of their own" in refused.err) == (2, True)
+    assert cgla("fly", "team.toml").code == 2
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("separation = 0.1", "", "a team has uavs and separation"),
+        ('"late"', '"east"', "uavs.1.name is 'east'"),
+        ("k = 2", "k = 2\nstart = [0, 0]", "start is there beside uavs"),
+        ("[0, 3]", "[3, 0]", "its window ends before it begins"),
+        ("goal = [0.1, 0.5]", "goal = [7, 7]", "goal (7.0, 7.0)"),
+    ],
+)
+def test_malformed_teams_are_refused(old: str, new: str, words: str) -> None:
+    Path("team.toml").write_text(TEAM.replace(old, new), encoding="utf-8")
+    with pytest.raises(ScenarioError, match="team.toml: ") as caught:
+        cg.load_scenario("team.toml")
+    assert words in str(caught.value)
+
+
+def test_each_uav_of_a_team_is_drawn_while_it_flies() -> None:
+    problems = [cg.TimedProblem((0.1, y), (0.9, y), speed=1, departure=0.4 * i) for i, y in enumerate((0.3, 0.7))]
+    alone = tuple(cg.solve(problem, nodes=1_000, tolerance=None) for problem in problems)
+    team = TeamPlan(Status.FOUND, alone, alone, separation=0.1, names=("a", "b"))
+    with mpl.rc_context({"backend": "agg"}):
+        shown = cg.plot(team).figure.axes
+        middle = cg.plot(team, Figure().add_subplot())
+    assert [one.get_title() for one in shown] == ["time 0", "time 0.6", "time 1.2"]
+    discs = [[tuple(patch.center) for patch in one.patches if isinstance(patch, Circle)] for one in (*shown, middle)]
+    np.testing.assert_allclose(discs[1], [(0.7, 0.3), (0.3, 0.7)], atol=1e-9)
+    assert discs[1] == discs[3]
+    assert [len(discs[0]), len(discs[2])] == [1, 1]
