@@ -1,4 +1,4 @@
-"""Pictures of flights through risk that moves, of one UAV or a team: the map at some times, and the cost of departures."""
+"""Pictures of flights through risk that moves: the map at some times, and what each departure of a UAV costs."""
 
 import tempfile
 from collections.abc import Sequence
@@ -115,20 +115,21 @@ def draw_moment(axes: Axes, flights: Flights, time: float) -> None:
         if slab.no_fly is not None and not slab.no_fly.is_empty:
             clip_to_bounds(axes, problem.bounds, draw_area(axes, slab.no_fly, scale), scale)
         for number, (plan, name) in enumerate(zip(flights.plans, flights.names, strict=True)):
-            colour, here = COLOURS[number % len(COLOURS)], np.array(plan.at(time))
-            flown = np.vstack([plan.path[plan.trajectory[:, 0] < time], here])
+            colour, place = COLOURS[number % len(COLOURS)], plan.at(time)
+            flown = np.vstack([plan.path[plan.trajectory[:, 0] < time], place])
+            here = place[0] * scale, place[1] * scale
             axes.plot(*(plan.path * scale).T, color=colour, linewidth=0.7, alpha=0.7, zorder=3.0)
             axes.plot(*(flown * scale).T, color=colour, linewidth=1.8, zorder=3.1)
-            for place, marker, size in ((plan.path[0], "o", 5.0), (plan.path[-1], "*", 9.0)):
-                draw_mark(base.axes, np.multiply(place, scale), marker, size, markeredgecolor="black", zorder=4.0)
-            draw_mark(axes, here * scale, "o", 6.0, face=colour, markeredgecolor="white", zorder=5.0)
+            for end, marker, size in ((plan.path[0], "o", 5.0), (plan.path[-1], "*", 9.0)):
+                draw_mark(base.axes, end * scale, marker, size, markeredgecolor="black", zorder=4.0)
+            draw_mark(axes, here, "o", 6.0, face=colour, markeredgecolor="white", zorder=5.0)
             if flights.separation > 0.0 and plan.departure <= time <= plan.arrival:
                 # (discs of two UAVs that keep apart do not overlap)
-                disc = Circle(here * scale, 0.5 * flights.separation * scale, fill=False, color=colour, linewidth=0.8)
+                disc = Circle(here, 0.5 * flights.separation * scale, fill=False, color=colour, linewidth=0.8)
                 axes.add_patch(disc)
-            side = "left" if 2.0 * here[0] < problem.bounds[0] + problem.bounds[2] else "right"
+            side = "left" if 2.0 * place[0] < problem.bounds[0] + problem.bounds[2] else "right"
             offset = (4 if side == "left" else -4, 4)
-            axes.annotate(name, here * scale, offset, textcoords="offset points", ha=side, fontsize=7, zorder=5.1)
+            axes.annotate(name, here, offset, textcoords="offset points", ha=side, fontsize=7, zorder=5.1)
         axes.set_title(f"time {time:.4g}", fontsize=9)
 
 

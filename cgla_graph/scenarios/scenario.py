@@ -288,6 +288,9 @@ def load_scenario(
     (0.9, 0.9)
     """
     path, table = file_path("name", name, ScenarioError, NAME), open_table(name)
+    if table.uavs and (start or goal):
+        msg = f"{path}: the UAVs of this file have ends of their own; change them there"
+        raise ScenarioError(msg)
     try:
         changes: dict[str, Any] = {
             key: list(check(key, given))
@@ -348,9 +351,6 @@ def scenario_of(
     3.0
     """
     try:
-        if table.uavs and {"start", "goal"} & (changes or {}).keys():
-            msg = "the UAVs of this file have ends of their own; change them there"
-            raise ValueError(msg)
         if changes:
             # (random threats are drawn on the unchanged map)
             threats = [*table.threats, *MapBuilder(table, folder).drawn()]

@@ -192,7 +192,7 @@ def team_of(table: TimedTable, ground: MapBuilder) -> dict[str, tuple[Point, Poi
         if uav.name in team:
             msg = f"uavs.{number}.name is {shown(uav.name)}, as another one's; give each its own"
             raise ValueError(msg)
-        own = {} if uav.speed is None else {"speed": uav.speed}
+        own: dict[str, Any] = {} if uav.speed is None else {"speed": uav.speed}
         own |= {} if uav.departure is None else {"departure": _departure(uav.departure)}
         start, goal = (ground.end(f"uavs.{number}.{end}", getattr(uav, end)) for end in ("start", "goal"))
         team[uav.name] = start, goal, own

@@ -158,9 +158,7 @@ class TimedPlan(Plottable):
         return {**self.numbers(), "trajectory": self.trajectory.tolist(), **lonlat, "departures": departures}
 
 
-def write_flights(
-    file: str | os.PathLike[str], flights: Mapping[str, TimedPlan], document: Mapping[str, Any]
-) -> Path:
+def write_flights(file: str | os.PathLike[str], flights: Mapping[str, TimedPlan], document: Mapping[str, Any]) -> Path:
     """
     Write flights by their names in the format of the file's ending; a single one may have no name.
 
