@@ -13,7 +13,14 @@ from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph._validate import instance, number_array, point_array, positive_number, whole_number
 from cgla_graph.certificate.answers import Answers
-from cgla_graph.certificate.certificate import MAX_CELLS, WORTH, is_separated, load_kernels, usual_cells
+from cgla_graph.certificate.certificate import (
+    MAX_CELLS,
+    WORTH,
+    improved,
+    is_separated,
+    load_kernels,
+    usual_cells,
+)
 from cgla_graph.certificate.isochrones import Isochrones, isochrones_to
 from cgla_graph.certificate.many import MOST_SOLVES, GoalSurface, Ground
 from cgla_graph.certificate.many_cells import CellSurface
@@ -28,8 +35,10 @@ from cgla_graph.solvers.solving import solve
 #: The gap that is asked for by default.
 TOLERANCE = 0.01
 #: Cells along the longer side of the grid for a gap of 1 %, by how many questions have their goal in common, at least;
-#: for other gaps, the number goes with the root of the gap.
-STEPS = {24: 512, 6: 384, 0: 256}
+#: for other gaps, the number goes with the root of the gap. Where fewer have, each is proven by itself.
+STEPS = {24: 512, 6: 384, 4: 256}
+#: The same for paths to begin a proof with, and how many questions landmarks are laid for, at least.
+COARSE, MANY = 96, 8
 #: The same for isochrones by default: on maps with cells of constant cost, where places take longer, and on others.
 ISOCHRONE_STEPS = {True: 128, False: 256}
 #: Paths whose gap is too wide are refined: until finer waypoints gain less than this part of the tolerance, with so
@@ -106,7 +115,8 @@ class Map(ShortRepr):
 
         Many starts with one goal (or many goals with one start) share one surface of costs-to-go, which is solved three
         times at most. Paths go down that surface; those whose gap is above the tolerance are refined; what is still
-        above it then, or begins so near to the goal that the surface says nothing, gets a proof of its own.
+        above it then, or begins so near to the goal that the surface says nothing, gets a proof of its own. So do
+        questions that share an end with at most two others; bounds of the map leave a narrow tube to each of them.
 
         Parameters
         ----------
@@ -324,15 +334,14 @@ class _Work:
         mine = Solution(Status.FAILED, solver=NAME, problem=problem, projection=problem.projection)
         if found.apart[at]:
             return replace(mine, status=Status.NO_PATH, lower_bound=math.inf, message="proven: there is no path")
-        note = ""
+        path, note = found.paths[at][::-1] if backwards else found.paths[at], ""
         if judged is None or not judged.cost <= bound * (1.0 + self.tolerance):
             self.n_own += 1
-            own, note = solve(problem, "hybrid", tolerance=self.tolerance), "a proof of its own"
+            own, note = self._own(problem, path), "a proof of its own"
             # (NaN where nothing is proven)
             bound = max(own.lower_bound, bound) if own.lower_bound > 0.0 else bound or math.nan
             if judged is None or own.cost < judged.cost:
                 return replace(own, lower_bound=bound, message=f"{note}: {own.message}")
-        path = found.paths[at][::-1] if backwards else found.paths[at]
         return replace(
             mine,
             status=Status.FOUND,
@@ -344,6 +353,32 @@ class _Work:
             lower_bound=min(bound, judged.cost),
             message=note,
         )
+
+    def _own(self, problem: Problem, path: FloatArray) -> Solution:
+        """Prove an answer by itself: in a tube around the given path, or a coarse one; without it, as any problem."""
+        ground = self.map.ground(COARSE)
+        if ground is not None and not len(path):
+            path = self._refined(ground.path(problem))
+        judged = problem.evaluate(path) if len(path) else None
+        if judged is None and is_separated(problem.relaxed()):
+            return Solution(Status.NO_PATH, lower_bound=math.inf, message="there is no path", problem=problem)
+        if ground is not None and judged is not None and judged.feasible:
+            tube = None
+            if len(self.starts) >= MANY:
+                tube = ground.landmarks.tube(problem, judged.cost, usual_cells(problem))
+            proof, _ = improved(problem, path, self.tolerance, tube)
+            if proof.reached:
+                best = path if proof.path is None else proof.path
+                found = Solution(Status.FOUND, path=best, cost=proof.upper_bound, solver=NAME, certificate=proof)
+                return problem.judge(replace(found, lower_bound=proof.lower_bound))
+        return solve(problem, "hybrid", tolerance=self.tolerance)
+
+    def _refined(self, path: FloatArray) -> FloatArray:
+        """Refine a path, unless it is empty."""
+        if not len(path):
+            return path
+        tolerance = REFINED * self.tolerance
+        return refine_path(self.map.problem, path, tolerance=tolerance, max_points=MOST_WAYPOINTS).path
 
     def _group(self, end: Point, others: FloatArray) -> _Found:
         """Find paths and bounds between one point and others, with one surface."""
@@ -364,13 +399,7 @@ class _Work:
                 break
             more = surface.solve()
         for number in found.open(self.tolerance).tolist():
-            if len(found.paths[number]):
-                loss, known = REFINED * self.tolerance, found.paths[number]
-                better = refine_path(self.map.problem, known, tolerance=loss, max_points=MOST_WAYPOINTS)
-                found.offer(number, self.map.problem, better.path)
-            else:
-                start = tuple(others[number].tolist())
-                found.apart[number] = is_separated(replace(self.map.problem.relaxed(), start=start, goal=end))
+            found.offer(number, self.map.problem, self._refined(found.paths[number]))
         # (with better paths, fewer charges are met)
         self._bound(surface, others, found, found.open(self.tolerance))
         self.n_solves += surface.n_solves
@@ -390,7 +419,9 @@ class _Work:
         cells = CellSurface.towards(problem, end, usual_cells(problem))
         if cells is not None and not cells.proof.loose:
             return cells
-        fewest = next(steps for count, steps in STEPS.items() if len(others) >= count)
+        fewest = next((steps for count, steps in STEPS.items() if len(others) >= count), None)
+        if fewest is None:
+            return None
         most = int(math.sqrt(min(usual_cells(problem), MAX_CELLS)))
         steps = min(max(round(fewest * math.sqrt(TOLERANCE / self.tolerance)), 128), most)
         ground = self.map.ground(steps)

@@ -109,10 +109,10 @@ class Answers(Plottable):
     def message(self) -> str:
         """How the answers were found, in one line."""
         closed = sum(one.status is Status.NO_PATH for one in self)
-        solved = f"costs-to-go solved {counted(self.n_solves, 'time')}, at most {self.most_solves} for one goal"
+        solved = f"costs-to-go solved {counted(self.n_solves, 'time')}, at most {self.most_solves} for one goal, "
+        own = f"{counted(self.n_own, 'proof')} of {'its' if self.n_own == 1 else 'their'} own"
         parts = [
-            f"{counted(len(self), 'question')}: {solved}",
-            f"{counted(self.n_own, 'proof')} of {'its' if self.n_own == 1 else 'their'} own",
+            f"{counted(len(self), 'question')}: {solved if self.n_solves else ''}{own}",
             f"{closed} without a path" if closed else "",
             f"{len(self.missed) - closed} above the tolerance" if len(self.missed) > closed else "",
         ]

@@ -26,6 +26,7 @@ The cost is lowered where the spline is too steep, and the surface solved again:
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -34,6 +35,7 @@ from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.certificate import certificate_kernels, many_kernels
 from cgla_graph.certificate.corners import CornerBlock, corners_of, links_of
 from cgla_graph.certificate.costs import geodesic_error, is_provable, least_scale, rounding
+from cgla_graph.certificate.landmarks import Landmarks
 from cgla_graph.certificate.subsolution import ROUNDING, Block, Level, Subsolution, first_grid
 from cgla_graph.certificate.through import costs_to_end, in_corner
 from cgla_graph.eikonal import cell_runs
@@ -84,6 +86,19 @@ class Ground:
         piece_of = np.full(level.mesh.n_nodes, -1, dtype=np.int32)
         piece_of[level.mesh.controls[:, 4]] = np.arange(len(level.mesh.controls), dtype=np.int32)
         return cls(problem, level, piece_of, 1.0 - rounding(problem))
+
+    @cached_property
+    def landmarks(self) -> Landmarks:
+        """Heights of the map, which bound the cost between any two places."""
+        return Landmarks.lay(self.level)
+
+    def path(self, problem: Problem) -> FloatArray:
+        """Descend the costs-to-go of a problem on this map: waypoints, shape ``(n, 2)``; empty if no way leads down."""
+        mesh, level = self.level.mesh, self.level
+        start, goal = mesh.pieces_at(np.array([problem.start, problem.goal])).tolist()
+        radius = (level.reach + 1.5) * math.hypot(*mesh.spacing)
+        times = costs_to_go(problem, mesh, problem.goal, goal, level.costs, radius=radius)
+        return descent(problem, replace(mesh, ends=(start, goal)), times, radius=level.reach + 1.0)
 
 
 @dataclass(eq=False)

@@ -1,0 +1,130 @@
+"""
+Tubes for any pair of points on a map: where paths may run, by bounds of the cost to a few landmarks.
+
+The landmarks are places on the rim of the map, the same for all pairs (as in ALT: Goldberg and Harrelson, SODA 2005).
+
+**Claim.** Let ``phi`` be a spline with ``|grad phi| <= c`` outside of the block around its landmark (`subsolution`),
+and ``m`` its greatest value on this block. Let ``psi`` be ``m`` on the block and the greater of ``phi`` and ``m``
+elsewhere: it is continuous, and nowhere steeper than ``c``. So each path between ``x`` and ``y`` costs at least
+``|psi(x) - psi(y)|``, and a path from ``s`` to ``g`` through ``x`` at least the sum of two such differences; each may
+be that of another landmark. Nothing is charged for, as differences of charged surfaces bound nothing.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cgla_graph._types import FloatArray, Point, WholeArray
+from cgla_graph.certificate.costs import rounding
+from cgla_graph.certificate.subsolution import Level, finer_grid
+from cgla_graph.eikonal import cell_runs
+from cgla_graph.eikonal.mesh import bezier_values
+from cgla_graph.model.problem import Problem
+
+#: How many landmarks there are.
+COUNT = 16
+#: The equation is solved again for a landmark while that gains more than this part of the bound.
+AIM = 0.01
+#: A tube has about so many cells, on a grid of at least and at most so many along the longer side.
+CELLS, FEWEST, MOST = 12_000, 128, 1024
+#: Differences of heights are rounded by less than this part of the greatest numbers.
+ROUNDING = 2.0**-46
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarks:
+    """
+    Heights of a map over several landmarks: their differences bound the cost between any two places.
+
+    Attributes
+    ----------
+    level
+        The grid; its problem is without clearance.
+    low, high
+        Least and greatest height on each piece of the grid, shape ``(landmarks, m)``, map units; minus and plus
+        infinity where nothing is known.
+    """
+
+    level: Level
+    low: FloatArray
+    high: FloatArray
+
+    @classmethod
+    def lay(cls, level: Level) -> "Landmarks":
+        """Solve for the heights over all landmarks that the start or goal of the problem of a grid can reach."""
+        heights = [found for place in around(level.problem) if (found := _heights(level, place)) is not None]
+        none = np.empty((0, 2, len(level.mesh.columns)))
+        low, high = np.moveaxis(np.array(heights) if heights else none, 1, 0)
+        return cls(level, low, high)
+
+    def tube(self, problem: Problem, cost: float, max_cells: int) -> tuple[tuple[int, int], WholeArray]:
+        """
+        Return a grid, and its cells through which a path from start to goal may cost less than some cost.
+
+        Parameters
+        ----------
+        problem
+            A problem on this map.
+        cost
+            Map units.
+        max_cells
+            Cells of the grid, at most, unless it has the fewest along its sides.
+
+        Returns
+        -------
+        last, runs
+            Its last node, and the cells (`cell_runs`).
+        """
+        mesh = self.level.mesh
+        least = (self.bounds_from(problem.start) + self.bounds_from(problem.goal)) * (1.0 - rounding(problem))
+        keep = ~(least >= cost)
+        last = int(mesh.last[0]), int(mesh.last[1])
+        runs = cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
+        steps = math.sqrt(CELLS * (last[0] + 1) * (last[1] + 1) / max(int(keep.sum()), 1))
+        times = min(max(steps, FEWEST), MOST) / max(last)
+        return finer_grid(problem, last, runs, times, max_cells)
+
+    def bounds_from(self, point: Point) -> FloatArray:
+        """Bound the cost between a point and each piece, shape ``(m,)``, map units."""
+        (at,) = self.level.mesh.pieces_at(np.array([point])).tolist()
+        least = np.zeros(self.low.shape[1])
+        for low, high in zip(self.low, self.high, strict=True) if at >= 0 else ():
+            np.maximum(least, np.maximum(low - high[at], low[at] - high), out=least)
+        return least
+
+
+def around(problem: Problem) -> FloatArray:
+    """
+    Return places on the rim of the map, at equal distances, without those in the no-fly area, shape ``(n, 2)``.
+
+    Examples
+    --------
+    >>> around(Problem((0, 0), (1, 1)))[:3].tolist()
+    [[0.125, 0.0], [0.375, 0.0], [0.625, 0.0]]
+    """
+    x_min, y_min, x_max, y_max = problem.bounds
+    corners = np.array([(x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max), (x_min, y_min)])
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
+    at = (np.arange(COUNT) + 0.5) / COUNT * along[-1]
+    places = np.column_stack([np.interp(at, along, corners[:, axis]) for axis in range(2)])
+    return np.asarray(places[~problem.model.area.contains(places)])
+
+
+def _heights(level: Level, place: FloatArray) -> FloatArray | None:
+    """Return least and greatest heights over a landmark, shape ``(2, m)``; None if no way leads there."""
+    goal: Point = (float(place[0]), float(place[1]))
+    start = max(level.problem.start, level.problem.goal, key=lambda end: math.dist(end, goal))
+    ends = tuple(level.mesh.pieces_at(np.array([start, goal])).tolist())
+    problem = replace(level.problem, start=start, goal=goal)
+    towards = replace(level, problem=problem, mesh=replace(level.mesh, ends=ends))
+    found = towards.bound(to_goal=True, aim=AIM)
+    if found is None:
+        return None
+    values = bezier_values(found.values, level.mesh.controls)
+    both = np.stack([values.min(axis=(1, 2)), values.max(axis=(1, 2))])
+    both = np.maximum(both, both[1, towards.goal_block.holds].max())
+    known = np.isfinite(both).all(axis=0)
+    greatest = float(np.abs(both[:, known]).max(initial=0.0))
+    blur = ROUNDING * (greatest + (1.0 + problem.k) * level.mesh.farthest)
+    return np.where(known, both + np.array([[-blur], [blur]]), np.array([[-math.inf], [math.inf]]))
