@@ -212,6 +212,7 @@ def check_beside_walls(area: BaseGeometry, field: cg.RiskField, seed: int) -> in
     return len(points)
 
 
+@pytest.mark.slow
 @given(drawn.polygons(), drawn.fields(), drawn.seeds)
 @examples(24)
 def test_beside_walls_a_spline_is_nowhere_steeper_than_its_bound(

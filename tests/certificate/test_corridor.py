@@ -82,6 +82,7 @@ def check_corridor(problem: cg.Problem, seed: int, count: int = 3, *, larger: fl
     return inside
 
 
+@pytest.mark.slow
 @given(st.sampled_from(DRAWS), drawn.seeds)
 @examples(2)
 def test_no_path_within_delta_leaves_the_corridor(draw: Callable[[int], cg.Problem], seed: int) -> None:
@@ -164,6 +165,7 @@ def boxes(seed: int) -> cg.Problem:
     return cg.Problem((0.05, ends[0]), (0.95, ends[1]), field, float(rng.choice([0.0, 2.0, 10.0])), no_fly=area)
 
 
+@pytest.mark.slow
 def test_no_path_costs_less_than_the_bound_of_its_class() -> None:
     assert check_classes(boxes(1), 1, 0.2) > 5
 
@@ -175,6 +177,7 @@ def test_none_of_many_paths_costs_less_than_the_bound_of_its_class() -> None:
     assert found > 500 / 58 * len(seeds)
 
 
+@pytest.mark.slow
 def test_a_way_that_is_too_long_is_none() -> None:
     found = corridor_of(TWO_WAYS, 0.005)
     assert [way.passes for way in found.ways.known] == ["no hole"]
@@ -185,6 +188,7 @@ def test_a_thin_wall_has_two_sides() -> None:
     assert {way.passes for way in found.ways.known} == {"below 1", "above 1"}
 
 
+@pytest.mark.slow
 def test_four_ways_around_two_areas_are_cut_off_at_three() -> None:
     boxes = shapely.MultiPolygon([shapely.box(0.3, 0.4, 0.35, 0.6), shapely.box(0.65, 0.4, 0.7, 0.6)])
     proof = cg.lower_bound(replace(TWO_WAYS, no_fly=boxes), 0.01)

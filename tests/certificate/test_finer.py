@@ -140,6 +140,7 @@ def check_charges(problem: cg.Problem, times: float = 1.15) -> int:
     return charging
 
 
+@pytest.mark.slow
 @given(drawn.seeds)
 @examples(25)
 def test_no_way_from_rim_to_rim_costs_less_than_the_spline_falls_but_for_the_charge(seed: int) -> None:

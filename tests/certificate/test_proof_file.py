@@ -157,7 +157,7 @@ def refused_where_false(problem: cg.Problem, count: int) -> None:
                 packed_and_checked(described, arrays)
 
 
-@pytest.mark.parametrize("problem", [OPEN, WALLED], ids=["open", "walled"])
+@pytest.mark.parametrize("problem", [OPEN, pytest.param(WALLED, marks=pytest.mark.slow)], ids=["open", "walled"])
 def test_false_statements_are_refused(problem: cg.Problem) -> None:
     refused_where_false(problem, 4)
 
@@ -422,6 +422,7 @@ def test_other_compression_that_is_broken_is_refused() -> None:
 # hostile files
 
 
+@pytest.mark.slow
 @given(st.data())
 def test_damaged_files_are_refused(data: st.DataObject) -> None:
     whole = proof_of(OPEN, 0.5)[0]
@@ -643,6 +644,7 @@ def test_more_work_is_allowed_on_demand(tmp_path: Path) -> None:
     assert checker.main([str(file), "--more"]) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("problem", [OPEN, WALLED], ids=["open", "walled"])
 def test_differences_along_columns_are_the_same_values(problem: cg.Problem, tmp_path: Path) -> None:
     """Files as the library writes them, where tests change those with differences along rows alone."""

@@ -98,6 +98,7 @@ def check_through(problem: cg.Problem, seed: int, *, scale: float = 1.0, through
     return len(costs)
 
 
+@pytest.mark.slow
 @given(st.sampled_from(DRAWS), drawn.seeds)
 @examples(6)
 def test_no_path_costs_less_than_the_bound_of_a_cell_that_it_touches(

@@ -87,6 +87,7 @@ def test_no_path_within_a_budget_is_below_the_cut(
         assert found.lower_bound <= best * (1.0 + 1e-9)
 
 
+@pytest.mark.slow
 def test_the_cut_closes_the_gap_between_two_ways() -> None:
     upper, lower = (cg.solve(dataclasses.replace(TWO_WAYS, k=k), tolerance=None) for k in (0.0, 1e3))
     assert upper.path[:, 1].max() > 0.6
@@ -103,6 +104,7 @@ def test_the_cut_closes_the_gap_between_two_ways() -> None:
     assert tight <= upper.length < broken
 
 
+@pytest.mark.slow
 def test_a_cut_within_a_length() -> None:
     plan = cg.plan_within_length(TWO_WAYS, 0.92, resolution=6, tolerance=0.05)
     assert plan.lower_bound <= plan.solution.risk

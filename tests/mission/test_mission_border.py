@@ -16,7 +16,9 @@ WALL = shapely.box(0.45, 0.0, 0.55, 1.0)
 LOWER = shapely.box(0.45, 0.0, 0.55, 0.6)
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize(
+    "way", [pytest.param(way, marks=[pytest.mark.slow] if way == "stepper" else []) for way in WAYS]
+)
 def test_a_wall_to_the_border_is_flown_around_by_none(way: str) -> None:
     settings: dict[str, Any] = {"solver": CGLA, "resolution": 11, **WAYS[way]}
     charted = Mission(World(no_fly=WALL), [EAST], **settings).fly()

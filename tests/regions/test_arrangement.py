@@ -74,6 +74,7 @@ def test_blocks_have_the_mean_cost_and_nothing_is_proven_over_them(
     assert in_parts(problem, most, for_bound=True).costs.tolist() == [[1.0]]
 
 
+@pytest.mark.slow
 def test_no_proof_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     values = np.arange(100.0).reshape(10, 10)
     problem = problem_on(values, (), (0.0, 0.0, 10.0, 10.0))

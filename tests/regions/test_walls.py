@@ -135,6 +135,7 @@ def test_beside_a_triangle_few_points_are_enough() -> None:
     assert len(proof.grids) <= 3
 
 
+@pytest.mark.slow
 def test_a_spline_after_cells_stops_where_it_gains_little(monkeypatch: pytest.MonkeyPatch) -> None:
     """It went on to the greatest grid allowed, for no better bound."""
     corners = np.array([(0.4, 0.3), (0.62, 0.45), (0.45, 0.7)])

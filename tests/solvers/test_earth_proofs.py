@@ -62,6 +62,7 @@ def test_a_path_does_not_undercut_the_bound_that_is_proven_with_it() -> None:
     assert found.upper_bound > 1.001 * length
 
 
+@pytest.mark.slow
 def test_where_the_rest_is_distortion_the_message_says_so() -> None:
     wall = shapely.box(-5.0, 20.0, 5.0, 60.0)
     problem = Problem.in_degrees((-25.0, 40.0), (25.0, 40.0), bounds=(-30.0, 20.0, 30.0, 75.0), no_fly=wall)

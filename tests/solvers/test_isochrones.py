@@ -49,7 +49,9 @@ def faults(problem: cg.Problem, found: Any, random: Rng, count: int) -> list[str
 
 
 # (some have faults with a third of the greatest cost of each cell, and with bounds that are a tenth higher)
-@pytest.mark.parametrize("number", range(NUMBER))
+@pytest.mark.parametrize(
+    "number", [2, *(pytest.param(number, marks=pytest.mark.slow) for number in range(NUMBER) if number != 2)]
+)
 def test_areas_hold_on_random_maps(number: int) -> None:
     random = np.random.default_rng([5, number])
     problem = random_map(random)
@@ -128,6 +130,7 @@ def test_a_wrong_question_is_named(arguments: dict[str, Any], message: str) -> N
         cg.Map(PAPER).isochrones(**arguments)
 
 
+@pytest.mark.slow
 def test_the_command_writes_what_python_finds(cgla: Call, tmp_path: Path) -> None:
     found = cgla("plan", "paper", "--isochrones", "0.5,1", "--out", "out", "--json").document()
     assert found["isochrones"] == cg.Map(PAPER).isochrones([0.5, 1.0]).document()["isochrones"]

@@ -50,7 +50,8 @@ def faults(problem: cg.Problem, answers: Any, proven: int) -> list[str]:  # noqa
     return found
 
 
-@pytest.mark.parametrize("number", range(NUMBER))
+# (map 0 takes as long as seven others)
+@pytest.mark.parametrize("number", [pytest.param(0, marks=pytest.mark.slow), *range(1, NUMBER)])
 def test_no_path_costs_less_than_a_bound(number: int) -> None:
     random = np.random.default_rng([1, number])
     problem = random_map(random)

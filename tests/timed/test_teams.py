@@ -5,8 +5,9 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph.errors import ProblemError
@@ -44,7 +45,7 @@ def test_both_share_the_detour() -> None:
     assert team.least_distance >= 0.1
 
 
-@settings(max_examples=2, deadline=None)
+@examples(4)
 @given(st.integers(0, 999))
 def test_flights_of_a_team_keep_apart(seed: int) -> None:
     """A team whose flights ignore those planned before fails in the oracle."""

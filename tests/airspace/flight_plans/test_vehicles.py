@@ -129,6 +129,7 @@ def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureF
     return caller(tmp_path, monkeypatch, capfd)
 
 
+@pytest.mark.slow
 def test_options_of_the_aircraft(call: Call, tmp_path: Path) -> None:
     quick = ("plan", "areas.geojson", "--start", "24.7,60.12", "--goal", "25.2,60.15", "--no-certificate")
     quick = (*quick, "--solver", "visibility-graph", "--export", "a.plan", "--altitude", 80)

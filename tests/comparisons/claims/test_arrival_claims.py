@@ -67,6 +67,7 @@ def mission(**rules: Any) -> Mission:  # noqa: ANN401 - of a mission
     return dataclasses.replace(claims._mission(np.random.default_rng(3)), **rules)
 
 
+@pytest.mark.slow
 def test_c17_names_where_uavs_arrive_and_what_is_stuck() -> None:
     finding = check("C17", starts_of_plans=starts(0.25))
     (row,) = finding.rows
@@ -75,6 +76,7 @@ def test_c17_names_where_uavs_arrive_and_what_is_stuck() -> None:
     assert finding.counterexamples == (claims.SNAPPED, claims.LIVELOCK)
 
 
+@pytest.mark.slow
 def test_a_uav_that_plans_from_where_it_is_and_is_stuck_is_noticed() -> None:
     with pytest.raises(AssertionError, match="did not arrive on the panel"):
         check("C17", starts_of_plans=starts(0.1, start="exact"))
@@ -119,6 +121,7 @@ def test_plans_from_lattice_points_break_the_argument() -> None:
         claims.require_falling_cost(stored["from the nearest lattice point"])
 
 
+@pytest.mark.slow
 def test_a_stored_livelock_that_arrives_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [flight.livelock is not None for flight in claims.stored_livelocks()] == [True, True]
     file = counterexamples.mission(claims.SNAPPED)
@@ -163,6 +166,7 @@ def test_two_flights_are_the_same_up_to_rounding() -> None:
         claims.turns_back(bound, free)
 
 
+@pytest.mark.slow
 def test_rare_livelocks_are_told_from_frequent_ones() -> None:
     finding = check("C19", starts_of_plans=starts(), pairs_apart=pairs({0.02: 0.0, 0.05: 0.5}))
     never, single, two = finding.rows
@@ -172,6 +176,7 @@ def test_rare_livelocks_are_told_from_frequent_ones() -> None:
     assert two.where.startswith("holds at obstacle spread 0.02; fails at")
 
 
+@pytest.mark.slow
 def test_flights_of_a_map_are_those_that_records_name(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(arrivals, "SIZES", {10: (0.2,)})
     (seed,) = seeds_of(KINDS[4], 99, 1)
@@ -196,6 +201,7 @@ def test_flights_of_a_map_are_those_that_records_name(monkeypatch: pytest.Monkey
     assert {one["livelock"] for one in records} == {True, False}
 
 
+@pytest.mark.slow
 def test_exclusion_and_pairs_are_measured_in_each_case_once(monkeypatch: pytest.MonkeyPatch) -> None:
     (one,) = arrivals.exclusion.sample(PanelMap(96_000_001))
     assert (one["differs"], one["arrived"]) == (False, True)

@@ -25,6 +25,7 @@ def samples() -> Samples:
         return Samples(panel.introduction.sample(MAP))
 
 
+@pytest.mark.slow
 def test_each_case_is_there_once(samples: Samples) -> None:
     names = ("mode", "threats", "planner", "constant", "radius", "replan")
     assert len(samples.records) == len(samples.cases(*names))

@@ -127,6 +127,7 @@ def of(**case: object) -> list[Record]:
     return [record for record in records() if all(record[name] == value for name, value in case.items())]
 
 
+@pytest.mark.slow
 def test_every_case_is_measured_once() -> None:
     names = ("mode", "gamma", "reward", "k", "radius", "varied")
     cases = [tuple(record.get(name) for name in names) for record in records()]

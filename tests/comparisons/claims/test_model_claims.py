@@ -105,6 +105,7 @@ def test_a_no_fly_area_with_a_way_around_it_shows_nothing(monkeypatch: pytest.Mo
         CHECKS["C3"](QUICK)
 
 
+@pytest.mark.slow
 def test_a_wall_is_crossed_up_to_a_value_that_its_thickness_gives(monkeypatch: pytest.MonkeyPatch) -> None:
     # of zero thickness, the way around over (0.5, 0.9) is two legs of 0.4 by 0.8
     around = 2.0 * float(np.hypot(0.4, 0.8)) - 0.8

@@ -82,6 +82,7 @@ def test_a_map_is_flown_at_own_levels_only_and_nothing_is_varied() -> None:
     assert {(one["k"], one["threats"]) for one in records} == {(0.5, 4), (3.0, 4)}
 
 
+@pytest.mark.slow
 def test_a_pair_of_uavs_and_three_of_them_fly_however_far_they_see() -> None:
     """Safe distances follow the radius, and stay below the distance of the starts."""
     for radius in own.ALLOWED["radius"][:2]:

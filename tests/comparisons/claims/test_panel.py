@@ -49,6 +49,7 @@ def test_maps_are_of_their_kind_and_no_two_studies_share_one() -> None:
         assert one.goal == GOALS[kind.goal]
 
 
+@pytest.mark.slow
 def test_every_cell_is_flown_once_by_every_planner(records: list[Record]) -> None:
     flown = [(one["planner"], one["radius"], one["k"]) for one in records if one["mode"] == "flown" and not one[VARIED]]
     assert len(flown) == len(set(flown)) == len(FLOWN) * len(cells("radius", "k"))
@@ -133,6 +134,7 @@ def test_bcv_style_is_stuck_where_cgla_arrives() -> None:
     assert bcv_claims.stuck_row().answer is Answer.HOLDS
 
 
+@pytest.mark.slow
 def test_claims_about_single_uavs_read_the_panel(monkeypatch: pytest.MonkeyPatch) -> None:
     stuck = Row("can get stuck where CGLA arrives", Answer.HOLDS, Basis.COUNTEREXAMPLE)
     monkeypatch.setattr(bcv_claims, "stuck_row", lambda _: stuck)

@@ -37,6 +37,7 @@ def farthest(one: FloatArray, other: FloatArray) -> float:
     return float(reach[-1, -1])
 
 
+@pytest.mark.slow
 def test_a_map_has_each_case_once_with_what_is_recomputed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(measured.FACTORS, "k", (10.0,))  # type: ignore[arg-type]
     map_ = PanelMap(7_000_000)

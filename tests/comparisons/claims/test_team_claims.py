@@ -116,6 +116,7 @@ def test_few_threats_are_nearly_always_passed_or_not() -> None:
     assert answers(finding) == [HOLDS, FAILS]
 
 
+@pytest.mark.slow
 def test_sharing_helps_where_the_formation_lets_it(monkeypatch: pytest.MonkeyPatch) -> None:
     harm = sharing_claims.factors_of_harm()
     monkeypatch.setattr(sharing_claims, "factors_of_harm", lambda: harm)
@@ -170,6 +171,7 @@ def samples() -> Samples:
         return Samples(panel.company.sample(BASE))
 
 
+@pytest.mark.slow
 def test_each_case_is_there_once_with_both_sides_of_varied_ones(samples: Samples) -> None:
     names = ("planner", "k", "varied", "uav")
     assert len(samples.records) == len(samples.cases(*names))

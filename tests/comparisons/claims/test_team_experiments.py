@@ -104,6 +104,7 @@ def test_records_of_sharing_are_sums_of_flights(monkeypatch: pytest.MonkeyPatch)
     assert len({record["length"] for record in records if record["formation"] == SIDE}) == 2
 
 
+@pytest.mark.slow
 def test_obstacles_are_flown_for_all_stepnums_or_need_not_be(monkeypatch: pytest.MonkeyPatch) -> None:
     """A flight that stands for all stepnums is the one that would be flown."""
     cases = [{**fraction(0)[0], "k": 50.0}, {**fraction(0)[2], "k": 10.0, "radius": 0.15}]
@@ -130,6 +131,7 @@ def test_obstacles_are_flown_for_all_stepnums_or_need_not_be(monkeypatch: pytest
     assert len(made) < 2 * 2 * len(STEPNUMS)
 
 
+@pytest.mark.slow
 def test_few_threats_work_if_both_arrive_apart() -> None:
     records = teams.few_threats.sample(ASIDE)
     assert [record["few_threats"] for record in records] == [count for count in FEW_THREATS for _ in range(4)]

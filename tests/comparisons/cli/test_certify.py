@@ -358,6 +358,7 @@ def test_a_run_without_a_certificate_is_refused(run: Run) -> None:
 # the corridor
 
 
+@pytest.mark.slow
 def test_certify_tells_of_the_corridor(cgla: Call) -> None:
     words = ("certify", "free.toml", "--tolerance", "0.02")
     answer = cgla(*words, "--within", "10%", "--out", "out")

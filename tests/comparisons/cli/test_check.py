@@ -76,6 +76,7 @@ def test_a_leg_that_crosses_is_reported_with_its_place(cgla: Call, tmp_path: Pat
     assert found["zones"]["straight"]["closed"] == 1
 
 
+@pytest.mark.slow
 def test_a_plan_of_ours_is_clean_and_close_to_the_best(cgla: Call) -> None:
     """A path that touches corners of zones is clean after its degrees are rounded in a file."""
     ends = ("--start", "24.7,60.12", "--goal", "25.2,60.15", "--no-certificate")

@@ -263,6 +263,7 @@ def test_pictures_of_few_paths(n_points: int, tmp_path: Path) -> None:
     assert math.isfinite(figure.get_size_inches()[0])
 
 
+@pytest.mark.slow
 def test_pareto_with_a_proof(cgla: Call, tmp_path: Path) -> None:
     words = ("pareto", "small.toml", "--proven", "--k-max", "1")
     front = cg.pareto(load_scenario("small.toml").problem, solver="hybrid", proven=True, k_max=1.0)
@@ -285,6 +286,7 @@ def test_pareto_with_a_proof(cgla: Call, tmp_path: Path) -> None:
     cgla("pareto", "small.toml", "--proven", "--corridor", "1").refused("leave out --proven")
 
 
+@pytest.mark.slow
 def test_the_picture_of_a_proven_front_shows_what_no_path_reaches() -> None:
     scenario = load_scenario("one-threat")
     front = cg.pareto(scenario.problem, proven=True, k_max=5.0, tolerance=0.02, budgets=[0.05])

@@ -98,6 +98,7 @@ def test_the_tables_agree_with_the_flights(cgla: Call, flights: list[MissionRun]
         assert f"of a and b, at tick {pair.time:.4g}, near ({pair.where[0]:.4g}, {pair.where[1]:.4g})" in answer.out
 
 
+@pytest.mark.slow
 def test_what_ignorance_costs_and_sharing_is_worth(cgla: Call) -> None:
     answer = cgla("fly", "small.toml")
     prices = re.findall(r"price of ignorance \(.*\): a ([\d.]+)x, b ([\d.]+)x", answer.out)

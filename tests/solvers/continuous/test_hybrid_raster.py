@@ -25,7 +25,7 @@ def smooth(side: int) -> cg.Problem:
     return cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField(rasters=[raster]), 3.0)
 
 
-@pytest.mark.parametrize("interpolation", ["nearest", "bilinear"])
+@pytest.mark.parametrize("interpolation", ["nearest", pytest.param("bilinear", marks=pytest.mark.slow)])
 def test_a_route_over_cells_that_is_refined_is_not_cheaper(interpolation: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """As on a raster that is too large for a grid of two nodes a cell."""
     graph = pytest.importorskip("skimage.graph")

@@ -388,6 +388,7 @@ def test_between_two_corners_the_labels_find_what_no_weight_does() -> None:
     assert plan.k == pytest.approx(short.k_high)
 
 
+@pytest.mark.slow
 def test_in_the_plane_a_path_is_bent_until_the_budget_is_used_up() -> None:
     problem = load_scenario("one-threat").problem
     whole = cg.pareto(problem, solver="lazy-theta-star")
