@@ -3,6 +3,7 @@ from cgla_graph.comparisons.conformance.run import conform as conform
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.performance import performances as performances
 from cgla_graph.comparisons.results.study_run import write_study as write_study
+from cgla_graph.comparisons.study.comparing_in_time import compare_in_time as compare_in_time
 from cgla_graph.comparisons.study.entrant import Entrant as Entrant
 from cgla_graph.comparisons.study.execution import run_study as run_study
 from cgla_graph.comparisons.study.metric import Metric as Metric

@@ -132,13 +132,29 @@ def is_mission_text(text: str) -> bool:
     >>> is_mission_text("uavs = []"), is_mission_text("k = 3")
     (True, False)
     """
+    keys = _keys_of(text)
+    return "speed" not in keys and not keys.isdisjoint({"uavs", "random_uavs"})
+
+
+def is_timed_text(text: str) -> bool:
+    """
+    Return whether a TOML text is that of a map that changes in time, with a speed.
+
+    Examples
+    --------
+    >>> is_timed_text("speed = 1"), is_timed_text("k = 3")
+    (True, False)
+    """
+    return "speed" in _keys_of(text)
+
+
+def _keys_of(text: str) -> set[str]:
     import tomllib  # noqa: PLC0415 - the same
 
     try:
-        found = tomllib.loads(text)
+        return {*tomllib.loads(text)}
     except (ValueError, RecursionError):
-        return False
-    return "speed" not in found and not {"uavs", "random_uavs"}.isdisjoint(found)
+        return set()
 
 
 def shipped_scenario(name: str) -> str:

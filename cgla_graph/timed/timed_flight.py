@@ -73,7 +73,7 @@ def flown(timed: TimedMap, given: FloatArray) -> TimedFlight:
         pieces,
         legs,
         slabs,
-        _risks(timed, pieces, waits[legs], slabs),
+        gathered(timed, pieces[:-1], pieces[1:], waits[legs], slabs),
         float(air[~waits].sum()),
         float(np.diff(rows[:, 0])[waits].sum()),
         tuple(faults),
@@ -107,10 +107,10 @@ def _waiting_faults(timed: TimedMap, rows: FloatArray) -> list[str]:
     return found
 
 
-def _risks(timed: TimedMap, pieces: FloatArray, waits: BoolArray, slabs: IntArray) -> FloatArray:
-    """Integrate the risk over pieces at constant speed, each in the slab of that number."""
-    durations = np.diff(pieces[:, 0])
-    table = np.column_stack([pieces[:-1, 1:], pieces[1:, 1:], durations])
+def gathered(timed: TimedMap, firsts: FloatArray, lasts: FloatArray, waits: BoolArray, slabs: IntArray) -> FloatArray:
+    """Integrate the risk over pieces between rows, at constant speed, each in the slab of that number."""
+    durations = lasts[:, 0] - firsts[:, 0]
+    table = np.column_stack([firsts[:, 1:], lasts[:, 1:], durations])
     table[waits, 2:4] = table[waits, :2]
     risks = np.zeros(len(table))
     deeper = -math.log(timed.risk_unit)
@@ -119,7 +119,7 @@ def _risks(timed: TimedMap, pieces: FloatArray, waits: BoolArray, slabs: IntArra
         begins = slab.begins if math.isfinite(slab.begins) else 0.0
         part = np.zeros(int(here.sum()))
         field = slab.field.for_weight(timed.k).kernel_field()
-        piece_risks(table[here], pieces[:-1, 0][here] - begins, slab.threats, field, deeper, part)
+        piece_risks(table[here], firsts[here, 0] - begins, slab.threats, field, deeper, part)
         risks[here] = part
     if timed.risk_per == "time":
         paces = durations / np.where(waits, durations, np.hypot(*(table[:, 2:4] - table[:, :2]).T))
@@ -184,9 +184,9 @@ def _flown_in_changing_wind(timed: TimedMap, given: FloatArray) -> TimedFlight:
             ends = np.array([[begins, *first[1:]], [begins + needed[number], *first[1:]]])
             part = split_at(ends, timed.events)[0]
             slabs = np.searchsorted(timed.events, part[:-1, 0], side="right")
-            gathered = _risks(timed, part, np.ones(len(slabs), dtype=np.bool_), slabs)
+            here = gathered(timed, part[:-1], part[1:], np.ones(len(slabs), dtype=np.bool_), slabs)
         else:
-            part, gathered = flown_leg(timed, begins, np.stack([first[1:], last[1:]]), with_risk=True)
+            part, here = flown_leg(timed, begins, np.stack([first[1:], last[1:]]), with_risk=True)
             needed[number] = part[-1, 0] - begins
             air += timed.speed * needed[number]
             if not math.isfinite(needed[number]):
@@ -195,8 +195,8 @@ def _flown_in_changing_wind(timed: TimedMap, given: FloatArray) -> TimedFlight:
         part[-1, 0] = ends_at
         rows.append(np.array([ends_at, *last[1:]]))
         pieces.append(part[1:])
-        risks.append(gathered)
-        legs += [number] * len(gathered)
+        risks.append(here)
+        legs += [number] * len(here)
     times = np.full(len(given), math.inf)
     times[: len(rows)] = [row[0] for row in rows]
     faults = _faults(timed, given, times, needed)

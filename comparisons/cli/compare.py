@@ -57,14 +57,22 @@ def compare(
     are made in separate processes: a run that hangs, crashes or takes too much memory is a row that says so. With
     --out, each run is saved when it ends (study.jsonl), and a report (report.html), rows (JSON Lines, CSV), OMPL's
     database (study.db) and pictures are written. A mission is flown with each solver in turn; without --solvers, with
-    those that need no other package and are fast enough to plan dozens of times. For pairs of nodes of a
-    graph, use cgla graph compare. Ctrl-C keeps the runs that are done.
+    those that need no other package and are fast enough to plan dozens of times. Of one map that changes in time,
+    solvers of such maps are compared. For pairs of nodes of a graph, use cgla graph compare. Ctrl-C keeps the runs
+    that are done.
     """
     if example or schema:
         from cgla_graph.comparisons.study.study_file import EXAMPLE, study_schema
 
         console.out(EXAMPLE) if example else console.out_json(study_schema())
         return
+    if scenarios is not None and len(scenarios) == 1 and _changes_in_time(scenarios[0]):
+        from cgla_graph.comparisons.cli.timed import compare_timed
+
+        groups = (study, dataclasses.replace(comparison, solvers=None, seeds=None))
+        changes = map_changes(maps, zones, raster, aircraft)
+        left_out = {"refine": refine, "proofs": proofs}
+        raise typer.Exit(compare_timed(scenarios, changes, comparison, proof, groups, left_out, as_json=as_json))
     from cgla_graph.comparisons.results import study_run
 
     how = dataclasses.replace(run_options(study), proofs=proofs)
@@ -80,6 +88,16 @@ def compare(
         request = study_run.read_request(asked, how)
     zoned = zones.report(study_run.maps_of(request.study), as_json=as_json)
     run_and_print(request, how, strict=comparison.strict, as_json=as_json, more=zoned)
+
+
+def _changes_in_time(spec: str) -> bool:
+    """Return whether a map is a file that changes in time."""
+    from cgla_graph.scenarios.shipped import is_timed_text
+    from cgla_graph.scenarios.text_files import is_file, read_text
+
+    return (
+        spec.lower().endswith(".toml") and is_file(Path(spec)) and is_timed_text(read_text(spec, spec, "a TOML file"))
+    )
 
 
 def run_options(study: StudyOptions) -> "RunOptions":

@@ -1,4 +1,4 @@
-"""`cgla plan` of a map that changes in time: the best flight or team of flights, files, pictures and an animation."""
+"""`cgla plan` and `cgla compare` of a map that changes in time: the best flight, that of a team, and other solvers."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -7,9 +7,11 @@ from typing import Any
 
 from cgla_graph._text import duration, figure, percent, rounded_down
 from cgla_graph.comparisons import console, files
-from cgla_graph.comparisons.cli.options import OutputOptions, ProofOptions
+from cgla_graph.comparisons.cli.options import ComparisonOptions, OutputOptions, ProofOptions
 from cgla_graph.comparisons.cli.tour import check_alone
-from cgla_graph.comparisons.study.options import read_tolerance
+from cgla_graph.comparisons.study.comparing_in_time import compare_in_time
+from cgla_graph.comparisons.study.options import MapOptions, open_one, read_tolerance
+from cgla_graph.errors import CglaError
 from cgla_graph.people.units import risk_text
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.timed.solving_timed import solve_timed
@@ -18,6 +20,9 @@ from cgla_graph.timed.space_time_proof import TOLERANCE
 from cgla_graph.timed.team_plan import TeamPlan
 from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem
+
+#: How often randomised solvers plan, if it is not said.
+SEEDS = 3
 
 
 def plan_timed(
@@ -76,6 +81,58 @@ def plan_timed(
         console.out_lines(lines)
         console.out_files(written)
     return 0 if has_flight else console.MISSING
+
+
+def compare_timed(
+    specs: Sequence[str],
+    changes: MapOptions,
+    comparison: ComparisonOptions,
+    proof: ProofOptions,
+    groups: Sequence[Any],
+    options: Mapping[str, object],
+    *,
+    as_json: bool,
+) -> int:
+    """
+    Compare solvers on a map that changes in time, as `cgla_graph.comparisons.compare_in_time`, and print a table.
+
+    Raises
+    ------
+    CglaError
+        If another option is given, there is no such solver, or the map is of a team.
+    """
+    check_alone("a map that changes in time", groups, options, why="solvers of such maps are compared without it")
+    scenario = open_one("compare", specs, changes)
+    problem = scenario.timed
+    if problem is None or scenario.uavs:
+        msg = f"{scenario.name} is a map of a team, and compare takes one UAV; plan the team with cgla plan"
+        raise CglaError(msg)
+    names = None if comparison.solvers is None else [part.strip() for part in comparison.solvers.split(",")]
+    seeds = SEEDS if comparison.seeds is None else comparison.seeds
+    tolerance = read_tolerance(
+        TOLERANCE if proof.tolerance is None else proof.tolerance, certify=not proof.no_certificate
+    )
+    with console.running_solvers([]):
+        plans = compare_in_time(problem, names, seeds=seeds, tolerance=tolerance)
+    if as_json:
+        found = [{**plan.document(), "seconds": plan.seconds, "message": plan.message} for plan in plans]
+        console.out_json({"scenario": scenario.name, "title": scenario.title, "plans": found})
+    else:
+        console.out_table(console.listing(scenario.full_title, _COLUMNS, map(_row, plans)))
+        proven = "" if plans[0].certificate is None else rounded_down(plans[0].lower_bound, 9)
+        console.out_lines({"bound": f"{proven}: no flight costs less" if proven else ""})
+    return 0 if all(plan.status.has_path for plan in plans) or not comparison.strict else console.MISSING
+
+
+_COLUMNS = ("solver", "cost", "over the bound", "departs", "arrives", "seconds", "status")
+
+
+def _row(plan: TimedPlan) -> dict[str, str]:
+    known = plan.status.has_path
+    numbers = (figure(plan.cost, 6), percent(plan.gap), figure(plan.departure, 4), figure(plan.arrival, 4))
+    words = numbers if known else ("", "", "", "")
+    status = plan.status.label if known else f"{plan.status.label}: {plan.message}"
+    return dict(zip(_COLUMNS, (plan.solver, *words, figure(plan.seconds, 3), status), strict=True))
 
 
 def _lines(scenario: Scenario, problem: TimedProblem, plan: TimedPlan) -> dict[str, str]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 NamedT = TypeVar("NamedT", Scenario, GraphScenario, AnyScenario, "MissionFile")
 
 #: Commands that plan on maps that change in time.
-PLAN_IN_TIME = ("plan",)
+PLAN_IN_TIME = ("plan", "compare")
 
 
 def read_entrants(

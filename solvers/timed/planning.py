@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +13,9 @@ from cgla_graph.model.solution import Status
 from cgla_graph.motion.trajectory import Trajectory
 from cgla_graph.solvers.timed.bending import Bender, Flying, along, of_trace
 from cgla_graph.solvers.timed.charting import always_closed, chart_of, discs_of, grid_for
+from cgla_graph.solvers.timed.found_flight import FoundFlight, arrived
 from cgla_graph.solvers.timed.march_kernels import FAR, Ends, Grid, cubic, linear, march, trace
+from cgla_graph.solvers.timed.space_time_lattice import plan_on_lattice
 from cgla_graph.solvers.timed.timed_kernels import Chart, leg_time
 from cgla_graph.timed.timed_problem import TimedProblem
 
@@ -28,33 +30,6 @@ ROOM = 1.1
 SAME, WORTH, CLOSE = 1e-4, 1.25, 1.01
 
 
-@dataclass
-class FoundFlight:
-    """
-    What a search found.
-
-    Attributes
-    ----------
-    status
-        How it ended.
-    rows
-        The flight, ``(t, x, y)``; empty without one.
-    departures
-        Least costs by departure, about: ``(t, cost)``.
-    evaluations, classes
-        Flights whose cost was computed, and classes of ways that were compared.
-    message
-        What was done, in one line.
-    """
-
-    status: Status
-    rows: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
-    departures: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
-    evaluations: int = 0
-    classes: int = 0
-    message: str = ""
-
-
 def plan_in_time(problem: TimedProblem, nodes: int = NODES) -> FoundFlight:
     """
     Find the best flight of a timed problem that the march and the bending lead to.
@@ -67,11 +42,7 @@ def plan_in_time(problem: TimedProblem, nodes: int = NODES) -> FoundFlight:
         Nodes of the grid in space and time, about; from 1 000 to 20 million.
     """
     whole_number("nodes", nodes, at_least=1_000, at_most=20_000_000)
-    if problem.start == problem.goal:
-        rows = np.array([[problem.departures[0], *problem.start]])
-        feasible = problem.evaluate(rows).feasible
-        return FoundFlight(Status.FOUND if feasible else Status.INFEASIBLE, rows)
-    return Search(problem, nodes).run()
+    return arrived(problem) if problem.start == problem.goal else Search(problem, nodes).run()
 
 
 class Search:
@@ -135,6 +106,11 @@ class Search:
     def _try_known(self) -> None:
         """Bend straight flights, and with areas the best path while all of them are closed."""
         problem = self.problem
+        if problem.areas:
+            # (the march may miss how to pass the time until an area opens)
+            rows = plan_on_lattice(replace(problem, others=())).rows
+            if len(rows) > 1:
+                self.found.append(self.bender.coarse(of_trace(self.chart, rows, self.bender.scale)))
         for departure in {*problem.departures}:
             self.found.append(self.bender.coarse(along([problem.start, problem.goal], departure)))
         if not len(self.chart.boxes):

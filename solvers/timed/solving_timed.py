@@ -11,14 +11,23 @@ from cgla_graph._progress import showing
 from cgla_graph._text import shown
 from cgla_graph.errors import SolverSettingError, UnknownSolverError
 from cgla_graph.model.solution import Status
-from cgla_graph.solvers.timed.planning import FoundFlight, plan_in_time
+from cgla_graph.solvers.timed.found_flight import FoundFlight
+from cgla_graph.solvers.timed.planning import plan_in_time
+from cgla_graph.solvers.timed.replanning import replan
+from cgla_graph.solvers.timed.space_time_lattice import plan_on_lattice
+from cgla_graph.solvers.timed.space_time_rrt_star import plan_by_rrt_star
 from cgla_graph.timed.space_time_proof import MOST_CELLS, TOLERANCE, TimedCertificate, check_settings, timed_lower_bound
 from cgla_graph.timed.timed_evaluation import Timed
 from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem
 
 #: The solvers of timed problems by name; the first is the default.
-TIMED_SOLVERS: Mapping[str, Callable[..., FoundFlight]] = {"space-time": plan_in_time}
+TIMED_SOLVERS: Mapping[str, Callable[..., FoundFlight]] = {
+    "space-time": plan_in_time,
+    "space-time-lattice": plan_on_lattice,
+    "space-time-rrt-star": plan_by_rrt_star,
+    "replanning": replan,
+}
 
 
 def solve_timed(

@@ -19,7 +19,8 @@ from cgla_graph._validate import instance, items, positive_number, whole_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.solution import Status
 from cgla_graph.motion.trajectory import Trajectory, least_distance
-from cgla_graph.solvers.timed.planning import NODES, FoundFlight, Search
+from cgla_graph.solvers.timed.found_flight import FoundFlight
+from cgla_graph.solvers.timed.planning import NODES, Search
 from cgla_graph.solvers.timed.solving_timed import judged, proven_in_time, solve_timed
 from cgla_graph.timed.space_time_proof import MOST_CELLS, TOLERANCE, check_settings
 from cgla_graph.timed.team_plan import TeamPlan

@@ -181,3 +181,15 @@ def test_each_uav_of_a_team_is_drawn_while_it_flies() -> None:
     np.testing.assert_allclose(discs[1], [(0.7, 0.3), (0.3, 0.7)], atol=1e-9)
     assert discs[1] == discs[3]
     assert [len(discs[0]), len(discs[2])] == [1, 1]
+
+
+def test_solvers_are_compared_as_in_python(cgla: Call) -> None:
+    words = ("compare", "storm.toml", "--no-certificate", "--solvers", "space-time-lattice,replanning")
+    plans = cgla(*words, "--json").document()["plans"]
+    problem = cg.load_scenario("storm.toml").timed
+    assert problem is not None
+    found = cg.comparisons.compare_in_time(problem, ["space-time-lattice", "replanning"], tolerance=None)
+    assert [one["cost"] for one in plans] == [one.cost for one in found]
+    assert "space-time-lattice" in cgla(*words).out
+    for more in (("--out", "out"), ("--refine",), ("--solvers", "cgla")):
+        assert cgla("compare", "storm.toml", *more).code == 2
