@@ -92,10 +92,24 @@ def test_a_comparison_counts_planners_and_no_flight_plans() -> None:
     assert not [name for name in counted if name.startswith(("cgla_graph/airspace/", "solvers/trade_off/"))]
 
 
+def test_proofs_count_what_they_look_at_and_no_flights() -> None:
+    counted = {file.relative_to(ROOT).as_posix() for file in digests.files_of(CHECKS["proofs"])}
+    assert {"cgla_graph/model/risk.py", "solvers/trade_off/constrained.py", "tests/support/oracles.py"} <= counted
+    assert all(any(name.startswith(word) for name in counted) for word in CHECKS["proofs"].words)
+    assert not [name for name in counted if name.startswith(("cgla_graph/timed/", "cgla_graph/airspace/"))]
+
+
+def test_the_rest_of_the_suite_leaves_out_the_tests_of_checks_alone() -> None:
+    assert digests.others(["browser", "paper"]) == " ".join(
+        f"--ignore={name}" for name in (*digests.OF_PAGES, "tests/comparisons/claims")
+    )
+    assert not [word for name in ("browser", "paper", "proofs") for word in CHECKS[name].words if word[:6] != "tests/"]
+
+
 def test_ci_asks_for_all_of_them() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     assert re.search(rf"^{' '.join(CHECKS)}: ", makefile, re.MULTILINE)
-    assert re.search(r"^check: lint suite bounds browser paper$", makefile, re.MULTILINE)
+    assert re.search(r"^check: lint suite bounds browser paper proofs$", makefile, re.MULTILINE)
     assert "export CGLA_DIGESTS=read" in script
     assert re.search(r"^make .* check comparison docs$", script, re.MULTILINE)

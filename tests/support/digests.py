@@ -3,7 +3,8 @@ Costly checks, which CI repeats only where what they look at has changed.
 
 ``digests.py CHECK …`` runs the checks. With ``CGLA_DIGESTS=read`` it leaves out those whose digest is the one in
 ``tests/digests``; with ``CGLA_DIGESTS=write`` it writes the digest of each that has passed (``make digests``).
-``digests.py --passed CHECK`` runs nothing, and fails if CHECK would have to run.
+``digests.py --passed CHECK`` runs nothing, and fails if CHECK would have to run. ``digests.py --others CHECK …`` prints
+the options by which pytest runs all other tests.
 """
 
 import hashlib
@@ -31,12 +32,22 @@ OF_KERNELS = tuple(
 )  # fmt: skip
 BROWSER = tuple(f"tests/support/{name}.py" for name in ("chromium", "live_page", "serving"))
 OF_PAGES = ("tests/comparisons/report/test_report_browser.py", "tests/comparisons/live/test_live_browser.py")
+#: Tests of lower bounds in the plane, and of what else is said of all paths.
+OF_PROOFS = (
+    *(f"tests/{name}" for name in ("certificate", "eikonal", "regions", "restricted")),
+    *(f"tests/solvers/test_{name}.py" for name in ("earth_proofs", "plane_claims", "plane_claims_slow")),
+)
 LIBRARY = ("cgla_graph/**/*", "solvers/**/*")
 #: Parts of these that neither a comparison of planners nor a claim runs.
 NOT_COMPARED = (
     *(f"cgla_graph/{name}/**/*" for name in ("airspace", "networkx_backend", "people", "testing", "timed", "turning")),
     *(f"solvers/{name}/**/*" for name in ("timed", "trade_off", "uncertain")),
     "cgla_graph/certificate/answers.py", "solvers/questions.py",
+)  # fmt: skip
+#: Parts of these that no proof in the plane looks at.
+NOT_PROVEN = (
+    *(f"cgla_graph/{name}/**/*" for name in ("airspace", "fusion", "mission", "motion", "networkx_backend", "timed")),
+    *(f"solvers/{name}/**/*" for name in ("timed", "uncertain")),
 )  # fmt: skip
 
 
@@ -79,6 +90,15 @@ CHECKS: Mapping[str, Check] = {
         ("comparisons/claims/**/*", "tests/comparisons/claims/**/*", "solvers/**/*", "cgla_graph/mission/**/*"),
         ("tests/comparisons/claims",),
         without=NOT_COMPARED,
+    ),
+    "proofs": Check(
+        (
+            *(*LIBRARY, "comparisons/study/documents.py", "examples/proofs/**/*", "tests/support/**/*"),
+            *(*OF_PROOFS, *(f"{name}/**/*" for name in OF_PROOFS)),
+        ),
+        OF_PROOFS,
+        packages=("numba", "numpy", "shapely"),
+        without=NOT_PROVEN,
     ),
     "comparison": Check(
         (*LIBRARY, "comparisons/study/**/*", "comparisons/plots/**/*"), ("make", "compare"), without=NOT_COMPARED
@@ -137,6 +157,14 @@ def main(names: Iterable[str], run: Callable[[Check], int] = perform, root: Path
     return 0
 
 
+def others(names: Iterable[str]) -> str:
+    """Return the options by which pytest leaves out the tests of checks."""
+    return " ".join(f"--ignore={word}" for name in names for word in CHECKS[name].words)
+
+
 if __name__ == "__main__":
-    _, *arguments = sys.argv
-    sys.exit(not has_passed(arguments[1]) if arguments[:1] == ["--passed"] else main(arguments))
+    _, first, *more = sys.argv
+    if first == "--others":
+        print(others(more))
+    else:
+        sys.exit(not has_passed(more[0]) if first == "--passed" else main([first, *more]))
