@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -12,9 +12,12 @@ from cgla_graph.airspace.endurance.aircraft import Aircraft
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.certify import share_of
 from cgla_graph.comparisons.cli.flight_time import Endurance
-from cgla_graph.comparisons.cli.options import BudgetOptions, UncertainOptions
+from cgla_graph.comparisons.cli.options import BudgetOptions, ProofOptions, UncertainOptions
 from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.options import read_tolerance
 from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.study.under_objective import runs_under
+from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.risk_scenarios import read_scenarios
@@ -142,7 +145,7 @@ class Uncertain:
 
     def document(self, run: Run) -> dict[str, Any]:
         """Return the numbers over all scenarios as JSON."""
-        return _of(run).outlook(self.options.exceeds)
+        return outlook_of(run, self.options)
 
     def lines(self, run: Run) -> dict[str, str]:
         """Return the printed lines over all scenarios."""
@@ -184,6 +187,59 @@ class Uncertain:
                 chance, least, most = map(_part, held["chance_above"])
                 lines["exceeds"] += f"; in other samples {chance}, {least} to {most}"
         return lines
+
+
+def compare_uncertain(
+    options: UncertainOptions, scenarios: Sequence[Scenario], entrants: Sequence[Entrant], proof: ProofOptions
+) -> list[list[Run]]:
+    """
+    Compare solvers under uncertain risk, on each map, by `cgla_graph.comparisons.study.under_objective.runs_under`.
+
+    Raises
+    ------
+    CglaError
+        If scenarios are missing, or an option is malformed or does not go with them.
+    """
+    texts = [None] if options.alpha is None else options.alpha.split(",")
+    asked = [read_uncertain(dataclasses.replace(options, alpha=text), {}) for text in texts]
+    alphas = [None if text is None else share_of(text, "--alpha") for text in texts]
+    tolerance = read_tolerance(WANTED if proof.tolerance is None else proof.tolerance, certify=not proof.no_certificate)
+    objective: Any = options.objective
+    on = [asked[0].on(scenario) for scenario in scenarios]
+    with console.running_solvers([one.problem.model for one in on]):
+        return [runs_under(one, entrants, objective, alphas, tolerance=tolerance) for one in on]
+
+
+def outlook_of(run: Run, options: UncertainOptions) -> dict[str, Any]:
+    """Return the numbers of a run over all scenarios as JSON."""
+    return _of(run).outlook(options.exceeds)
+
+
+def uncertain_table(runs: Sequence[Run]) -> FittedTable:
+    """
+    Show the answers of solvers under uncertain risk, a line each.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> solution = UncertainSolution(Status.FOUND, cost=2.0, lower_bound=1.9, costs=np.array([1.0, 2.0]))
+    >>> solution = dataclasses.replace(solution, probabilities=(0.5, 0.5), objective="worst", alpha=1.0)
+    >>> run = Run(load_scenario("paper"), "mine", None, exact=False, solution=solution)
+    >>> uncertain_table([run]).rows
+    [['mine', '2.00000', '+5.27 %', '1.50000', '2.00000', '0.00']]
+    """
+    rows: list[Sequence[str]] = []
+    for run in runs:
+        one = _of(run)
+        numbers = [one.cost, one.expected_cost, one.worst_cost]
+        cost, *others = [figure(number, 6) for number in numbers] if one.status.has_path else [one.status.label, "", ""]
+        rows.append([run.solver, cost, percent(one.gap), *others, f"{one.total_seconds:.2f}"])
+    first = _of(runs[0])
+    what = f"{first.objective} cost over {len(first.probabilities)} scenarios"
+    note = "gap: of the cost to a bound that no path undercuts, the same for all solvers"
+    heads = ("cost", "gap", "expected", "worst", "seconds")
+    return FittedTable(f"{runs[0].on_map.full_title}: {what}", ("solver",), heads, ("seconds",), [note], rows)
 
 
 def _part(share: float) -> str:

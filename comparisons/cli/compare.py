@@ -19,6 +19,7 @@ from cgla_graph.comparisons.cli.options import (
     RasterOptions,
     RefineOption,
     StudyOptions,
+    UncertainOptions,
     ZoneOptions,
     map_changes,
     naming_graphs,
@@ -26,10 +27,11 @@ from cgla_graph.comparisons.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from typing import Any
 
     from cgla_graph.comparisons.results.study_run import Request, RunOptions
+    from cgla_graph.comparisons.study.options import MapOptions as MapChanges
 
 
 def compare(
@@ -40,6 +42,7 @@ def compare(
     raster: RasterOptions,
     aircraft: AircraftOptions,
     comparison: ComparisonOptions,
+    uncertain: UncertainOptions,
     scenarios: MissionsArg = None,
     refine: RefineOption = False,
     proofs: Annotated[
@@ -60,17 +63,24 @@ def compare(
     those that need no other package and are fast enough to plan dozens of times. Of one map that changes in time,
     solvers of such maps are compared. For pairs of nodes of a graph, use cgla graph compare. Ctrl-C keeps the runs
     that are done.
+
+    With --scenarios, the risk is uncertain: hybrid and cgla, or the given solvers, plan under one objective, in this
+    process. --alpha may be a list; with --out, the paths are drawn.
     """
     if example or schema:
         from cgla_graph.comparisons.study.study_file import EXAMPLE, study_schema
 
         console.out(EXAMPLE) if example else console.out_json(study_schema())
         return
+    changes = map_changes(maps, zones, raster, aircraft)
+    if uncertain != UncertainOptions():
+        alone = {**vars(study), **vars(comparison), "proofs": proofs}
+        _under_objective(uncertain, scenarios or ["paper"], changes, proof, alone, refine=refine, as_json=as_json)
+        return
     if scenarios is not None and len(scenarios) == 1 and _changes_in_time(scenarios[0]):
         from cgla_graph.comparisons.cli.timed import compare_timed
 
         groups = (study, dataclasses.replace(comparison, solvers=None, seeds=None))
-        changes = map_changes(maps, zones, raster, aircraft)
         left_out = {"refine": refine, "proofs": proofs}
         raise typer.Exit(compare_timed(scenarios, changes, comparison, proof, groups, left_out, as_json=as_json))
     from cgla_graph.comparisons.results import study_run
@@ -79,7 +89,7 @@ def compare(
     with naming_graphs("compare", scenarios or ()):
         asked = study_run.Settings(
             specs=scenarios or (),
-            maps=map_changes(maps, zones, raster, aircraft),
+            maps=changes,
             refine=refine,
             tolerance=proof.tolerance,
             certify=not proof.no_certificate,
@@ -98,6 +108,50 @@ def _changes_in_time(spec: str) -> bool:
     return (
         spec.lower().endswith(".toml") and is_file(Path(spec)) and is_timed_text(read_text(spec, spec, "a TOML file"))
     )
+
+
+def _under_objective(
+    uncertain: UncertainOptions,
+    specs: "Sequence[str]",
+    changes: "MapChanges",
+    proof: ProofOptions,
+    options: "dict[str, Any]",
+    *,
+    refine: bool,
+    as_json: bool,
+) -> None:
+    """Compare solvers under uncertain risk, and print it."""
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.cli.budget import compare_uncertain, outlook_of, uncertain_table
+    from cgla_graph.comparisons.cli.tour import check_alone
+    from cgla_graph.comparisons.plots.runs import map_by_alpha
+    from cgla_graph.comparisons.results.study_run import split_specs
+    from cgla_graph.comparisons.study.options import number_names, open_all, read_entrants
+    from cgla_graph.comparisons.study.rows import plan_document
+    from cgla_graph.plots import pictures
+
+    out, strict, solvers = (options.pop(name) for name in ("out", "strict", "solvers"))
+    check_alone("--scenarios", [], options, "solvers are compared under uncertain risk without it")
+    maps, _ = split_specs(specs, ["--scenarios"])
+    scenarios = number_names(open_all(maps, changes))
+    entrants = read_entrants(solvers or "hybrid,cgla", refine=refine, scenarios=scenarios)
+    folder = None if out is None else files.make_folder(out)
+    every = compare_uncertain(uncertain, scenarios, entrants, proof)
+    written = [
+        file
+        for runs in every
+        if folder is not None
+        for file in pictures.save_all(map_by_alpha(runs), folder / f"{runs[0].on_map.name}-uncertain", ["png"])
+    ]
+    if as_json:
+        found = [{**plan_document(run), "uncertain": outlook_of(run, uncertain)} for runs in every for run in runs]
+        console.out_json({"runs": found, "files": [str(file) for file in written]})
+    else:
+        for runs in every:
+            console.out_table(uncertain_table(runs))
+        console.out_files(written, folder)
+    if strict and not all(run.solution.status.has_path for runs in every for run in runs):
+        raise typer.Exit(console.MISSING)
 
 
 def run_options(study: StudyOptions) -> "RunOptions":

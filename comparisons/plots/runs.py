@@ -9,6 +9,7 @@ from cgla_graph.comparisons.study.rows import by_solver, median_run, scenario_bo
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.certificate import proof_of
 from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.solution import Solution
 from cgla_graph.plots.certificate import certificate_figure
 from cgla_graph.plots.flight import LabelledFlight
 from cgla_graph.plots.graph import graph_figure
@@ -58,6 +59,16 @@ def weight_of_risk(problem: Problem | GraphProblem) -> float | None:
 def map_of_runs(runs: Sequence[Run], named: Collection[str] = ()) -> Figure:
     """Draw the map of one scenario with the path of every solver."""
     return map_figure(TitledProblem.of(runs[0].on_map), paths_of(runs, named), scenario_bound(runs))
+
+
+def map_by_alpha(runs: Sequence[Run]) -> Figure:
+    """Draw the cheapest path for each alpha of CVaR; of a single one, the path of every solver."""
+    best: dict[str, Solution] = {}
+    for run in sorted(runs, key=lambda run: run.solution.cost):
+        best.setdefault(f"alpha {getattr(run.solution, 'alpha', 0.0):g}", run.solution)
+    if len(best) == 1:
+        return map_of_runs(runs)
+    return map_figure(TitledProblem.of(runs[0].on_map), labelled_paths(best, sorted(best), best))
 
 
 def picture_of_runs(runs: Sequence[Run], named: Collection[str] = ()) -> Figure | None:

@@ -200,9 +200,21 @@ def _answered(
         named["cost"] = tail.of(costs)
         named["risk"] = float(tail.weights(costs) @ risks)
     bound = numbers.pop("lower_bound", np.nan)
-    if judged.status.has_path and is_refuted(named["cost"], bound):
-        words = f"its path costs {named['cost']:.9g}, but a proof says that none costs less than {bound:.9g}"
-        named |= {"status": Status.FAILED, "message": f"{words}; one of the two is wrong"}
-    named["lower_bound"] = min(bound, named["cost"]) if bound <= named["cost"] * (1.0 + 1e-9) else bound
     known = {"objective": objective, "alpha": tail.alpha, "probabilities": field.probabilities, "sampler": sampler}
-    return UncertainSolution(**{**named, **known, **numbers}, costs=costs)
+    return held_against(UncertainSolution(**{**named, **known, **numbers}, costs=costs), bound)
+
+
+def held_against(solution: UncertainSolution, bound: float) -> UncertainSolution:
+    """
+    Compare an answer with a proven bound of its objective; it fails if its path costs less.
+
+    Examples
+    --------
+    >>> held_against(UncertainSolution(Status.FOUND, cost=1.0), 2.0).status.label
+    'failed'
+    """
+    cost = solution.cost
+    if solution.status.has_path and is_refuted(cost, bound):
+        words = f"its path costs {cost:.9g}, but a proof says that none costs less than {bound:.9g}"
+        solution = dataclasses.replace(solution, status=Status.FAILED, message=f"{words}; one of the two is wrong")
+    return dataclasses.replace(solution, lower_bound=min(bound, cost) if bound <= cost * (1.0 + 1e-9) else bound)

@@ -110,3 +110,21 @@ def test_options_that_do_not_go_together(options: list[str], words: str, cgla: C
     called = cgla("plan", "map.toml", *options)
     assert called.code == 2
     assert words in called.err
+
+
+def test_solvers_are_compared_under_one_objective(folder: Path, cgla: Call) -> None:
+    """Rows are those of `cg.solve`, gaps are to one bound for each alpha, and the paths are drawn."""
+    asked = ("compare", "map.toml", "--scenarios", "drawn.toml", "--objective", "cvar", "--alpha", "0,0.9")
+    told = json.loads(cgla(*asked, "--solvers", "hybrid,eight-direction", "--out", "results", "--json").out)
+    problem = cg.load_scenario("map.toml").problem
+    problem = dataclasses.replace(problem, field=cg.read_scenarios("drawn.toml", problem))
+    best = cg.solve(problem, objective="cvar", alpha=0.9)
+    on_grid = cg.solve(problem, "eight-direction", objective="cvar", alpha=0.9, tolerance=None)
+    assert [run["solver"] for run in told["runs"]] == [
+        f"{name}, alpha {alpha}" for alpha in ("0", "0.9") for name in ("hybrid", "eight-direction")
+    ]
+    assert [run["cost"] for run in told["runs"]][2:] == [best.cost, on_grid.cost]
+    assert [run["lower_bound"] for run in told["runs"]][2:] == [best.lower_bound] * 2
+    assert told["files"] == ["results/map-uncertain.png"]
+    for wrong, word in ((["--seeds", "2"], "seeds"), (["--alpha", "0.5,x"], "x"), (["--overwrite"], "overwrite")):
+        cgla(*asked[:6], *wrong).refused(word)
