@@ -107,6 +107,8 @@ class Arrangement:
     def laid(cls, x: FloatArray, y: FloatArray, costs: FloatArray, block: int = 1) -> "Arrangement":
         """Return the cells between lines."""
         (widths, width), (heights, height) = _different(np.diff(x)), _different(np.diff(y))
+        # (kernels are compiled once for each layout of arrays in memory)
+        costs = np.ascontiguousarray(costs)
         return cls(x, y, costs, widths, heights, height[:, None] * len(widths) + width, block=block)
 
     def coarsened(self, times: int) -> "Arrangement":

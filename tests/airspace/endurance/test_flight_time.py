@@ -276,7 +276,6 @@ def test_a_checked_plan_is_clean_only_if_the_battery_lasts() -> None:
     assert high.flight.climbing == 60 / 3 + 60 / 2
 
 
-@pytest.mark.slow
 @usual
 @given(
     plan=flight_plans(autopilot=False),
