@@ -93,7 +93,8 @@ def moving_floor(x: float, y: float, reach: float, half_time: float, threats: Fl
         dx, dy = x - threat[X], y - threat[Y]
         r2 = dx * dx + dy * dy
         q = 1.0 / (threat[SPREAD] * threat[SPREAD])
-        if not 0.5 * q * r2 < FAINT:
+        # (one without a peak fills a row)
+        if not 0.5 * q * r2 < FAINT or threat[PEAK] <= 0.0:
             continue
         linear, bend, q1 = _shape(threat, math.sqrt(r2), reach, half_time)
         if linear == math.inf:

@@ -62,6 +62,15 @@ def test_no_flight_undercuts_the_bound_and_it_is_close(seed: int) -> None:
         assert not flight.feasible or flight.cost >= found.lower_bound
 
 
+def test_hours_may_have_different_numbers_of_threats() -> None:
+    """Rows of threats are filled up to the most of any hour; what fills them once ended the proof."""
+    threats = cg.Threat(0.4, 0.5, 0.1, 0.5), cg.Threat(0.15, 0.05, 0.1, 0.5)
+    hours = [(0.3, cg.RiskField(threats)), (0.5, cg.RiskField(threats[1:]))]
+    problem = cg.TimedProblem((0.1, 0.5), (0.9, 0.5), cg.RiskField(threats[:1]), speed=1.0, k=2.0, fields=hours)
+    plan = cg.solve(problem, nodes=20_000, tolerance=0.05, max_cells=50_000)
+    assert plan.cost / 1.05 <= plan.lower_bound <= plan.cost
+
+
 @pytest.mark.parametrize("away", [0.01, *(pytest.param(away, marks=pytest.mark.slow) for away in (0.002, 0.03))])
 @pytest.mark.parametrize("more", [{}, pytest.param({"waiting": 0.8, "departure": (0.0, 0.1)}, marks=pytest.mark.slow)])
 def test_bounds_hold_right_beside_the_goal(away: float, more: dict[str, object]) -> None:
