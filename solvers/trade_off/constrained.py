@@ -5,8 +5,6 @@ import math
 import time
 from typing import Any, Literal
 
-import numpy as np
-
 from cgla_graph._progress import showing
 from cgla_graph._text import rounded_down
 from cgla_graph._types import FloatArray
@@ -14,10 +12,10 @@ from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.certificate.certificate import prove
 from cgla_graph.certificate.within import cut_within
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.problem import Evaluation, Problem
+from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.model.solver import Solver
-from cgla_graph.refine.refine import refine_path
+from cgla_graph.solvers.trade_off.budget_use import Budget, bent, refined
 from cgla_graph.solvers.trade_off.front import ROUNDING, chord_weight, growing_weights, is_risk_free
 from cgla_graph.solvers.trade_off.label_search import constrained_path
 from cgla_graph.solvers.trade_off.plan_within import PlanWithin, Scope
@@ -31,14 +29,10 @@ CLOSE = 1e-5
 SMALL_GAP = 1e-3
 #: A lattice's best path is refined as well, up to this many nodes.
 SEEDS_UP_TO = 1000
-#: Weights that a path is refined under: their greatest ratio to the one that prices the budget, and their number.
-MOST_SHIFT, SHIFTS = 64.0, 12
 #: Statuses by which a solver says that it finds no path.
 NONE_FOUND = {Status.NO_PATH, Status.NOT_FOUND, Status.STUCK, Status.INFEASIBLE}
 #: Statuses of a solver that has not looked for a path.
 NOT_TRIED = {Status.UNSUPPORTED, Status.UNAVAILABLE}
-#: Halvings on the way from a path that keeps the budget towards one that does not.
-HALVINGS = 30
 
 
 def plan_within_risk(
@@ -148,11 +142,8 @@ class _Search:
     ) -> None:
         self.began = time.perf_counter()
         self.reweighed, self.problem = reweighed, reweighed.problem
-        self.limited, self.budget = limited, budget
+        self.budget = Budget(limited, budget)
         self.tolerance = None if tolerance is None else positive_number("tolerance", tolerance)
-        self.on_risk = limited == "risk"
-        #: The budget as it is kept and proven: the same path may differ by rounding from solve to solve.
-        self.room = budget * (1.0 + ROUNDING)
         #: The path of least risk on the lattice, once it was asked for.
         self.least: Solution | None = None
         #: The path of the last certificate.
@@ -160,7 +151,7 @@ class _Search:
 
     def run(self) -> PlanWithin:
         """Search, unless the shortest path decides the answer."""
-        with showing(f"planning within {self.budget:g} of {self.limited}"):
+        with showing(f"planning within {self.budget.amount:g} of {self.budget.limited}"):
             return self._run()
 
     def _run(self) -> PlanWithin:
@@ -169,30 +160,22 @@ class _Search:
         shortest = self.reweighed.at(0.0)
         if not shortest.status.has_path:
             return self._without_path(shortest)
-        if self.keeps(shortest) == self.on_risk:
-            return self._plan(shortest, *self._dual(0.0)) if self.on_risk else self._too_short(shortest)
+        if self.budget.keeps(shortest) == self.budget.on_risk:
+            return self._plan(shortest, *self._dual(0.0)) if self.budget.on_risk else self._too_short(shortest)
         return self._search(shortest)
 
     def _search(self, shortest: Solution) -> PlanWithin:
         """Enclose the budget between two paths, and search between them."""
-        if not self.on_risk and is_risk_free(shortest):
+        if not self.budget.on_risk and is_risk_free(shortest):
             return self._plan(shortest, math.inf, 0.0)
         short, safe = self._enclose(shortest)
-        if self.keeps(safe) == self.on_risk:
+        if self.budget.keeps(safe) == self.budget.on_risk:
             return self._between(short, safe)
-        if self.on_risk:
+        if self.budget.on_risk:
             return self._too_safe(safe)
         if self._is_safest_of_lattice(safe):
             return self._plan(safe, math.inf, safe.risk)
         return self._plan(safe, *self._dual(max(self.reweighed.solved)))
-
-    def keeps(self, path: Solution | Evaluation) -> bool:
-        """Whether a path keeps the budget, up to rounding."""
-        return (path.risk if self.on_risk else path.length) <= self.room
-
-    def value(self, path: Solution | Evaluation) -> float:
-        """Return the value to minimise."""
-        return path.length if self.on_risk else path.risk
 
     def _enclose(self, shortest: Solution) -> tuple[Solution, Solution]:
         """Grow the weight until the budget lies between two paths, or no risk is left to shed."""
@@ -201,7 +184,7 @@ class _Search:
             found = self.reweighed.at(k)
             if found.status.has_path and found.risk < safe.risk:
                 short, safe = safe, found
-            if self.keeps(safe) == self.on_risk or safe.risk == 0.0:
+            if self.budget.keeps(safe) == self.budget.on_risk or safe.risk == 0.0:
                 return short, safe
         least = self.least = self.reweighed.least_risk()
         return (short, safe) if least is None or least.risk >= safe.risk else (safe, least)
@@ -222,46 +205,42 @@ class _Search:
             cost = short.length + k * short.risk
             if not now.status.has_path or now.cost >= cost * (1.0 - ROUNDING):
                 break
-            short, safe = (short, now) if self.keeps(now) == self.on_risk else (now, safe)
-            if not self.reweighed.exact and self._is_close(safe if self.on_risk else short, now, k):
+            short, safe = (short, now) if self.budget.keeps(now) == self.budget.on_risk else (now, safe)
+            if not self.reweighed.exact and self._is_close(safe if self.budget.on_risk else short, now, k):
                 break
-        broken = short if self.on_risk else safe
+        broken = short if self.budget.on_risk else safe
         found = [path for path in (short, safe, *self.reweighed.solved.values()) if path.status.has_path]
-        kept = min(filter(self.keeps, found), key=self.value)
+        kept = min(filter(self.budget.keeps, found), key=self.budget.value)
         if self.reweighed.exact:
             return self._on_lattice(kept)
         return self._with_cut(self._plan(self._in_plane(kept, broken, k), *self._dual(k)))
 
     def _with_cut(self, plan: PlanWithin) -> PlanWithin:
         """Close the duality gap by the best weight at each place, where the gap is above the tolerance."""
-        value = self.value(plan.solution)
+        value = self.budget.value(plan.solution)
         if self.tolerance is None or not plan.gap > self.tolerance or not 0.0 < plan.k < math.inf or not value > 0.0:
             return plan
         found = [path.path for path in self.reweighed.solved.values() if path.status.has_path]
-        cut = cut_within(self.problem, self.limited, self.room, value, plan.k, found, tolerance=self.tolerance)
+        cut = cut_within(
+            self.problem, self.budget.limited, self.budget.room, value, plan.k, found, tolerance=self.tolerance
+        )
         return dataclasses.replace(plan, cut_bound=cut.lower_bound)
 
     def _is_close(self, kept: Solution, now: Solution, k: float) -> bool:
         """Whether a path is as good as any within the budget can be, by the solver's own costs."""
-        return self.value(kept) <= self._bound(now.cost, k) * (1.0 + CLOSE)
-
-    def _bound(self, cost: float, k: float) -> float:
-        """Bound the value to minimise from below, where no path costs less than `cost` under the weight `k`."""
-        if self.on_risk:
-            return cost - k * self.room
-        return (cost - self.room) / k if k > 0.0 else 0.0
+        return self.budget.value(kept) <= self.budget.bound(now.cost, k) * (1.0 + CLOSE)
 
     def _dual(self, k: float) -> tuple[float, float]:
         """Return the weight of the best bound, and the bound: of all solved on a lattice, else the proof for `k`."""
         if self.reweighed.exact:
             solved = [(weight, found) for weight, found in self.reweighed.solved.items() if found.status.has_path]
             # length alone says nothing of risk
-            solved = solved if self.on_risk else [pair for pair in solved if pair[0] > 0.0]
-            bounds = [(self._bound(found.cost * (1.0 - ROUNDING), weight), weight) for weight, found in solved]
+            solved = solved if self.budget.on_risk else [pair for pair in solved if pair[0] > 0.0]
+            bounds = [(self.budget.bound(found.cost * (1.0 - ROUNDING), weight), weight) for weight, found in solved]
             bound, k = max(bounds, key=lambda pair: pair[0], default=(0.0, k))
             return k, max(0.0, bound)
-        straight = self.problem.least_length if self.on_risk else 0.0
-        return k, max(straight * (1.0 - ROUNDING), self._bound(self._certified(k), k))
+        straight = self.problem.least_length if self.budget.on_risk else 0.0
+        return k, max(straight * (1.0 - ROUNDING), self.budget.bound(self._certified(k), k))
 
     def _certified(self, k: float) -> float:
         """Bound the cost of every path inside the bounds under a weight; without a tolerance, by the straight line."""
@@ -283,76 +262,36 @@ class _Search:
             return self._plan(dataclasses.replace(kept, status=Status.FOUND), k, bound)
         lengths, risks = matrices
         ends = on.graph.index_of(on.source), on.graph.index_of(on.target)
-        known = self.value(kept) * (1.0 - ROUNDING)
+        known = self.budget.value(kept) * (1.0 - ROUNDING)
         # matrices and the oracle round sums differently: what keeps half of the room here keeps all of it there
-        room = self.budget * (1.0 + 0.5 * ROUNDING)
-        if self.on_risk:
+        room = self.budget.amount * (1.0 + 0.5 * ROUNDING)
+        if self.budget.on_risk:
             found = constrained_path(lengths, risks, ends, room, price=k, known=known)
         else:
             found = constrained_path(risks, lengths, ends, room, price=1.0 / k if k > 0.0 else 0.0, known=known)
         if found.nodes and on.graph.positions is not None:
             path = on.graph.positions[list(found.nodes)]
             # the search adds up matrices; the oracle decides
-            if self.keeps(self.problem.evaluate(path)):
+            if self.budget.keeps(self.problem.evaluate(path)):
                 return self._plan(Solution(Status.OPTIMAL, path=path), k, bound)
         proven = found.finished and not found.nodes
         return self._plan(kept if proven else dataclasses.replace(kept, status=Status.FOUND), k, bound)
 
     def _in_plane(self, kept: Solution, broken: Solution, k: float) -> Solution:
         """Search for paths that no risk weight finds: near the one that keeps the budget, and the lattice's best."""
-        best = self._bent(kept, broken)
-        known = max(self._bound(path.cost, k) for k, path in self.reweighed.solved.items() if path.status.has_path)
-        if self.value(best) <= known * (1.0 + SMALL_GAP):
+        best = bent(self.problem, self.budget, kept, broken)
+        known = max(
+            self.budget.bound(path.cost, k) for k, path in self.reweighed.solved.items() if path.status.has_path
+        )
+        if self.budget.value(best) <= known * (1.0 + SMALL_GAP):
             return best
         seeds = [kept]
         if self.problem.on_lattice(self.reweighed.resolution).graph.n_nodes <= SEEDS_UP_TO:
             lattice = Reweighed(self.problem, "cgla", resolution=self.reweighed.resolution)
-            seed = _Search(lattice, self.limited, self.budget, self.tolerance).run().solution
+            seed = _Search(lattice, self.budget.limited, self.budget.amount, self.tolerance).run().solution
             seeds.append(dataclasses.replace(seed, status=Status.FOUND) if seed.status.has_path else seed)
-        found = [self._refined(seed, k) for seed in seeds if seed.status.has_path]
-        return min([best, *found], key=self.value)
-
-    def _refined(self, kept: Solution, k: float) -> Solution:
-        """Refine a path under the weight that uses the budget up, found by bisection of its logarithm."""
-        best, broken = kept, None
-        low, high = k / MOST_SHIFT, k * MOST_SHIFT
-        for _ in range(SHIFTS):
-            middle = math.sqrt(low * high)
-            refined = refine_path(dataclasses.replace(self.problem, k=middle), kept.path, tolerance=1e-5)
-            judged = self.problem.evaluate(refined.path)
-            found = dataclasses.replace(kept, path=refined.path, length=judged.length, risk=judged.risk)
-            if not self.keeps(found):
-                broken = found
-            elif self.value(found) < self.value(best):
-                best = found
-            low, high = (low, middle) if self.keeps(found) == self.on_risk else (middle, high)
-        return best if broken is None else self._bent(best, broken)
-
-    def _bent(self, kept: Solution, broken: Solution) -> Solution:
-        """
-        Bend a path that keeps the budget towards one that does not, as far as the budget goes.
-
-        An obstacle or a threat between the two limits how far that is.
-        """
-        shares = [_shares(path.path) for path in (kept, broken)]
-        at = np.union1d(*shares)
-        ends = [
-            np.column_stack([np.interp(at, share, axis) for axis in path.path.T])
-            for share, path in zip(shares, (kept, broken), strict=True)
-        ]
-        best, best_value = kept, self.value(kept)
-        low, high = 0.0, 1.0
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            path = (1.0 - middle) * ends[0] + middle * ends[1]
-            path[0], path[-1] = self.problem.start, self.problem.goal
-            judged = self.problem.evaluate(path)
-            fits = judged.feasible and self.keeps(judged)
-            low, high = (middle, high) if fits else (low, middle)
-            if fits and self.value(judged) < best_value:
-                best = dataclasses.replace(kept, path=path, length=judged.length, risk=judged.risk)
-                best_value = self.value(judged)
-        return best
+        found = [refined(self.problem, self.budget, seed, k) for seed in seeds if seed.status.has_path]
+        return min([best, *found], key=self.budget.value)
 
     def _without_path(self, answer: Solution) -> PlanWithin:
         """Report that the solver finds no path: a proof on the lattice by an exact one, else by a certificate."""
@@ -367,9 +306,11 @@ class _Search:
             status = Status.NO_PATH if status in NONE_FOUND else status
         else:
             status = Status.NOT_FOUND if status is Status.NO_PATH else status
-            if not self.on_risk and shortest > self.room:
+            if not self.budget.on_risk and shortest > self.budget.room:
                 bound = math.inf
-                known = f"no path of length at most {self.budget:g} exists: none is shorter than {_proven(shortest)}"
+                known = (
+                    f"no path of length at most {self.budget.amount:g} exists: none is shorter than {_proven(shortest)}"
+                )
             else:
                 k, bound, known = self._by_proof_alone(shortest)
         msg = f"{self.reweighed.solver.traits.name} finds no path ({answer.message or answer.status.value}); {known}"
@@ -379,23 +320,25 @@ class _Search:
         """Return weight and bound of paths within the budget if the solver finds none, and a sentence on them."""
         path = None if self.of_proof is None else self.problem.evaluate(self.of_proof)
         k, bound, least = 0.0, shortest, "is shorter"
-        if not self.on_risk:
+        if not self.budget.on_risk:
             k = 0.0 if path is None else max(growing_weights(path), default=0.0)
-            bound, least = max(0.0, self._bound(self._certified(k), k)), "has less risk"
+            bound, least = max(0.0, self.budget.bound(self._certified(k), k)), "has less risk"
         known = "whether another path keeps the budget is not known"
-        if path is not None and self.keeps(path):
+        if path is not None and self.budget.keeps(path):
             known = f"there is one within the budget, of length {path.length:.9g} and risk {path.risk:.9g}"
         return k, bound, f"{known}; none within the budget {least} than {_proven(bound)}"
 
     def _too_short(self, shortest: Solution) -> PlanWithin:
         """Report that even the shortest path is too long."""
         if self.reweighed.exact:
-            msg = f"no path on the lattice is at most {self.budget:g} long: the shortest is {shortest.length:.9g}"
+            msg = (
+                f"no path on the lattice is at most {self.budget.amount:g} long: the shortest is {shortest.length:.9g}"
+            )
             return self._plan(Solution(Status.NO_PATH, message=msg), 0.0, math.inf)
         proven = self._certified(0.0)
-        impossible = proven > self.room
+        impossible = proven > self.budget.room
         msg = (
-            f"no path of length at most {self.budget:g} {'exists' if impossible else 'was found'}: "
+            f"no path of length at most {self.budget.amount:g} {'exists' if impossible else 'was found'}: "
             f"the shortest found is {shortest.length:.9g} long, and none is shorter than {_proven(proven)}"
         )
         return self._plan(Solution(Status.NOT_FOUND, message=msg), 0.0, math.inf if impossible else 0.0)
@@ -404,11 +347,11 @@ class _Search:
         """Report that even the path of least risk exceeds the budget."""
         least = f"{safest.risk:.9g}, at length {safest.length:.9g}"
         if self._is_safest_of_lattice(safest):
-            msg = f"no path on the lattice has a risk of at most {self.budget:g}: the least is {least}"
+            msg = f"no path on the lattice has a risk of at most {self.budget.amount:g}: the least is {least}"
             return self._plan(Solution(Status.NO_PATH, message=msg), math.inf, math.inf)
         k, bound = self._dual(max(self.reweighed.solved))
         msg = (
-            f"no path of risk at most {self.budget:g} was found: the least found is {least}; "
+            f"no path of risk at most {self.budget.amount:g} was found: the least found is {least}; "
             f"none within the budget is shorter than {_proven(bound)}"
         )
         return self._plan(Solution(Status.NOT_FOUND, message=msg), k, bound)
@@ -432,8 +375,8 @@ class _Search:
         )
         return PlanWithin(
             self.problem.judge(solution),
-            self.limited,
-            self.budget,
+            self.budget.limited,
+            self.budget.amount,
             k,
             bound,
             scope,
@@ -444,9 +387,3 @@ class _Search:
 def _proven(bound: float) -> str:
     """Return a bound as text, rounded down."""
     return f"{rounded_down(bound, 9)} (proven)"
-
-
-def _shares(path: FloatArray) -> FloatArray:
-    """How far along a path each waypoint is, from 0 to 1, shape ``(m,)``."""
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-    return np.asarray(along / along[-1])
