@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import integrate
 
+import cgla_graph as cg
 from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.claim import Answer, Finding
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
@@ -121,3 +122,23 @@ def test_a_map_has_each_case_once_with_what_is_recomputed(monkeypatch: pytest.Mo
     assert [(one["high"], one["k"]) for one in records[:2]] == [(50.0, 10.0), (50.0, 50.0)]
     (threat,) = flown[0][1]
     assert (threat.x, threat.y, threat.spread) == (0.6, 0.5, pytest.approx(0.0375))
+
+
+def test_what_is_flown_past_the_threat_of_fig_6_is_held_against_a_proof() -> None:
+    table = claims.against_full_knowledge()
+    assert [row[0] for row in table.rows] == ["10", "100"]
+    for (problem, flown), row in zip(claims.fig_6_in_time(), table.rows, strict=True):
+        assert row[1] == pytest.approx(
+            problem.k * problem.evaluate(flown).risk + problem.evaluate(flown).ground_distance
+        )
+        assert flown[-1, 0] == pytest.approx(problem.evaluate(flown).ground_distance / 0.02)
+    assert [row[5] for row in table.rows] == [pytest.approx(1.126, abs=1e-3), pytest.approx(1.433, abs=1e-3)]
+
+
+@pytest.mark.slow
+def test_the_costs_of_those_who_know_of_the_threat_are_proven() -> None:
+    for problem, _ in claims.fig_6_in_time():
+        best, least = claims.KNOWING[problem.k]
+        plan = cg.solve(problem, tolerance=0.03, max_cells=1_000_000)
+        assert plan.lower_bound >= least
+        assert plan.cost <= best
