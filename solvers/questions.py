@@ -16,20 +16,18 @@ from cgla_graph.certificate.answers import Answers
 from cgla_graph.certificate.certificate import (
     MAX_CELLS,
     WORTH,
-    improved,
     is_separated,
     load_kernels,
     usual_cells,
 )
 from cgla_graph.certificate.isochrones import Isochrones, isochrones_to
-from cgla_graph.certificate.many import MOST_SOLVES, GoalSurface, Ground
+from cgla_graph.certificate.many import COARSE, MANY, MOST_SOLVES, GoalSurface, Ground, refined
 from cgla_graph.certificate.many_cells import CellSurface
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.problem import Evaluation, Problem, problem_wanted
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.model.solver import trivial_solution
-from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers.solving import solve
 
 #: The gap that is asked for by default.
@@ -37,13 +35,8 @@ TOLERANCE = 0.01
 #: Cells along the longer side of the grid for a gap of 1 %, by how many questions have their goal in common, at least;
 #: for other gaps, the number goes with the root of the gap. Where fewer have, each is proven by itself.
 STEPS = {24: 512, 6: 384, 4: 256}
-#: The same for paths to begin a proof with, and how many questions landmarks are laid for, at least.
-COARSE, MANY = 96, 8
-#: The same for isochrones by default: on maps with cells of constant cost, where places take longer, and on others.
+#: Those for isochrones by default: on maps with cells of constant cost, where places take longer, and on others.
 ISOCHRONE_STEPS = {True: 128, False: 256}
-#: Paths whose gap is too wide are refined: until finer waypoints gain less than this part of the tolerance, with so
-#: many waypoints at most.
-REFINED, MOST_WAYPOINTS = 0.05, 64
 #: Name of the solver in answers.
 NAME = "map"
 
@@ -355,30 +348,16 @@ class _Work:
         )
 
     def _own(self, problem: Problem, path: FloatArray) -> Solution:
-        """Prove an answer by itself: in a tube around the given path, or a coarse one; without it, as any problem."""
+        """Prove an answer by itself: on the grid of the map, from the given path if there is one, or as any problem."""
         ground = self.map.ground(COARSE)
-        if ground is not None and not len(path):
-            path = self._refined(ground.path(problem))
-        judged = problem.evaluate(path) if len(path) else None
-        if judged is None and is_separated(problem.relaxed()):
+        in_tube = len(self.starts) >= MANY
+        proof = None if ground is None else ground.proof(problem, self.tolerance, path, in_tube=in_tube)
+        if proof is None and is_separated(problem.relaxed()):
             return Solution(Status.NO_PATH, lower_bound=math.inf, message="there is no path", problem=problem)
-        if ground is not None and judged is not None and judged.feasible:
-            tube = None
-            if len(self.starts) >= MANY:
-                tube = ground.landmarks.tube(problem, judged.cost, usual_cells(problem))
-            proof, _ = improved(problem, path, self.tolerance, tube)
-            if proof.reached:
-                best = path if proof.path is None else proof.path
-                found = Solution(Status.FOUND, path=best, cost=proof.upper_bound, solver=NAME, certificate=proof)
-                return problem.judge(replace(found, lower_bound=proof.lower_bound))
-        return solve(problem, "hybrid", tolerance=self.tolerance)
-
-    def _refined(self, path: FloatArray) -> FloatArray:
-        """Refine a path, unless it is empty."""
-        if not len(path):
-            return path
-        tolerance = REFINED * self.tolerance
-        return refine_path(self.map.problem, path, tolerance=tolerance, max_points=MOST_WAYPOINTS).path
+        if proof is None or not proof.reached or proof.path is None:
+            return solve(problem, "hybrid", tolerance=self.tolerance)
+        found = Solution(Status.FOUND, path=proof.path, cost=proof.upper_bound, solver=NAME, certificate=proof)
+        return problem.judge(replace(found, lower_bound=proof.lower_bound))
 
     def _group(self, end: Point, others: FloatArray) -> _Found:
         """Find paths and bounds between one point and others, with one surface."""
@@ -399,7 +378,7 @@ class _Work:
                 break
             more = surface.solve()
         for number in found.open(self.tolerance).tolist():
-            found.offer(number, self.map.problem, self._refined(found.paths[number]))
+            found.offer(number, self.map.problem, refined(self.map.problem, found.paths[number], self.tolerance))
         # (with better paths, fewer charges are met)
         self._bound(surface, others, found, found.open(self.tolerance))
         self.n_solves += surface.n_solves

@@ -1,12 +1,17 @@
-"""What a UAV must pay that knows the whole world and is alone in it: what flights of teams are compared with."""
+"""What UAVs must pay that know the whole world and are alone in it: what flights of teams are compared with."""
+
+from collections.abc import Mapping
 
 from cgla_graph._types import Point
 from cgla_graph.certificate.certificate import prove
+from cgla_graph.certificate.many import COARSE, MANY, Ground
 from cgla_graph.mission.world import TimedThreat, World
 from cgla_graph.model.problem import Problem
 
 
-def least_cost_alone(world: World, start: Point, goal: Point, k: float, tolerance: float) -> float:
+def least_costs_alone(
+    world: World, flights: Mapping[str, tuple[Point, Point, float]], tolerance: float
+) -> dict[str, float]:
     """
     Bound from below what any flight from start to goal costs, however much its UAV knows, and at any speed.
 
@@ -17,31 +22,42 @@ def least_cost_alone(world: World, start: Point, goal: Point, k: float, toleranc
     ----------
     world
         The truth.
-    start, goal
-        The ends of the flight, map units.
-    k
-        The UAV's risk weight.
+    flights
+        Start and goal of each flight by name, map units, and the UAV's risk weight.
     tolerance
         As `cgla_graph.lower_bound` takes it.
 
     Returns
     -------
-    bound
-        Map units; NaN for fields with peaks above 1, of which nothing is proven.
+    bounds
+        By name, map units; NaN for fields with peaks above 1, of which nothing is proven.
 
     Examples
     --------
-    >>> 0.79 < least_cost_alone(World(), (0.1, 0.1), (0.9, 0.1), 10.0, 0.01) <= 0.8
+    >>> found = least_costs_alone(World(), {"a": ((0.1, 0.1), (0.9, 0.1), 10.0)}, 0.01)
+    >>> 0.79 < found["a"] <= 0.8
     True
     """
     if not world.is_proper:
-        return float("nan")
+        return dict.fromkeys(flights, float("nan"))
     lasting = [
         one.threat
         for one in world.timed
         if isinstance(one, TimedThreat) and one.appears == 0 and one.vanishes is None and not one.moves
     ]
     field = world.field.with_threats(lasting) if lasting else world.field
-    return prove(
-        Problem(start, goal, field, k, bounds=world.bounds, no_fly=world.no_fly), tolerance=tolerance
-    ).lower_bound
+    problems = {
+        name: Problem(start, goal, field, k, bounds=world.bounds, no_fly=world.no_fly)
+        for name, (start, goal, k) in flights.items()
+    }
+    shared: dict[float, Ground | None] = {}
+    found = {}
+    for name, problem in problems.items():
+        if problem.k not in shared:
+            alike = sum(one.k == problem.k for one in problems.values())
+            shared[problem.k] = Ground.lay(problem, COARSE) if alike >= MANY else None
+        ground = shared[problem.k]
+        proof = None if ground is None else ground.proof(problem, tolerance)
+        proof = proof if proof is not None and proof.reached else prove(problem, tolerance=tolerance)
+        found[name] = proof.lower_bound
+    return found

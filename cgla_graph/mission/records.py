@@ -16,7 +16,7 @@ from cgla_graph._display import Plottable
 from cgla_graph._lazy import function_above
 from cgla_graph._text import ShortRepr, plain_json
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.mission.clairvoyance import least_cost_alone
+from cgla_graph.mission.clairvoyance import least_costs_alone
 from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
@@ -485,10 +485,8 @@ class Flight(Plottable):
             name: one.path[[0, -1]].tolist() if one.status is MissionStatus.ARRIVED else (one.uav.start, one.uav.goal)
             for name, one in self.uavs.items()
         }
-        return {
-            name: least_cost_alone(self.mission.world, tuple(a), tuple(b), self.uavs[name].uav.k, BOUND_TOLERANCE)
-            for name, (a, b) in ends.items()
-        }
+        flights = {name: (tuple(a), tuple(b), self.uavs[name].uav.k) for name, (a, b) in ends.items()}
+        return least_costs_alone(self.mission.world, flights, BOUND_TOLERANCE)
 
     @cached_property
     def gap(self) -> float:

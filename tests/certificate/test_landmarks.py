@@ -10,6 +10,8 @@ import cgla_graph as cg
 from cgla_graph.certificate import landmarks
 from cgla_graph.certificate.many import Ground
 from cgla_graph.eikonal import cell_runs
+from cgla_graph.mission.clairvoyance import least_costs_alone
+from cgla_graph.mission.world import World
 
 PAPER = cg.load_scenario("paper").problem
 
@@ -46,3 +48,12 @@ def test_tubes_are_narrow_and_hold_the_best_path() -> None:
     at = np.round((along - PAPER.bounds[:2]) / np.subtract(PAPER.bounds[2:], PAPER.bounds[:2]) * last).astype(int)
     assert cells[at[:, 1], at[:, 0]].all()
     assert cells.mean() < 0.3
+
+
+def test_flights_of_a_swarm_are_bounded_on_one_grid() -> None:
+    starts, goals = (places(PAPER, 8, np.random.default_rng([10, end])).tolist() for end in range(2))
+    flights = {str(n): (tuple(a), tuple(b), PAPER.k) for n, (a, b) in enumerate(zip(starts, goals, strict=True))}
+    bounds = least_costs_alone(World(PAPER.field, PAPER.bounds), flights, 0.02)
+    for name, (start, goal, _) in flights.items():
+        best = cg.solve(replace(PAPER, start=start, goal=goal), tolerance=None).cost
+        assert best / 1.02 <= bounds[name] <= best * (1.0 + 1e-12)
