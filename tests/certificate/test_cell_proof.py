@@ -3,6 +3,7 @@
 import json
 import math
 import pickle
+from functools import cache
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import shapely
 from matplotlib.figure import Figure
 
 import cgla_graph as cg
+from cgla_graph._types import FloatArray
 from cgla_graph.certificate.cell_proof import CellProof
 from cgla_graph.certificate.certificate import prove
 from cgla_graph.comparisons.study.documents import certificate_document, certificate_from
@@ -24,16 +26,19 @@ def noise(k: float = 10.0, interpolation: str = "nearest", **settings: object) -
     return cg.Problem(*ends, cg.RiskField(rasters=[raster]), k, (0, 0, 24, 24), **settings)  # type: ignore[arg-type]
 
 
-PATH = cg.solve(noise(), "weighted-regions").path
+@cache
+def path() -> FloatArray:
+    """Return a path that is made when the first test asks, and not when tests are collected."""
+    return cg.solve(noise(), "weighted-regions").path
 
 
 def test_it_closes_the_gap_where_a_spline_cannot() -> None:
-    proof = prove(noise(), PATH, tolerance=0.001)
+    proof = prove(noise(), path(), tolerance=0.001)
     lower = [grid.lower_bound for grid in proof.grids]
 
     assert (proof.proof, proof.reached) == ("cells", True)
     assert proof.message == "the gap is within the tolerance; proven over cells of constant cost"
-    assert 0.999 < proof.lower_bound / noise().evaluate(PATH).cost < 1.0
+    assert 0.999 < proof.lower_bound / noise().evaluate(path()).cost < 1.0
     assert lower == sorted(lower)
     assert lower[-1] == proof.lower_bound
     assert [grid.steps for grid in proof.grids] == sorted({grid.steps for grid in proof.grids})
@@ -43,9 +48,9 @@ def test_it_closes_the_gap_where_a_spline_cannot() -> None:
 
 
 def test_the_tube_covers_the_path() -> None:
-    proof = prove(noise(), PATH, tolerance=0.001)
+    proof = prove(noise(), path(), tolerance=0.001)
     last, runs = proof.grids[-1].last, proof.grids[-1].runs
-    at = np.floor(PATH / 24.0 * np.array(last) + 0.5)
+    at = np.floor(path() / 24.0 * np.array(last) + 0.5)
     cells = {(row, column) for row, first, end in runs.tolist() for column in range(first, end)}
 
     assert {(int(y), int(x)) for x, y in at} <= cells
@@ -53,7 +58,7 @@ def test_the_tube_covers_the_path() -> None:
 
 
 def test_the_kind_of_proof_is_told_in_copies_and_files_too() -> None:
-    proof = prove(noise(), PATH, tolerance=0.01)
+    proof = prove(noise(), path(), tolerance=0.01)
     document = json.loads(json.dumps(certificate_document(proof)))
 
     assert proof.document()["proof"] == "cells"
@@ -80,7 +85,7 @@ def test_other_maps_have_other_proofs(problem: cg.Problem, by: str) -> None:
 def test_without_a_path_it_finds_one() -> None:
     proof = prove(noise(), tolerance=0.01)
     assert proof.reached
-    assert proof.upper_bound == pytest.approx(noise().evaluate(PATH).cost, rel=1e-3)
+    assert proof.upper_bound == pytest.approx(noise().evaluate(path()).cost, rel=1e-3)
 
 
 def test_against_a_bad_path_a_better_one_is_named() -> None:
@@ -89,7 +94,7 @@ def test_against_a_bad_path_a_better_one_is_named() -> None:
 
     assert proof.message.startswith("no bound comes within the tolerance: a path is known that costs")
     assert proof.upper_bound == noise().evaluate(bad).cost
-    assert proof.lower_bound <= noise().evaluate(PATH).cost
+    assert proof.lower_bound <= noise().evaluate(path()).cost
 
 
 def test_cells_inside_of_areas_are_closed() -> None:
@@ -114,7 +119,7 @@ def test_a_map_that_is_closed_has_no_path() -> None:
 
 
 def test_where_points_are_too_many_the_limit_is_named() -> None:
-    proof = prove(noise(), PATH, tolerance=1e-6)
+    proof = prove(noise(), path(), tolerance=1e-6)
     few = CellProof.begin(noise(), 128**2)
 
     assert proof.message.startswith("there are 63 points on each side of a cell, and no more are laid; proven over")
@@ -125,7 +130,7 @@ def test_where_points_are_too_many_the_limit_is_named() -> None:
 
 
 def test_it_is_drawn() -> None:
-    proof = prove(noise(), PATH, tolerance=0.001)
+    proof = prove(noise(), path(), tolerance=0.001)
     axes = Figure().subplots(1, 2)
     cg.plot(proof, axes)
     assert axes[1].get_xlabel() == "distance of points, of the map's longer side"

@@ -38,6 +38,7 @@ def test_a_plan_that_hangs_is_stopped(cgla: Call, monkeypatch: pytest.MonkeyPatc
     assert "stopped after 0.5 s, the most without a setting `seconds`; try another solver" in answer.out
 
 
+@pytest.mark.slow
 def test_other_commands_survive_it_too(cgla: Call) -> None:
     assert "crashed" in cgla("pareto", "one-threat", "--solver", "leaves").out
     assert "its process left with the exit code 0" in cgla("fly", "fig4", "--solver", "leaves", "--json").out
