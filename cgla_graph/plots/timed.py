@@ -90,11 +90,13 @@ def timed_figure(plan: TimedPlan | TeamPlan, figure: Figure | None = None) -> Fi
     has_choice = isinstance(plan, TimedPlan) and len(plan.departures) > 1
     x_min, y_min, x_max, y_max = flights.problem.bounds
     rise = min(max((y_max - y_min) / (x_max - x_min), 0.3), 2.0)
+    # (degrees are longer words than kilometres)
+    left, wide = (0.06, 0.28) if flights.problem.projection is None else (0.1, 0.55)
     with style():
         figure.set_size_inches(_PANEL * len(MOMENTS), _PANEL * rise + 0.7 + _CURVE * has_choice)
         ratios = [_PANEL * rise, *([_CURVE] if has_choice else [])]
-        grid = figure.add_gridspec(len(ratios), len(MOMENTS), height_ratios=ratios, hspace=0.35, wspace=0.28)
-        figure.subplots_adjust(left=0.06, right=0.98, top=0.94, bottom=0.1 if has_choice else 0.15)
+        grid = figure.add_gridspec(len(ratios), len(MOMENTS), height_ratios=ratios, hspace=0.35, wspace=wide)
+        figure.subplots_adjust(left=left, right=0.96, top=0.94, bottom=0.1 if has_choice else 0.15)
         begins, ends = flights.times
         for column, part in enumerate(MOMENTS):
             draw_moment(figure.add_subplot(grid[0, column]), flights, begins + part * (ends - begins))

@@ -21,7 +21,7 @@ from cgla_graph.scenarios.map_tables import read_table
 from cgla_graph.scenarios.mission_builder import MissionBuilder, Variant
 from cgla_graph.scenarios.mission_tables import MissionTable
 from cgla_graph.scenarios.scenario import ScenarioTable
-from cgla_graph.scenarios.shipped import MISSIONS, shipped_mission
+from cgla_graph.scenarios.shipped import MISSIONS, is_timed_text, shipped_mission
 from cgla_graph.scenarios.text_files import read_text
 
 #: The command that prints the schema of mission files.
@@ -170,6 +170,9 @@ def mission_from_toml(
     0.1
     """
     place = where or name
+    if is_timed_text(text):
+        msg = f"{place} has a speed, and is a map that changes in time, no mission; cgla plan {place} plans on it"
+        raise MissionError(msg)
     with error_context():
         table = read_table(text, MissionTable, place=place, command=SCHEMA)
         if clearance is not None:
