@@ -34,7 +34,7 @@ from cgla_graph._display import Plottable
 from cgla_graph._progress import Tell, showing
 from cgla_graph._text import json_number, shown
 from cgla_graph._types import FloatArray, WholeArray
-from cgla_graph._validate import non_negative_number, point_array, positive_number
+from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.certificate import cell_proof, corners, corridor
 from cgla_graph.certificate.cell_proof import CellProof
 from cgla_graph.certificate.corridor import Corridor
@@ -49,6 +49,7 @@ from cgla_graph.certificate.subsolution import (
     first_grid,
     with_halo,
 )
+from cgla_graph.certificate.through import given_path
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
 from cgla_graph.errors import ProblemError
@@ -479,7 +480,8 @@ def _proven(
             cell_proof.load_kernels()
         load_kernels(MapKind.of(problem.model))
         began = time.perf_counter()
-        held = _KnownPath() if path is None else _given(problem, path)
+        waypoints, cost = given_path(problem, path)
+        held = _KnownPath() if waypoints is None else _KnownPath.of(problem, cost, waypoints)
         search = _Search(problem, tolerance, max_cells, held, keeps_path, is_trial, in_turns, tube)
         found = search.run(tell)
     known_after = search.improved_at - began if search.improved_at else 0.0
@@ -536,18 +538,6 @@ def _scaled_cost(problem: Problem, path: FloatArray) -> float:
     starts, ends = points[:-1], points[1:]
     costs = np.hypot(*(ends - starts).T) + problem.k * problem.field.line_integral(starts, ends)
     return float((costs * scale_at(problem, 0.5 * (starts + ends))).sum())
-
-
-def _given(problem: Problem, path: ArrayLike) -> _KnownPath:
-    waypoints = point_array("path", path)
-    found = problem.evaluate(waypoints)
-    if found.violations:
-        msg = f"the path to hold the bound against is not feasible: {found.violations[0]}; give a feasible one, or none"
-        raise ProblemError(msg)
-    if tuple(waypoints[0]) != problem.start or tuple(waypoints[-1]) != problem.goal:
-        msg = f"the path joins {waypoints[0].tolist()} and {waypoints[-1].tolist()}; it has to join start and goal"
-        raise ProblemError(msg)
-    return _KnownPath.of(problem, found.cost, waypoints)
 
 
 def _refined(problem: Problem, path: FloatArray, tolerance: float) -> _KnownPath:

@@ -237,7 +237,7 @@ def grids_through(
     if not problem.field.is_proper:
         msg = f"no bound: {NEGATIVE_WEIGHTS}"
         raise ProblemError(msg)
-    waypoints, cost = _given(problem, path)
+    waypoints, cost = given_path(problem, path)
     closed = problem.relaxed()
     grid = last if last is not None and math.isinf(limit) else first_grid(problem)
     grid = grid if last is None else (min(grid[0], last[0]), min(grid[1], last[1]))
@@ -305,15 +305,31 @@ def joined_with(start: Point, mesh: SplineMesh, keep: BoolArray) -> BoolArray:
     return np.asarray(labels[cell] == labels[first])
 
 
-def _given(problem: Problem, path: ArrayLike | None) -> tuple[FloatArray | None, float]:
-    """Check a path; return it, read-only, and its cost."""
+def given_path(problem: Problem, path: ArrayLike | None) -> tuple[FloatArray | None, float]:
+    """
+    Check the path that bounds are compared with; return it, read-only, and its cost.
+
+    Raises
+    ------
+    ProblemError
+        If it is malformed, not feasible, or does not join start and goal.
+
+    Examples
+    --------
+    >>> given_path(Problem((0, 0), (1, 0)), [(0, 0), (1, 0)])[1]
+    1.0
+    """
     if path is None:
         return None, math.inf
     waypoints = np.array(point_array("path", path))
     judged = problem.evaluate(waypoints)
-    if judged.violations or tuple(waypoints[0]) != problem.start or tuple(waypoints[-1]) != problem.goal:
-        why = judged.violations[0] if judged.violations else "it does not join start and goal"
-        msg = f"the path that bounds are compared with is not feasible: {why}; give a feasible one, or none"
+    if judged.violations:
+        msg = (
+            f"the path to hold the bound against is not feasible: {judged.violations[0]}; give a feasible one, or none"
+        )
+        raise ProblemError(msg)
+    if tuple(waypoints[0]) != problem.start or tuple(waypoints[-1]) != problem.goal:
+        msg = f"the path joins {waypoints[0].tolist()} and {waypoints[-1].tolist()}; it has to join start and goal"
         raise ProblemError(msg)
     waypoints.flags.writeable = False
     return waypoints, judged.cost

@@ -166,7 +166,7 @@ def test_a_chain_over_corners_is_a_chain() -> None:
         ({"tolerance": 0.0}, "tolerance"),
         ({"last": (500, 500), "max_cells": 1000}, "max_cells is 1000"),
         ({"path": [(0.1, 0.5), (0.9, 0.5)]}, "not feasible"),
-        ({"path": [(0.1, 0.5), (0.2, 0.5)]}, "does not join"),
+        ({"path": [(0.1, 0.5), (0.2, 0.5)]}, "has to join"),
     ],
 )
 def test_what_makes_no_sense_is_refused(settings: dict[str, object], message: str) -> None:
