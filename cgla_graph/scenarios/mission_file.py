@@ -263,4 +263,5 @@ def is_mission_file(spec: str | Path) -> bool:
         document = tomllib.loads(read_text(path, str(path), "a TOML file"))
     except (ValueError, RecursionError):
         return False
-    return not (MissionTable.model_fields.keys() - ScenarioTable.model_fields.keys()).isdisjoint(document)
+    own = {"uavs", *(MissionTable.model_fields.keys() - ScenarioTable.model_fields.keys())}
+    return "speed" not in document and not own.isdisjoint(document)

@@ -695,6 +695,7 @@ def test_schema_is_plain_json_and_refuses_unknown_keys() -> None:
 
 def test_missions_are_recognised_by_their_content(tmp_path: Path) -> None:
     texts = [BASE, RANDOM, "[[uavs]]\nname = 'malformed'", "start = [0, 0]\ngoal = [1, 1]\nk = 1", "uavs = [", ""]
+    texts.append("speed = 1\n[[uavs]]\nname = 'of a team'")
     for number, text in enumerate(texts):
         (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
         assert is_mission_file(tmp_path / "mine.toml") is (number < 3)
