@@ -79,6 +79,7 @@ def layer_excess(
     k: float,
     threats: FloatArray,
     still: FloatArray,
+    winds: FloatArray,
     flow: Flow,
     excess: FloatArray,
     least: FloatArray,
@@ -102,6 +103,9 @@ def layer_excess(
         At the middle of the layer's time (`floor_kernels`).
     still
         Floors of rasters, shape ``(rows, columns, 5)``, or ``(0, 0, 5)`` without any.
+    winds
+        The wind in the middle of each cell, and by how much it differs within, shape ``(rows, columns, 3)``: a path may
+        get on so much faster. Or ``(0, 0, 3)``, in constant wind.
     flow
         See `march_kernels.Flow`.
     excess
@@ -110,8 +114,9 @@ def layer_excess(
         What the cost of a unit of time is at least. Rounded down.
     """
     v, wx, wy, per_time, price = flow
-    windy = wx != 0.0 or wy != 0.0
-    wind = math.hypot(wx, wy)
+    changes = winds.shape[0] > 0
+    windy = changes or wx != 0.0 or wy != 0.0
+    fast, wind, air = v, math.hypot(wx, wy), flow
     reach = 0.5 * math.sqrt(2.0) * step * (1.0 + 2.0**-40)
     half_time = 0.5 * durations[1] * (1.0 + 2.0**-40)
     values, slopes = np.empty((3, 3, 3)), np.empty((3, 3, 3))
@@ -139,6 +144,9 @@ def layer_excess(
                 floor[2] += still[j, i, 2]
                 floor[4] += still[j, i, 3]
                 floor[5] += still[j, i, 4]
+            if changes:
+                wx, wy, fast = winds[j, i, 0], winds[j, i, 1], v + winds[j, i, 2]
+                wind, air = math.hypot(wx, wy), (fast, wx, wy, per_time, price)
             in_time(layers, durations, j, i, values, slopes)
             worst, steepest, lowest = -math.inf, -math.inf, math.inf
             for s in range(3):
@@ -150,17 +158,17 @@ def layer_excess(
                         risk = k * (risk + (s - 1) * half_time * floor[3] - floor[4])
                         px, py = gx[b, a], gy[b, a]
                         steep = math.sqrt(px * px + py * py)
-                        lost = -rate + ROUNDED * (abs(rate) + (v + wind) * steep)
+                        lost = -rate + ROUNDED * (abs(rate) + (fast + wind) * steep)
                         if windy and not per_time:
                             burdened = max(risk, 0.0)
-                            ux, uy = burden(px, py, burdened, flow)
+                            ux, uy = burden(px, py, burdened, air)
                             px, py = px + burdened * ux, py + burdened * uy
-                            lost += v * math.sqrt(px * px + py * py) - wx * px - wy * py
-                            lost += ROUNDED * (v + wind) * burdened
+                            lost += fast * math.sqrt(px * px + py * py) - wx * px - wy * py
+                            lost += ROUNDED * (fast + wind) * burdened
                             # (below 0, a floor counts with the greatest ground speed)
-                            cost = v + (v + wind) * min(risk, 0.0)
+                            cost = v + (fast + wind) * min(risk, 0.0)
                         else:
-                            lost += v * steep - wx * px - wy * py
+                            lost += fast * steep - wx * px - wy * py
                             cost = v + scale * risk
                         worst = max(worst, lost - cost)
                         steepest = max(steepest, lost)
@@ -292,14 +300,14 @@ def least_of_layer(
 
 
 @kernel
-def tangent(dx: float, dy: float, flow: Flow, price: FloatArray) -> tuple[float, float, float]:
+def tangent(dx: float, dy: float, price: FloatArray) -> tuple[float, float, float]:
     """
     Return the value and the slope by the place of a bound of the cost of ways to an end (`march_kernels.near_end`).
 
     For the part with the least time, the slope is that of a linear lower bound: no way ``d`` takes less time than ``p .
     d`` if ``wind . p + v |p| <= 1``.
     """
-    v, wx, wy, _, _ = flow
+    v, wx, wy = price[5], price[6], price[7]
     r = math.hypot(dx, dy)
     if r == 0.0:
         return 0.0, 0.0, 0.0
@@ -308,7 +316,7 @@ def tangent(dx: float, dy: float, flow: Flow, price: FloatArray) -> tuple[float,
     share = (price[1] - 0.5 * along) / r - cubic
     sx, sy = -share * dx + 0.5 * r * price[2], -share * dy + 0.5 * r * price[3]
     if price[0] > 0.0:
-        time = travel_time(dx, dy, flow)
+        time = travel_time(dx, dy, v, wx, wy)
         ux, uy = dx - wx * time, dy - wy * time
         size = wx * ux + wy * uy + v * math.hypot(ux, uy)
         if time < math.inf and size > 0.0:
@@ -325,7 +333,6 @@ def rim_excess(
     block: tuple[int, int, int],
     off: tuple[float, float],
     step: float,
-    flow: Flow,
     price: FloatArray,
     most: float,
     early: float,
@@ -342,7 +349,7 @@ def rim_excess(
     ----------
     layers, durations
         As of `layer_excess`.
-    block, off, step, flow, price
+    block, off, step, price
         As of `march_kernels.around_end`; the cost to the end is at least that, or `most` if that is less.
     most
         See above.
@@ -371,7 +378,7 @@ def rim_excess(
                 x = i - column + 0.5 * ((side == 1) - (side == 0))
                 y = j - row + 0.5 * ((side == 3) - (side == 2))
                 dx, dy = off[0] - x * step, off[1] - y * step
-                middle, sx, sy = tangent(dx, dy, flow, price)
+                middle, sx, sy = tangent(dx, dy, price)
                 half = step * (math.sqrt(0.5) if side == 4 else 0.5)
                 lost = 0.5 * half * half * (1.5 * steep + 3.0 * price[4] * (math.hypot(dx, dy) + half))
                 for s in range(3):

@@ -41,9 +41,8 @@ def _slope(a: float, b: float, c: float, d: float) -> float:
 
 
 @kernel
-def travel_time(dx: float, dy: float, flow: Flow) -> float:
+def travel_time(dx: float, dy: float, v: float, wx: float, wy: float) -> float:
     """Return the least time in which a way is flown in constant wind, without risk; infinite if it is too strong."""
-    v, wx, wy, _, _ = flow
     d2 = dx * dx + dy * dy
     if d2 == 0.0:
         return 0.0
@@ -140,6 +139,7 @@ def fall(
     values: FloatArray,
     risks: FloatArray,
     factors: FloatArray,
+    winds: FloatArray,
     begin: WholeArray,
     end: WholeArray,
     step: float,
@@ -157,6 +157,9 @@ def fall(
         ``k F`` at the nodes.
     factors
         What the cost is multiplied by there.
+    winds
+        The wind there, and by how much that nearby differs from it, shape ``(rows, columns, 3)``: the air counts as so
+        much faster. Or ``(0, 0, 3)``, in constant wind.
     begin, end
         The nodes of each row, two or more away from the rim.
     step
@@ -167,10 +170,14 @@ def fall(
         As `values`.
     """
     v, wx, wy, per_time, price = flow
-    windy = wx != 0.0 or wy != 0.0
+    changes = winds.shape[0] > 0
+    windy = changes or wx != 0.0 or wy != 0.0
+    air = flow
     for j in range(2, values.shape[0] - 2):
         for i in range(begin[j], end[j]):
             here = values[j, i]
+            if changes:
+                air = (v + winds[j, i, 2], winds[j, i, 0], winds[j, i, 1], per_time, price)
             west = _slope(values[j, i - 2], values[j, i - 1], here, values[j, i + 1]) / step
             east = -_slope(values[j, i + 2], values[j, i + 1], here, values[j, i - 1]) / step
             south = _slope(values[j - 2, i], values[j - 1, i], here, values[j + 1, i]) / step
@@ -178,7 +185,7 @@ def fall(
             risk = factors[j, i] * risks[j, i]
             rate = factors[j, i] * v + risk * (1.0 if per_time else 0.0 if windy else v)
             if windy:
-                descent = _descent(west, east, south, north, 0.0 if per_time else risk, flow)
+                descent = _descent(west, east, south, north, 0.0 if per_time else risk, air)
                 rate = rate + descent if descent < math.inf else 0.0
             else:
                 gx = max(west, -east, 0.0)
@@ -190,16 +197,18 @@ def fall(
 
 
 @kernel
-def near_end(dx: float, dy: float, flow: Flow, price: FloatArray) -> float:
+def near_end(dx: float, dy: float, price: FloatArray) -> float:
     """
     Bound the cost of a way to an end: ``a T + c r + r (g . d) / 2 - beta r^3 / 3`` from ``d`` off the end.
 
-    `dx` and `dy` are the way to the end, ``-d``; ``T`` is the least time that it takes (`travel_time`). `price` holds
-    ``a, c, g, beta``, shape ``(5,)``.
+    `dx` and `dy` are the way to the end, ``-d``; ``T`` is the least time that it takes (`travel_time`) with the speed
+    ``v`` in the wind ``w``. `price` holds ``a, c, g, beta, v, w``, shape ``(8,)``.
     """
     r = math.hypot(dx, dy)
     cost = r * (price[1] - 0.5 * (price[2] * dx + price[3] * dy) - price[4] * r * r / 3.0)
-    return float(cost + price[0] * travel_time(dx, dy, flow)) if price[0] > 0.0 else float(cost)
+    if price[0] > 0.0:
+        cost += price[0] * travel_time(dx, dy, price[5], price[6], price[7])
+    return float(cost)
 
 
 @kernel
@@ -208,7 +217,6 @@ def around_end(
     block: tuple[int, int, int],
     off: tuple[float, float],
     step: float,
-    flow: Flow,
     price: FloatArray,
 ) -> None:
     """
@@ -220,7 +228,7 @@ def around_end(
     rows, columns = values.shape
     for j in range(max(row - reach, 0), min(row + reach + 1, rows)):
         for i in range(max(column - reach, 0), min(column + reach + 1, columns)):
-            cost = near_end(off[0] - (i - column) * step, off[1] - (j - row) * step, flow, price)
+            cost = near_end(off[0] - (i - column) * step, off[1] - (j - row) * step, price)
             values[j, i] = min(cost, WALL)
 
 
@@ -246,6 +254,7 @@ def advance(
     rates: FloatArray,
     risks: tuple[FloatArray, FloatArray],
     factors: tuple[FloatArray, FloatArray],
+    winds: tuple[FloatArray, FloatArray],
     runs: tuple[WholeArray, WholeArray],
     walls: BoolArray,
     block: tuple[int, int, int],
@@ -265,7 +274,7 @@ def advance(
         At the later layer: of the nodes that are marched and of two around each.
     rates
         How fast the values of the nodes around change, by the time left.
-    risks, factors
+    risks, factors, winds
         As of `fall`, at the later layer and at this one.
     runs
         First and last column (exclusive) of each row that is marched, shape ``(rows,)``.
@@ -274,7 +283,7 @@ def advance(
     block, off
         As of `around_end`; with a reach below 0, there is none.
     prices
-        As of `around_end`, at the later layer and at this one, shape ``(2, 5)``.
+        As of `around_end`, at the later layer and at this one, shape ``(2, 8)``.
     step
         Between neighbours, map units.
     duration
@@ -288,7 +297,7 @@ def advance(
     rows, columns = values.shape
     now, then = np.zeros((rows, columns)), np.zeros((rows, columns))
     risk, factor = np.empty((rows, columns)), np.empty((rows, columns))
-    middle = np.empty((rows, columns))
+    middle, air = np.empty((rows, columns)), np.zeros_like(winds[0])
     part = duration / turns
     for turn in range(turns):
         for half in range(2):
@@ -297,11 +306,14 @@ def advance(
                 for i in range(begin[j], end[j]):
                     risk[j, i] = (1.0 - share) * risks[0][j, i] + share * risks[1][j, i]
                     factor[j, i] = (1.0 - share) * factors[0][j, i] + share * factors[1][j, i]
+                    if air.size:
+                        for c in range(3):
+                            air[j, i, c] = (1.0 - share) * winds[0][j, i, c] + share * winds[1][j, i, c]
             later = share if half == 1 else (turn + 1) / turns
             price = (1.0 - later) * prices[0] + later * prices[1]
             if half == 0:
                 _enter(values, risk, walls, runs, step)
-                fall(values, risk, factor, begin, end, step, flow, now)
+                fall(values, risk, factor, air, begin, end, step, flow, now)
                 for j in range(rows):
                     for i in range(columns):
                         if begin[j] <= i < end[j]:
@@ -309,9 +321,9 @@ def advance(
                         else:
                             middle[j, i] = values[j, i] + part * rates[j, i]
                 if block[2] >= 0:
-                    around_end(middle, block, off, step, flow, price)
+                    around_end(middle, block, off, step, price)
             else:
-                fall(middle, risk, factor, begin, end, step, flow, then)
+                fall(middle, risk, factor, air, begin, end, step, flow, then)
                 for j in range(rows):
                     for i in range(columns):
                         if begin[j] <= i < end[j]:
@@ -320,4 +332,4 @@ def advance(
                         else:
                             values[j, i] = middle[j, i]
                 if block[2] >= 0:
-                    around_end(values, block, off, step, flow, price)
+                    around_end(values, block, off, step, price)

@@ -14,6 +14,8 @@ from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster_kernels import Rasters, add_densities, raster_floor
 from cgla_graph.timed.floor_kernels import VX, VY, end_formula, least_near, raster_floors
 from cgla_graph.timed.march_kernels import Flow
+from cgla_graph.timed.wind import Wind
+from cgla_graph.timed.wind_kernels import wind_within, winds_within
 
 if TYPE_CHECKING:
     from cgla_graph.timed.slabs import Slab
@@ -37,9 +39,9 @@ SLOWER, LONGER, WHILES = 1.5, 1.6, 6
 
 
 def flow_of(problem: "TimedProblem") -> Flow:
-    """Return how it is flown, as kernels take it; wind that changes counts as none."""
+    """Return how it is flown, as kernels take it; of wind that changes, in its mean."""
     price = math.inf if problem.waiting is None else problem.waiting
-    u, v = problem.constant_wind or (0.0, 0.0)
+    u, v = problem.wind.mean if isinstance(problem.wind, Wind) else problem.wind or (0.0, 0.0)
     return problem.speed, u, v, problem.risk_per == "time", price
 
 
@@ -96,6 +98,8 @@ class Grid:
         Where paths come from, not before the first knot, and where they have to be at the last one.
     events
         Times at which something changes, rising.
+    wind
+        The wind, if it changes; that of `flow` is its mean.
     """
 
     origin: Point
@@ -109,6 +113,7 @@ class Grid:
     k: float
     ends: tuple[Point, Point]
     events: FloatArray
+    wind: Wind | None = None
 
     @classmethod
     def lay(cls, problem: "TimedProblem", until: float, cells: int, ratio: float) -> "Grid":
@@ -143,6 +148,7 @@ class Grid:
             problem.k,
             ends,
             events,
+            problem.wind if isinstance(problem.wind, Wind) and problem.constant_wind is None else None,
         )
         kept: dict[tuple[int, int], Still] = {}
         still = []
@@ -214,11 +220,33 @@ class Grid:
         lasts = np.diff(self.knots)
         return np.concatenate([lasts[:1], lasts, lasts[-1:]])
 
+    @cached_property
+    def drift(self) -> float:
+        """The greatest speed over the ground, beside the mean wind."""
+        return self.flow[0] + (0.0 if self.wind is None else self.wind.gusts)
+
+    @property
+    def fast(self) -> float:
+        """The greatest speed over the ground."""
+        return self.drift + math.hypot(*self.flow[1:3])
+
     @property
     def slow(self) -> float:
         """Ground speed against the wind; a tenth of the airspeed, where that is more."""
-        v, wx, wy, _, _ = self.flow
-        return max(v - math.hypot(wx, wy), 0.1 * v)
+        return max(2.0 * self.flow[0] - self.fast, 0.1 * self.flow[0])
+
+    @property
+    def windy(self) -> bool:
+        """Whether the air moves."""
+        return self.wind is not None or self.flow[1:3] != (0.0, 0.0)
+
+    def winds(self, n: int, begin: IntArray, end: IntArray) -> FloatArray:
+        """Return the wind on the cells of a layer, as `march_kernels.fall` takes it."""
+        out = np.zeros((*self.shape, 3) if self.wind is not None else (0, 0, 3))
+        if self.wind is not None:
+            place, times = (*self.origin, self.step), (float(self.knots[n]), float(self.knots[n + 1]))
+            winds_within(begin, end, place, times, self.wind.arrays, out)
+        return out
 
     @property
     def count(self) -> int:
@@ -231,10 +259,16 @@ class Grid:
         threats[:, :, [2, 3, 5, 7]] *= -1.0
         v, wx, wy, per_time, price = self.flow
         flow = v, -wx, -wy, per_time, price
-        still = tuple(reversed(self.still))
-        ends = self.ends[1], self.ends[0]
+        wind = None if self.wind is None else self.wind.reversed
         return replace(
-            self, knots=-self.knots[::-1], threats=threats, still=still, flow=flow, ends=ends, events=-self.events[::-1]
+            self,
+            knots=-self.knots[::-1],
+            threats=threats,
+            still=tuple(reversed(self.still)),
+            flow=flow,
+            ends=(self.ends[1], self.ends[0]),
+            events=-self.events[::-1],
+            wind=wind,
         )
 
     def cell_of(self, place: Point) -> tuple[int, int]:
@@ -261,7 +295,8 @@ class Grid:
 
         A wind that is stronger than the aircraft leaves out no cell.
         """
-        v, wx, wy, _, _ = self.flow
+        _, wx, wy, _, _ = self.flow
+        v = self.drift
         if math.hypot(wx, wy) > v or not math.isfinite(lasts):
             return np.zeros(self.shape, dtype=np.bool_)
         away = self.places - end - sign * lasts * np.array([wx, wy])
@@ -283,7 +318,7 @@ class Block:
     off
         From the middle to the end, map units.
     prices
-        In each layer, a path from the rim costs at least so much (`march_kernels.near_end`), shape ``(n + 2, 5)``;
+        In each layer, a path from the rim costs at least so much (`march_kernels.near_end`), shape ``(n + 2, 8)``;
     most
         or this, if it is less, shape ``(n,)``.
     holds
@@ -334,7 +369,7 @@ class Block:
         """Find the block of a reach."""
         column, row = grid.cell_of(end)
         off = end[0] - grid.origin[0] - column * grid.step, end[1] - grid.origin[1] - row * grid.step
-        prices, most = np.zeros((grid.count + 2, 5)), np.zeros(grid.count)
+        prices, most = np.tile([*np.zeros(5), *grid.flow[:3]], (grid.count + 2, 1)), np.zeros(grid.count)
         made = cls(end, (column, row, reach), off, prices, most, holds, early)
         for n in np.nonzero(holds)[0].tolist():
             prices[n + 1], most[n] = _price_at(grid, n, end, made.rim(grid))
@@ -347,7 +382,7 @@ class Block:
 
     def on_rim(self, grid: Grid) -> FloatArray:
         """Return the greatest value of the formula on the rim, about, in each layer."""
-        rim, (time, length, gx, gy, bend) = self.rim(grid), self.prices[1:-1].T
+        rim, (time, length, gx, gy, bend) = self.rim(grid), self.prices[1:-1, :5].T
         return np.asarray(rim * (time / grid.slow + length + 0.5 * rim * np.hypot(gx, gy) - bend * rim**2 / 3.0))
 
     def cells_of(self, grid: Grid) -> BoolArray:
@@ -360,13 +395,13 @@ class Block:
 
 def _price_at(grid: Grid, n: int, end: Point, rim: float) -> tuple[FloatArray, float]:
     """Bound the cost of ways to an end from up to `rim` that begin within a layer: formula, and greatest value."""
-    v, wx, wy, _, _ = grid.flow
-    best, most, high, lasts = np.zeros(5), 0.0, -math.inf, SLOWER * rim / v
+    v = grid.flow[0]
+    best, most, high, lasts = np.array([*np.zeros(5), *grid.flow[:3]]), 0.0, -math.inf, SLOWER * rim / v
     for _ in range(WHILES):
         begins, until = float(grid.knots[n]), float(grid.knots[n + 1]) + lasts
         middle, half = 0.5 * (begins + until), 0.5 * (until - begins) * (1.0 + 1e-9)
         turns = (grid.events > begins) & (grid.events < until)
-        if wx != 0.0 or wy != 0.0 or turns.any():
+        if grid.windy or turns.any():
             formula, value = _least_price(grid, n, end, rim, lasts)
             level = float(formula[0] / grid.slow + formula[1]) * rim
         else:
@@ -393,22 +428,30 @@ def _formula_on(
     raster = _raster_floor(grid.still[n], grid, end, disc)
     leaving = end_formula(*end, rim, disc, half, grid.k / v if per_time else grid.k, threats, raster, found)
     level = found[0] * rim + 0.5 * math.hypot(found[1], found[2]) * rim**2 - found[3] * rim**3 / 3.0
-    return float(level), np.append(0.0, found[:4]), min(min(v * found[4], price) * lasts, leaving) * (1.0 - 1e-9)
+    formula = np.array([0.0, *found[:4], *grid.flow[:3]])
+    return float(level), formula, min(min(v * found[4], price) * lasts, leaving) * (1.0 - 1e-9)
 
 
 def _least_price(grid: Grid, n: int, end: Point, rim: float, lasts: float) -> tuple[FloatArray, float]:
     """Bound the cost of ways as `_price_at`, by the least risk near the end in each layer until then."""
     v, wx, wy, per_time, price = grid.flow
-    fast = v + math.hypot(wx, wy)
+    fast = grid.fast
     # (so wide that leaving costs as much as the way against the wind)
     wide = min(max(0.5 * (1.0 + fast / grid.slow), DISCS[0]), WIDEST) * rim
     last = int(np.searchsorted(grid.knots, float(grid.knots[n + 1]) + lasts * (1.0 + 1e-9)))
-    risks = []
+    risks: list[float] = []
     for m in range(n, max(min(last, grid.count), n + 1)):
         part = 0.5 * float(grid.durations[m + 1]) * (1.0 + 1e-9)
         risk = least_near(*end, wide, part, grid.threats[m])
         risks.append(grid.k * (risk + _raster_floor(grid.still[m], grid, end, wide)[4]))
-    formula = np.array([v + min(risks), 0.0, 0.0, 0.0, 0.0] if per_time else [v, min(risks), 0.0, 0.0, 0.0])
+    least = min(risks)
+    formula = np.array([v + least if per_time else v, 0.0 if per_time else least, 0.0, 0.0, 0.0, v, wx, wy])
+    if grid.wind is not None:
+        # (within that disc and time, nothing is faster over the ground)
+        low, high = (end[0] - wide, end[1] - wide), (end[0] + wide, end[1] + wide)
+        times = float(grid.knots[n]), float(grid.knots[n + 1]) + lasts * (1.0 + 1e-9)
+        wx, wy, more = wind_within(low, high, times, grid.wind.arrays)
+        formula[5:] = v + more, wx, wy
     leaves = rim * (formula[0] / fast + formula[1]) + 2.0 * (wide - rim) * v / fast
     return formula, min(min(v, price) * lasts, leaves) * (1.0 - 1e-9)
 

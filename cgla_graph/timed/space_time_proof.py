@@ -200,8 +200,6 @@ def timed_lower_bound(
         if not found.reached and not math.isinf(found.lower_bound):
             if problem.is_still and problem.constant_wind == (0.0, 0.0):
                 found = _when_still(problem, rows, found)
-            elif problem.constant_wind is None:
-                found = replace(found, message="in wind that changes, only the way without risk is a bound")
             elif cost < math.inf or problem.latest is not None:
                 found = _Search(problem, found, max_cells).run(tell)
     return replace(found, seconds=time.perf_counter() - began)
@@ -246,10 +244,10 @@ def _known(problem: TimedProblem, known: Timed | None) -> tuple[FloatArray | Non
 def _by_line(problem: TimedProblem, cost: float, tolerance: float) -> TimedCertificate:
     """Bound the cost by the least time from start to goal in the wind (Zermelo 1931), without risk."""
     dx, dy = problem.goal[0] - problem.start[0], problem.goal[1] - problem.start[1]
-    speed, u, v, per_time, price = flow_of(problem)
+    speed, u, v, _, _ = flow_of(problem)
     # (in wind that changes, nothing is faster over ground; and a little faster, so that rounding prevents no path)
-    gusts = problem.wind.strongest if isinstance(problem.wind, Wind) and problem.constant_wind is None else 0.0
-    least = travel_time(dx, dy, ((speed + gusts) * (1.0 + ROUNDING), u, v, per_time, price))
+    gusts = problem.wind.gusts if isinstance(problem.wind, Wind) else 0.0
+    least = travel_time(dx, dy, (speed + gusts) * (1.0 + ROUNDING), u, v)
     bound = min(problem.speed * least, cost) * (1.0 - ROUNDING)
     message = "the way in the wind without risk is a bound; no path is known" if math.isinf(cost) else ""
     if math.isinf(bound):
@@ -276,7 +274,7 @@ class _Search:
 
     def __init__(self, problem: TimedProblem, line: TimedCertificate, max_cells: int) -> None:
         self.problem, self.line, self.max_cells = problem, line, max_cells
-        if problem.constant_wind != (0.0, 0.0) and problem.risk_per == "ground":
+        if problem.constant_wind != (0.0, 0.0) and problem.risk_per == "ground" and problem.k > 0.0:
             self.max_cells = max(max_cells // HEAVY, 1)
         self.known, self.best = line.upper_bound, line.lower_bound
         self.grids: list[TimedGrid] = []

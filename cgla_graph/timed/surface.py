@@ -102,6 +102,7 @@ class Surface:
         grid, times = self.grid, self.grid.times
         last = grid.count + 1
         risks = [np.zeros(grid.shape), np.zeros(grid.shape)]
+        winds = [self._winds(last)]
         current = self._known(last, self._horizon() if self.coarse is None else None)
         self._store(last, current)
         self._risks(last, risks[0])
@@ -114,22 +115,31 @@ class Surface:
                 rates = (goal - values) / (times[n + 1] - times[n])
                 rates[~(np.abs(rates) < WALL * 1e-6)] = 0.0
             self._risks(n, risks[1])
-            self._advance(n, values, rates, risks, (begin, end))
+            winds.append(self._winds(n))
+            self._advance(n, values, rates, risks, winds, (begin, end))
             self._store(n, values)
             risks.reverse()
+            winds.pop(0)
 
-    def _advance(self, n: int, values: FloatArray, rates: FloatArray, risks: list[FloatArray], runs: Runs) -> None:
+    def _advance(
+        self,
+        n: int,
+        values: FloatArray,
+        rates: FloatArray,
+        risks: list[FloatArray],
+        winds: list[FloatArray],
+        runs: Runs,
+    ) -> None:
         grid, block = self.grid, self.block
         duration = float(grid.times[n + 1] - grid.times[n])
         layer = min(max(n - 1, 0), grid.count - 1)
         cells = block.cells if block.holds[layer] else (0, 0, -1)
-        fast = grid.flow[0] + math.hypot(grid.flow[1], grid.flow[2])
-        turns = max(1, math.ceil(duration * fast / (COURANT * grid.step)))
+        turns = max(1, math.ceil(duration * grid.fast / (COURANT * grid.step)))
         factors = self.factors[n + 1], self.factors[n]
         prices = block.prices[[n + 1, n]]
         march_kernels.advance(
-            values, rates, (risks[0], risks[1]), factors, runs, self._walls(n), cells, block.off, prices,
-            grid.step, duration, turns, grid.flow,
+            values, rates, (risks[0], risks[1]), factors, (winds[0], winds[1]), runs, self._walls(n), cells,
+            block.off, prices, grid.step, duration, turns, grid.flow,
         )  # fmt: skip
 
     def _walls(self, n: int) -> BoolArray:
@@ -144,11 +154,16 @@ class Surface:
     def _risks(self, n: int, out: FloatArray) -> None:
         grid = self.grid
         layer = min(max(n - 1, 0), grid.count - 1)
-        runs = self.active[0][n], self.active[1][n]
-        more = self.active[0][max(n - 1, 0)], self.active[1][max(n - 1, 0)]
-        both = joined(runs, more)
-        node_risks(*grid.origin, grid.step, *both, grid.threats[layer], grid.still[layer].risk, out)
+        node_risks(*grid.origin, grid.step, *self._met(n), grid.threats[layer], grid.still[layer].risk, out)
         out *= grid.k
+
+    def _winds(self, n: int) -> FloatArray:
+        return self.grid.winds(min(max(n - 1, 0), self.grid.count - 1), *self._met(n))
+
+    def _met(self, n: int) -> Runs:
+        """Return the nodes that are marched to a layer, and from it to the one before it."""
+        before = max(n - 1, 0)
+        return joined((self.active[0][n], self.active[1][n]), (self.active[0][before], self.active[1][before]))
 
     def _horizon(self) -> FloatArray:
         """Return the values at the last layer: a steep cone, or the costs on a map that stands still."""
@@ -160,9 +175,9 @@ class Surface:
             gentle = float(block.prices[-1, 0] / grid.flow[0] + block.prices[-1, 1])
             return np.asarray(gentle * far + self.horizon * np.maximum(far - rim, 0.0))
         values = np.full(grid.shape, WALL)
-        cone = np.append(block.prices[-1, :2], np.zeros(3))
+        cone = block.prices[-1] * np.array([1, 1, 0, 0, 0, 1, 1, 1])
         everywhere = (*block.cells[:2], max(grid.shape))
-        march_kernels.around_end(values, everywhere, block.off, grid.step, grid.flow, cone)
+        march_kernels.around_end(values, everywhere, block.off, grid.step, cone)
         return self._settled(np.where(values < WALL, values, far))
 
     def _settled(self, values: FloatArray) -> FloatArray:
@@ -172,11 +187,12 @@ class Surface:
         risks = [np.zeros(grid.shape), np.zeros(grid.shape)]
         self._risks(n, risks[0])
         risks[1][:] = risks[0]
+        winds = 2 * [self._winds(n)]
         runs = self.active[0][n - 1], self.active[1][n - 1]
         size = math.hypot(*grid.shape) * grid.step
         for _ in range(math.ceil(MOST_CROSSINGS * size / grid.slow / float(grid.times[-1] - grid.times[-2]))):
             before = values.copy()
-            self._advance(n - 1, values, np.zeros(grid.shape), risks, runs)
+            self._advance(n - 1, values, np.zeros(grid.shape), risks, winds, runs)
             # (a node or two may go to and fro for ever)
             if np.abs(values - before)[values < 0.5 * WALL].sum() < SETTLED * size * values.size:
                 break
@@ -217,9 +233,7 @@ class Surface:
         around = slice(row - by, row + by + 1), slice(column - by, column + by + 1)
         tip = np.full(self.grid.shape, WALL)
         if row + by < self.grid.shape[0] and column + by < self.grid.shape[1]:
-            march_kernels.around_end(
-                tip, (column, row, by), block.off, self.grid.step, self.grid.flow, block.prices[-1]
-            )
+            march_kernels.around_end(tip, (column, row, by), block.off, self.grid.step, block.prices[-1])
         values[around] = np.minimum(values, tip)[around]
         return values if self.horizon is not None else self._settled(values)
 
@@ -239,16 +253,17 @@ class Surface:
         """Bound by how much the surface is too steep on each kept cell."""
         grid = self.grid
         for n in range(grid.count):
+            runs = self.kept[0][n], self.kept[1][n]
             excess_kernels.layer_excess(
-                self.layers(n), self.lasting(n), self.kept[0][n], self.kept[1][n], self.skipped(n), grid.origin,
-                grid.step, grid.k, grid.threats[n], grid.still[n].floors, grid.flow, self.excess[n], self.least[n],
+                self.layers(n), self.lasting(n), *runs, self.skipped(n), grid.origin, grid.step, grid.k,
+                grid.threats[n], grid.still[n].floors, grid.winds(n, *runs), grid.flow, self.excess[n], self.least[n],
             )  # fmt: skip
 
     def soften(self) -> None:
         """Lower the costs of the nodes around cells that are too steep."""
         grid = self.grid
         found: deque[FloatArray] = deque(maxlen=3)
-        burdened = grid.flow[1:3] != (0.0, 0.0) and not grid.flow[3]
+        burdened = grid.windy and not grid.flow[3]
         for n in range(grid.count + 2):
             steep = np.ones(grid.shape)
             if n < grid.count:
@@ -272,7 +287,7 @@ class Surface:
             worst = max(
                 worst,
                 excess_kernels.rim_excess(
-                    self.layers(n), self.lasting(n), block.cells, block.off, grid.step, grid.flow,
+                    self.layers(n), self.lasting(n), block.cells, block.off, grid.step,
                     block.prices[n + 1], float(block.most[n]), block.early if first else math.inf,
                     grid.closed(n),
                 ),
@@ -304,11 +319,10 @@ class Surface:
     def _owed(self, scales: FloatArray) -> Iterator[tuple[int, FloatArray]]:
         """Yield what paths may owe from each layer on, from the last one, shape ``(scales, rows, columns)``."""
         grid = self.grid
-        fast = grid.flow[0] + math.hypot(grid.flow[1], grid.flow[2])
         debts = np.zeros((len(scales), *grid.shape))
         for n in range(grid.count - 1, -1, -1):
             lasts = float(grid.durations[n + 1])
-            reach = math.floor(fast * lasts / grid.step * (1.0 + 1e-9)) + 1
+            reach = math.floor(grid.fast * lasts / grid.step * (1.0 + 1e-9)) + 1
             runs = self.kept[0][n], self.kept[1][n]
             excess_kernels.charge(self.excess[n], self.least[n], *runs, reach, lasts, scales, debts)
             yield n, debts

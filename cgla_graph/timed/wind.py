@@ -86,9 +86,20 @@ class Wind(ShortRepr):
         return float(self.u[0, 0, 0]), float(self.v[0, 0, 0])
 
     @property
-    def strongest(self) -> float:
-        """The greatest speed of the wind: at a node, as the speed is convex between nodes."""
-        return float(np.hypot(self.u, self.v).max())
+    def mean(self) -> tuple[float, float]:
+        """The middle between the least and the greatest components."""
+        return 0.5 * float(self.u.min() + self.u.max()), 0.5 * float(self.v.min() + self.v.max())
+
+    @property
+    def gusts(self) -> float:
+        """By how much it differs from the mean anywhere, at most."""
+        u, v = self.mean
+        return float(np.hypot(self.u - u, self.v - v).max())
+
+    @property
+    def reversed(self) -> "Wind":
+        """The wind backwards in time: times change their sign, and so does where the air goes."""
+        return Wind(-self.u[::-1], -self.v[::-1], self.bounds, -self.times[::-1])
 
     @property
     def changes(self) -> list[float]:

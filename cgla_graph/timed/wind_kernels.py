@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 
 from cgla_graph._kernel import kernel
-from cgla_graph._types import FloatArray
+from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, SPREAD, Field, X, Y
 from cgla_graph.model.risk_raster_kernels import density_at
 from cgla_graph.timed.leg_kernels import VX, VY, WIDE, WIDE_RATE, moving_risk_at
@@ -64,6 +64,17 @@ def _between(values: FloatArray, i: int, a: float, j: int, b: float) -> float:
 
 
 @kernel
+def _lines(low: float, high: float, first: float, spacing: float, count: int) -> tuple[int, int]:
+    """Return the rows or columns of nodes between two places: the first, and the one after the last."""
+    if count == 1:
+        return 0, 0
+    begin = min(max((low - first) / spacing, -1.0), float(count))
+    end = min(max((high - first) / spacing, -1.0), float(count))
+    after = max(math.floor(begin) + 1, 0)
+    return after, max(min(math.ceil(end), count), after)
+
+
+@kernel
 def wind_at(x: float, y: float, t: float, wind: WindArrays) -> tuple[float, float]:
     """Evaluate the wind at a place and time."""
     u, v, times, nodes = wind
@@ -85,6 +96,60 @@ def winds_at(points: FloatArray, t: float, wind: WindArrays, out: FloatArray) ->
     """Write the wind at `points`, shape ``(n, 2)``, to `out`, shape ``(n, 2)``."""
     for n in range(points.shape[0]):
         out[n, 0], out[n, 1] = wind_at(points[n, 0], points[n, 1], t, wind)
+
+
+@kernel
+def wind_within(
+    low: tuple[float, float], high: tuple[float, float], times: tuple[float, float], wind: WindArrays
+) -> tuple[float, float, float]:
+    """
+    Return the wind in the middle of a box in space and time, and by how much it differs from that within, at most.
+
+    Between the lines of its grid, the wind is linear along each axis: it differs most at a corner.
+    """
+    u, _, hours, nodes = wind
+    x, y, t = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (times[0] + times[1])
+    east, north = wind_at(x, y, t, wind)
+    worst = 0.0
+    columns, rows = (
+        _lines(low[0], high[0], nodes[0], nodes[2], u.shape[2]),
+        _lines(low[1], high[1], nodes[1], nodes[3], u.shape[1]),
+    )
+    first = np.searchsorted(hours, times[0], side="right")
+    last = np.searchsorted(hours, times[1], side="left") if hours.shape[0] > 1 else first - 1
+    for n in range(first - 1, last + 1):
+        when = times[0] if n < first else times[1] if n == last else hours[n]
+        for j in range(rows[0] - 1, rows[1] + 1):
+            b = low[1] if j < rows[0] else high[1] if j == rows[1] else nodes[1] + j * nodes[3]
+            for i in range(columns[0] - 1, columns[1] + 1):
+                a = low[0] if i < columns[0] else high[0] if i == columns[1] else nodes[0] + i * nodes[2]
+                here = wind_at(a, b, when, wind)
+                worst = max(worst, math.hypot(here[0] - east, here[1] - north))
+    return east, north, worst * (1.0 + 2.0**-40) + 2.0**-40 * (abs(east) + abs(north))
+
+
+@kernel
+def winds_within(
+    begin: WholeArray,
+    end: WholeArray,
+    place: tuple[float, float, float],
+    times: tuple[float, float],
+    wind: WindArrays,
+    out: FloatArray,
+) -> None:
+    """
+    Write the wind in the middle of cells, and by how much it differs within, shape ``(rows, columns, 3)``.
+
+    `begin` and `end` are the cells of each row, `place` that of the first one and the step.
+    """
+    half = 0.5 * place[2]
+    for j in range(out.shape[0]):
+        y = place[1] + j * place[2]
+        for i in range(begin[j], end[j]):
+            x = place[0] + i * place[2]
+            out[j, i, 0], out[j, i, 1], out[j, i, 2] = wind_within(
+                (x - half, y - half), (x + half, y + half), times, wind
+            )
 
 
 @kernel

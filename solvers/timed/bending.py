@@ -13,7 +13,7 @@ from cgla_graph._validate import point_array
 from cgla_graph.errors import ProblemError
 from cgla_graph.motion.trajectory import Trajectory, least_distance
 from cgla_graph.solvers.timed.descent_kernels import Task, descend
-from cgla_graph.solvers.timed.timed_kernels import Chart, flight_cost, flight_times, leg_time
+from cgla_graph.solvers.timed.timed_kernels import Chart, flight_cost, flight_times, time_of
 from cgla_graph.timed.timed_problem import TimedProblem
 
 #: Waypoints of the first stage; later stages add one in the middle of each leg, up to `MOST` of them.
@@ -90,7 +90,7 @@ def of_trace(chart: Chart, rows: FloatArray, amplitude: float) -> Flying:
     side = np.array([-heading[1], heading[0]]) / np.hypot(*heading)
     for before, after in pairwise(rows):
         step = after[1:] - before[1:]
-        late = after[0] - before[0] - leg_time(chart, step[0], step[1])
+        late = after[0] - before[0] - time_of(chart, before[1], before[2], before[0], step[0], step[1], 1.0)
         if late > IDLE * (after[0] - before[0]):
             owed += late
         elif owed > 0.0:

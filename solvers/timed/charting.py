@@ -18,6 +18,7 @@ from cgla_graph.solvers.timed.march_kernels import Grid
 from cgla_graph.solvers.timed.timed_kernels import Chart, slab_of
 from cgla_graph.timed.timed_area import union_of
 from cgla_graph.timed.timed_problem import TimedProblem
+from cgla_graph.timed.wind import Wind
 
 #: Samples of a raster's risk along the longer side, at most.
 SAMPLES = 512
@@ -27,9 +28,9 @@ def chart_of(problem: TimedProblem, until: float) -> Chart:
     """
     Return a timed problem as arrays; the last law holds on after `until`.
 
-    Wind that changes is replaced by its mean, in which no flight waits.
+    In wind that changes, no flight waits.
     """
-    wind = problem.constant_wind or _mean_wind(problem, until)
+    wind = problem.wind if isinstance(problem.wind, Wind) else Wind.of(*problem.wind or (0.0, 0.0))
     slabs = problem.slabs(max(until, problem.departures[0] + 1e-9))
     rows = [np.vstack([slab.threats, _still_rows(slab.field)]) for slab in slabs]
     corner, step, axes = _samples_of(problem.bounds)
@@ -70,9 +71,11 @@ def chart_of(problem: TimedProblem, until: float) -> Chart:
         ),
         speed=problem.speed,
         k=problem.k,
-        wind_x=wind[0],
-        wind_y=wind[1],
         per_time=problem.risk_per == "time",
+        wind_x=wind.mean[0],
+        wind_y=wind.mean[1],
+        gusts=wind.gusts,
+        winds=wind.arrays,
         price=math.inf if problem.waiting is None or problem.constant_wind is None else problem.waiting,
         latest=math.inf if problem.latest is None else problem.latest,
         discs=discs_of(problem),
@@ -86,15 +89,6 @@ def discs_of(problem: TimedProblem, also: Sequence[Trajectory] = (), radius: flo
     radii = np.full(len(others), problem.separation)
     radii[len(others) - len(also) :] = radius
     return Discs(np.vstack(rows) if others else np.empty((0, 3)), np.cumsum([0, *map(len, rows)]), radii)
-
-
-def _mean_wind(problem: TimedProblem, until: float) -> tuple[float, float]:
-    """Return the mean wind over the map and the time until then."""
-    _, _, axes = _samples_of(problem.bounds)
-    places = np.stack(np.meshgrid(*(axis[::16] for axis in axes)), axis=-1).reshape(-1, 2)
-    times = np.linspace(problem.departures[0], until, 9)
-    u, v = np.mean([problem.wind_at(places, float(time)) for time in times], axis=(0, 1))
-    return float(u), float(v)
 
 
 def _still_rows(field: RiskField) -> FloatArray:
@@ -142,7 +136,7 @@ def grid_for(problem: TimedProblem, chart: Chart, most: float, nodes: int) -> Gr
     lasts = most / min(chart.speed, chart.price)
     ends = min(last + lasts, chart.latest)
     x_min, y_min, x_max, y_max = _box(problem, chart, ends - first)
-    fastest = chart.speed + math.hypot(chart.wind_x, chart.wind_y)
+    fastest = chart.speed + chart.gusts + math.hypot(chart.wind_x, chart.wind_y)
     volume = (x_max - x_min) * (y_max - y_min) * (ends - first) * fastest
     h = max((volume / nodes) ** (1.0 / 3.0), max(x_max - x_min, y_max - y_min) / 400)
     h = min(h, math.dist(problem.start, problem.goal) / 8.0)
@@ -161,7 +155,7 @@ def _box(problem: TimedProblem, chart: Chart, time: float) -> Bounds:
     """Return the box of the places from which both ends are within reach, inside the bounds."""
     (ax, ay), (bx, by) = problem.start, problem.goal
     x_min, y_min, x_max, y_max = problem.bounds
-    reach = time * (chart.speed + math.hypot(chart.wind_x, chart.wind_y))
+    reach = time * (chart.speed + chart.gusts + math.hypot(chart.wind_x, chart.wind_y))
     # an ellipse about the two ends, with the long axis `reach`
     across = math.sqrt(max(reach**2 - math.dist(problem.start, problem.goal) ** 2, 0.0))
     half = [0.5 * math.hypot(across, abs(b - a)) for a, b in ((ax, bx), (ay, by))]

@@ -15,7 +15,7 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph.solvers.timed.disc_kernels import close_nodes, is_in_disc
-from cgla_graph.solvers.timed.timed_kernels import Chart, leg_time, risk_at
+from cgla_graph.solvers.timed.timed_kernels import Chart, leg_time, risk_at, time_of, wind_near
 
 #: Values from this on mean that a node is closed or not reached.
 FAR: Final = 1e30
@@ -154,7 +154,7 @@ def _sight(chart: Chart, grid: Grid, s: int, x: float, y: float, t: float, dx: f
 def _shot(chart: Chart, grid: Grid, ends: Ends, sign: float, s: int, x: float, y: float, t: float, dt: float) -> float:
     """Return the cost of a straight flight between a point and the end of a march; `FAR` if it is not close."""
     dx, dy = ends.x - x, ends.y - y
-    span = leg_time(chart, sign * dx, sign * dy)
+    span = time_of(chart, x, y, t, dx, dy, sign)
     if not span <= SHOT * dt:
         return FAR
     landing = t + sign * span
@@ -191,11 +191,12 @@ def _step(
     y: float,
     f: float,
     dt: float,
+    wind: tuple[float, float],
     angle: float,
 ) -> tuple[float, float, float]:
     """Return the value of a step at a heading, and where it ends."""
-    gx = chart.speed * math.cos(angle) + chart.wind_x
-    gy = chart.speed * math.sin(angle) + chart.wind_y
+    gx = chart.speed * math.cos(angle) + wind[0]
+    gy = chart.speed * math.sin(angle) + wind[1]
     rate = 1.0 if chart.per_time else math.hypot(gx, gy)
     xx, yy = x + sign * gx * dt, y + sign * gy * dt
     u, v = (xx - grid.x) / grid.h, (yy - grid.y) / grid.h
@@ -217,14 +218,15 @@ def best_step(
     y: float,
     f: float,
     dt: float,
+    wind: tuple[float, float],
     guess: float,
 ) -> tuple[float, float, float]:
     """Return the least value over all headings, and where that step ends; `guess`: a heading that may be good."""
     best, middle = FAR, guess
     for n in range(-1, HEADINGS):
         angle = guess if n < 0 else n * TURN
-        gx = chart.speed * (math.cos(guess) if n < 0 else _COS[n]) + chart.wind_x
-        gy = chart.speed * (math.sin(guess) if n < 0 else _SIN[n]) + chart.wind_y
+        gx = chart.speed * (math.cos(guess) if n < 0 else _COS[n]) + wind[0]
+        gy = chart.speed * (math.sin(guess) if n < 0 else _SIN[n]) + wind[1]
         u, v = (x + sign * gx * dt - grid.x) / grid.h, (y + sign * gy * dt - grid.y) / grid.h
         value = linear(ahead, u, v)
         if value < FAR:
@@ -235,10 +237,10 @@ def best_step(
     if best >= FAR:
         return FAR, x, y
     width = 0.5 * TURN if middle != guess else 0.25 * TURN
-    low, xx, yy = _step(chart, grid, ahead, risk_ahead, sign, x, y, f, dt, middle)
+    low, xx, yy = _step(chart, grid, ahead, risk_ahead, sign, x, y, f, dt, wind, middle)
     for _ in range(2):
-        left, lx, ly = _step(chart, grid, ahead, risk_ahead, sign, x, y, f, dt, middle - width)
-        right, rx, ry = _step(chart, grid, ahead, risk_ahead, sign, x, y, f, dt, middle + width)
+        left, lx, ly = _step(chart, grid, ahead, risk_ahead, sign, x, y, f, dt, wind, middle - width)
+        right, rx, ry = _step(chart, grid, ahead, risk_ahead, sign, x, y, f, dt, wind, middle + width)
         bend = left - 2.0 * low + right
         if left < low and left <= right:
             low, xx, yy, middle = left, lx, ly, middle - width
@@ -246,15 +248,15 @@ def best_step(
             low, xx, yy, middle = right, rx, ry, middle + width
         elif bend > 0.0 and left < FAR and right < FAR:
             shift = 0.5 * (left - right) / bend * width
-            value, sx, sy = _step(chart, grid, ahead, risk_ahead, sign, x, y, f, dt, middle + shift)
+            value, sx, sy = _step(chart, grid, ahead, risk_ahead, sign, x, y, f, dt, wind, middle + shift)
             if value < low:
                 low, xx, yy, middle = value, sx, sy, middle + shift
         width *= 0.25
     # circling: drifts with the wind
-    ux, uy = x + sign * chart.wind_x * dt, y + sign * chart.wind_y * dt
+    ux, uy = x + sign * wind[0] * dt, y + sign * wind[1] * dt
     value = cubic(ahead, max((ux - grid.x) / grid.h, 0.0), max((uy - grid.y) / grid.h, 0.0))
     if value < FAR:
-        rate = 1.0 if chart.per_time else max(chart.speed, math.hypot(chart.wind_x, chart.wind_y))
+        rate = 1.0 if chart.per_time else max(chart.speed, math.hypot(wind[0], wind[1]))
         value += chart.speed * dt + chart.k * rate * dt * f
         if value < low - 1e-12 * abs(low):
             low, xx, yy = value, ux, uy
@@ -328,7 +330,8 @@ def march(chart: Chart, grid: Grid, ends: Ends, sign: float) -> FloatArray:
                 best = _shot(chart, grid, ends, sign, s, x, y, t, dt)
                 ahead = values[layer + int(sign)]
                 guess = _downhill(ahead, i, j, sign)
-                value, _, _ = best_step(chart, grid, ahead, risk_ahead, sign, x, y, risk[j, i], dt, guess)
+                wind = wind_near(chart, x, y, t + sign * 0.5 * dt)
+                value, _, _ = best_step(chart, grid, ahead, risk_ahead, sign, x, y, risk[j, i], dt, wind, guess)
                 values[layer, j, i] = min(best, value) if min(best, value) < FAR else 2.0 * FAR
         risk, risk_ahead = risk_ahead, risk
     return values
@@ -354,7 +357,8 @@ def trace(
         i = min(max(int((x - grid.x) / grid.h + 0.5), 0), grid.nx - 1)
         j = min(max(int((y - grid.y) / grid.h + 0.5), 0), grid.ny - 1)
         guess = _downhill(values[ahead], i, j, sign)
-        value, xx, yy = best_step(chart, grid, values[ahead], far, sign, x, y, f, dt, guess)
+        wind = wind_near(chart, x, y, t + sign * 0.5 * dt)
+        value, xx, yy = best_step(chart, grid, values[ahead], far, sign, x, y, f, dt, wind, guess)
         if shot < FAR and shot <= value * (1.0 + 1e-6):
             break
         if value >= FAR:
@@ -362,6 +366,7 @@ def trace(
         x, y, layer = xx, yy, ahead
         rows[size, 0], rows[size, 1], rows[size, 2] = grid.times[layer], x, y
         size += 1
-    rows[size, 0] = rows[size - 1, 0] + sign * leg_time(chart, sign * (ends.x - x), sign * (ends.y - y))
+    t = rows[size - 1, 0]
+    rows[size, 0] = t + sign * time_of(chart, x, y, t, ends.x - x, ends.y - y, sign)
     rows[size, 1], rows[size, 2] = ends.x, ends.y
     return rows[: size + 1]

@@ -85,10 +85,9 @@ class Search:
         final = [self.bender.fine(one) for one in ranked[:FINAL] if one.cost <= CLOSE * ranked[0].cost]
         best = min(final, key=lambda one: one.cost)
         message = f"{len(ranked)} ways compared on a grid of {grid.nx} x {grid.ny} x {len(grid.times)}"
-        rows = self.bender.rows(best)
-        if self.problem.constant_wind is None:
-            message += ", in the mean wind; the flight is judged in the wind that changes"
-        return FoundFlight(Status.FOUND, rows, self.departures, self.bender.evaluations, len(ranked), message)
+        return FoundFlight(
+            Status.FOUND, self.bender.rows(best), self.departures, self.bender.evaluations, len(ranked), message
+        )
 
     def _best(self) -> float:
         return min((one.cost for one in self.found), default=math.inf)

@@ -15,6 +15,8 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph.solvers.timed.disc_kernels import Discs, pressure
+from cgla_graph.timed.march_kernels import travel_time
+from cgla_graph.timed.wind_kernels import WindArrays, speed_along, wind_at
 
 #: Columns of a slab's table of threats: at the slab's start, and their rates.
 X, Y, VX, VY, SPREAD, SPREAD_RATE, PEAK, PEAK_RATE = range(8)
@@ -23,6 +25,9 @@ REACH, PANEL = 7.5, 1.0
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 _NODES, _WEIGHTS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
 N_NODES: Final = 6
+#: Where the wind changes: the distance of the two nodes of Gauss on a leg of length 1, how often times are mended,
+#: and the step of slopes, as a part of the leg.
+PAIR, TURNS, NUDGE = 1.0 / math.sqrt(3.0), 3, 1e-5
 #: ``1 - f`` is not taken below this, where it divides.
 LEAST_KEPT = 1e-12
 
@@ -43,8 +48,11 @@ class Chart(NamedTuple):
     rings, ring_starts, ring_area, boxes, closed
         Outlines of areas, end to end; the area of each ring; the box of each area; whether area ``a`` is in force in
         slab ``s``: ``closed[s, a]``.
-    speed, k, wind_x, wind_y, per_time
-        Airspeed, risk weight, wind, and whether risk counts per time.
+    speed, k, per_time
+        Airspeed, risk weight, and whether risk counts per time.
+    wind_x, wind_y, gusts, winds
+        The wind, or the mean of one that changes; by how much that differs from its mean, at most, and the wind on its
+        grid.
     price, latest
         The price of a unit of time spent waiting, infinite where it cannot wait, and the latest arrival.
     discs
@@ -65,9 +73,11 @@ class Chart(NamedTuple):
     closed: BoolArray
     speed: float
     k: float
+    per_time: bool
     wind_x: float
     wind_y: float
-    per_time: bool
+    gusts: float
+    winds: WindArrays
     price: float
     latest: float
     discs: Discs
@@ -129,19 +139,40 @@ def risk_at(chart: Chart, s: int, x: float, y: float, t: float) -> tuple[float, 
 
 @kernel
 def leg_time(chart: Chart, dx: float, dy: float) -> float:
-    """Return the time of a straight leg at full air speed; infinite against a wind that is too strong."""
-    v2 = chart.speed * chart.speed
-    along = dx * chart.wind_x + dy * chart.wind_y
-    d2 = dx * dx + dy * dy
-    if d2 == 0.0:
+    """Return the time of a straight leg at full air speed, at least; infinite against a wind that is too strong."""
+    return travel_time(dx, dy, chart.speed + chart.gusts, chart.wind_x, chart.wind_y)
+
+
+@kernel
+def wind_near(chart: Chart, x: float, y: float, t: float) -> tuple[float, float]:
+    """Return the wind at a place and time."""
+    return wind_at(x, y, t, chart.winds) if chart.gusts > 0.0 else (chart.wind_x, chart.wind_y)
+
+
+@kernel
+def time_of(chart: Chart, x: float, y: float, t: float, dx: float, dy: float, sign: float) -> float:
+    """
+    Return the time of a straight flight from a place at a time, or to it from ``(dx, dy)`` off (`sign` -1).
+
+    Infinite against a wind that is too strong. Where the wind changes, to about fourth order in the length.
+    """
+    if chart.gusts == 0.0:
+        return leg_time(chart, sign * dx, sign * dy)
+    length = math.hypot(dx, dy)
+    if length == 0.0:
         return 0.0
-    room = v2 - chart.wind_x * chart.wind_x - chart.wind_y * chart.wind_y
-    root = along * along + room * d2
-    if root < 0.0:
-        return math.inf
-    # d^2 / (w.d + sqrt(...)) is exact where the other form cancels
-    below = along + math.sqrt(root)
-    return d2 / below if below > 0.0 else math.inf
+    ex, ey = sign * dx / length, sign * dy / length
+    low, high, early, late = 0.5 - 0.5 * PAIR, 0.5 + 0.5 * PAIR, 0.0, 0.0
+    for _ in range(TURNS):
+        first = speed_along(x + low * dx, y + low * dy, t + sign * early, ex, ey, chart.speed, chart.winds)
+        second = speed_along(x + high * dx, y + high * dy, t + sign * late, ex, ey, chart.speed, chart.winds)
+        if first <= 0.0 or second <= 0.0:
+            return math.inf
+        span = 0.5 * length * (1.0 / first + 1.0 / second)
+        # (the pace is linear through both nodes)
+        bend = length * (1.0 / second - 1.0 / first) * (1.0 - PAIR * PAIR) / (8.0 * PAIR)
+        early, late = low * span - bend, high * span - bend
+    return span
 
 
 @kernel
@@ -303,9 +334,33 @@ def flight_times(chart: Chart, points: FloatArray, waits: FloatArray, departure:
     times = np.empty(points.shape[0])
     times[0] = departure
     for i in range(points.shape[0] - 1):
-        flown = leg_time(chart, points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
-        times[i + 1] = times[i] + waits[i] + flown
+        left = times[i] + waits[i]
+        step_x, step_y = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
+        times[i + 1] = left + time_of(chart, points[i, 0], points[i, 1], left, step_x, step_y, 1.0)
     return times
+
+
+@kernel
+def _slopes_of_time(chart: Chart, p: FloatArray, dx: float, dy: float, t: float, span: float, out: FloatArray) -> None:
+    """Write the derivatives of the time of a leg from `p` at `t` by its two ends and by `t`, shape ``(5,)``."""
+    if chart.gusts == 0.0:
+        # |d - w T| = v T
+        ax, ay = dx - chart.wind_x * span, dy - chart.wind_y * span
+        below = chart.speed * chart.speed * span + chart.wind_x * ax + chart.wind_y * ay
+        out[0], out[1], out[2], out[3], out[4] = -ax / below, -ay / below, ax / below, ay / below, 0.0
+        return
+    by = NUDGE * math.hypot(dx, dy)
+    for number in range(5):
+        change = 0.0
+        for side in range(2):
+            off = by if side == 0 else -by
+            # moving the first end changes the way as well
+            x, y = p[0] + (off if number == 0 else 0.0), p[1] + (off if number == 1 else 0.0)
+            ax = dx + (off if number == 2 else -off if number == 0 else 0.0)
+            ay = dy + (off if number == 3 else -off if number == 1 else 0.0)
+            when = t + (off / chart.speed if number == 4 else 0.0)
+            change += (0.5 if side == 0 else -0.5) * time_of(chart, x, y, when, ax, ay, 1.0)
+        out[number] = change / (by / chart.speed if number == 4 else by)
 
 
 @kernel
@@ -341,7 +396,7 @@ def flight_cost(
     total = weight * late * late
     # the derivative of all that follows by the time at which it begins
     later = 2.0 * weight * late
-    out = np.empty(6)
+    out, longer = np.empty(6), np.zeros(5)
     # (a depth counts once and not for as long as it lasts)
     pressing = weight * margin / chart.speed if chart.discs.starts.shape[0] > 1 else 0.0
     for i in range(m - 2, -1, -1):
@@ -354,15 +409,13 @@ def flight_cost(
             total += chart.speed * span + leg_cost(chart, p, q, left, times[i + 1], weight, margin, out)
             if pressing > 0.0:
                 total += pressure(chart.discs, p, q, left, times[i + 1], pressing, margin, out)
-            # the duration depends on the ends: |d - w T| = v T
-            ax, ay = dx - chart.wind_x * span, dy - chart.wind_y * span
-            below = chart.speed * chart.speed * span + chart.wind_x * ax + chart.wind_y * ay
+            _slopes_of_time(chart, p, dx, dy, left, span, longer)
             by_span = chart.speed + out[5] + later
-            slopes[i, 0] += out[0] - by_span * ax / below
-            slopes[i, 1] += out[1] - by_span * ay / below
-            slopes[i + 1, 0] += out[2] + by_span * ax / below
-            slopes[i + 1, 1] += out[3] + by_span * ay / below
-            later += out[5] + out[4]
+            slopes[i, 0] += out[0] + by_span * longer[0]
+            slopes[i, 1] += out[1] + by_span * longer[1]
+            slopes[i + 1, 0] += out[2] + by_span * longer[2]
+            slopes[i + 1, 1] += out[3] + by_span * longer[3]
+            later += out[5] + out[4] + by_span * longer[4]
         slopes[i, 2] = math.inf
         if chart.price < math.inf:
             if waits[i] > 0.0:
