@@ -68,6 +68,27 @@ def in_time(
 
 
 @kernel
+def _bent(slopes: FloatArray, turn: FloatArray) -> float:
+    """
+    Bound what a linear wind times a slope exceeds the wind times the slope at their control places, all 27.
+
+    With the weights ``B_i`` of a place, the mean of the ``w_i`` is the wind there. So the difference is ``sum B_i (w(x)
+    - w_i) . (p_i - p)`` for any ``p``, and along each axis the root mean square of ``w(x) - w_i`` is at most
+    ``sqrt(1/2)`` times the change from the middle to the border.
+    """
+    far = 0.0
+    for s in range(3):
+        for b in range(3):
+            for a in range(3):
+                px, py = slopes[s, b, a, 0] - slopes[1, 1, 1, 0], slopes[s, b, a, 1] - slopes[1, 1, 1, 1]
+                far = max(far, math.hypot(px, py))
+    total = 0.0
+    for axis in range(3):
+        total += math.hypot(turn[axis, 0], turn[axis, 1])
+    return math.sqrt(0.5) * total * far * (1.0 + 2.0**-40)
+
+
+@kernel
 def layer_excess(
     layers: tuple[FloatArray, FloatArray, FloatArray],
     durations: tuple[float, float, float],
@@ -104,8 +125,8 @@ def layer_excess(
     still
         Floors of rasters, shape ``(rows, columns, 5)``, or ``(0, 0, 5)`` without any.
     winds
-        The wind in the middle of each cell, and by how much it differs within, shape ``(rows, columns, 3)``: a path may
-        get on so much faster. Or ``(0, 0, 3)``, in constant wind.
+        The wind on each cell, as `wind_kernels.winds_within` writes it, or ``(0, 0, 9)`` in constant wind. A path may
+        get on faster by what it differs from a linear one.
     flow
         See `march_kernels.Flow`.
     excess
@@ -120,8 +141,8 @@ def layer_excess(
     reach = 0.5 * math.sqrt(2.0) * step * (1.0 + 2.0**-40)
     half_time = 0.5 * durations[1] * (1.0 + 2.0**-40)
     values, slopes = np.empty((3, 3, 3)), np.empty((3, 3, 3))
-    gx, gy = np.empty((3, 3)), np.empty((3, 3))
-    floor = np.empty(6)
+    gx, gy, steepened = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3, 3, 2))
+    floor, turn = np.empty(6), np.zeros((3, 2))
     near = np.empty((threats.shape[0], threats.shape[1]))
     scale = 1.0 if per_time else v
     for j in range(excess.shape[0]):
@@ -145,8 +166,9 @@ def layer_excess(
                 floor[4] += still[j, i, 3]
                 floor[5] += still[j, i, 4]
             if changes:
-                wx, wy, fast = winds[j, i, 0], winds[j, i, 1], v + winds[j, i, 2]
-                wind, air = math.hypot(wx, wy), (fast, wx, wy, per_time, price)
+                east, north, fast = winds[j, i, 0], winds[j, i, 1], v + winds[j, i, 2]
+                turn[:] = winds[j, i, 3:].reshape(3, 2)
+                wind = math.hypot(east, north) + np.abs(turn).sum()
             in_time(layers, durations, j, i, values, slopes)
             worst, steepest, lowest = -math.inf, -math.inf, math.inf
             for s in range(3):
@@ -157,6 +179,10 @@ def layer_excess(
                         risk = floor[0] + 0.5 * step * ((a - 1) * floor[1] + (b - 1) * floor[2])
                         risk = k * (risk + (s - 1) * half_time * floor[3] - floor[4])
                         px, py = gx[b, a], gy[b, a]
+                        if changes:
+                            wx = east + (a - 1) * turn[0, 0] + (b - 1) * turn[1, 0] + (s - 1) * turn[2, 0]
+                            wy = north + (a - 1) * turn[0, 1] + (b - 1) * turn[1, 1] + (s - 1) * turn[2, 1]
+                            air = (fast, wx, wy, per_time, price)
                         steep = math.sqrt(px * px + py * py)
                         lost = -rate + ROUNDED * (abs(rate) + (fast + wind) * steep)
                         if windy and not per_time:
@@ -170,6 +196,7 @@ def layer_excess(
                         else:
                             lost += fast * steep - wx * px - wy * py
                             cost = v + scale * risk
+                        steepened[s, b, a, 0], steepened[s, b, a, 1] = px, py
                         worst = max(worst, lost - cost)
                         steepest = max(steepest, lost)
                         lowest = min(lowest, cost)
@@ -178,6 +205,9 @@ def layer_excess(
                             worst = max(worst, -rate + ROUNDED * abs(rate) - price - scale * risk)
                             steepest = max(steepest, -rate + ROUNDED * abs(rate) + v - price)
                             lowest = min(lowest, price + scale * risk)
+            if changes:
+                bent = _bent(steepened, turn)
+                worst, steepest = worst + bent, steepest + bent
             # a constant bound of the risk serves as well
             constant = v if windy and not per_time else v + scale * k * floor[5]
             if steepest - constant < worst:
@@ -337,6 +367,8 @@ def rim_excess(
     most: float,
     early: float,
     closed: BoolArray,
+    begin: WholeArray,
+    end: WholeArray,
 ) -> float:
     """
     Bound by how much a spline exceeds the cost to an end on the rim of its block, within one layer.
@@ -356,8 +388,8 @@ def rim_excess(
     early
         Paths enter the block at the beginning of this layer too, and pay at least that from there; infinite: they do
         not.
-    closed
-        Cells that no path enters.
+    closed, begin, end
+        Cells that no path enters, and those of each row that count.
     """
     values, slopes = np.empty((3, 3, 3)), np.empty((3, 3, 3))
     column, row, reach = block
@@ -368,6 +400,8 @@ def rim_excess(
         for i in range(column - reach, column + reach + 1):
             west, east, south, north = i == column - reach, i == column + reach, j == row - reach, j == row + reach
             if closed[j, i] or not (first or west or east or south or north):
+                continue
+            if not begin[j] <= i < end[j]:
                 continue
             in_time(layers, durations, j, i, values, slopes)
             for side in range(5):

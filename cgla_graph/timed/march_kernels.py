@@ -158,8 +158,8 @@ def fall(
     factors
         What the cost is multiplied by there.
     winds
-        The wind there, and by how much that nearby differs from it, shape ``(rows, columns, 3)``: the air counts as so
-        much faster. Or ``(0, 0, 3)``, in constant wind.
+        The wind there, and by how much it may be stronger, as in the first of the ``(rows, columns, 9)`` numbers of
+        `wind_kernels.winds_within`. Or ``(0, 0, 9)``, in constant wind.
     begin, end
         The nodes of each row, two or more away from the rim.
     step

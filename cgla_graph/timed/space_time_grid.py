@@ -242,7 +242,7 @@ class Grid:
 
     def winds(self, n: int, begin: IntArray, end: IntArray) -> FloatArray:
         """Return the wind on the cells of a layer, as `march_kernels.fall` takes it."""
-        out = np.zeros((*self.shape, 3) if self.wind is not None else (0, 0, 3))
+        out = np.zeros((*self.shape, 9) if self.wind is not None else (0, 0, 9))
         if self.wind is not None:
             place, times = (*self.origin, self.step), (float(self.knots[n]), float(self.knots[n + 1]))
             winds_within(begin, end, place, times, self.wind.arrays, out)
@@ -382,8 +382,9 @@ class Block:
 
     def on_rim(self, grid: Grid) -> FloatArray:
         """Return the greatest value of the formula on the rim, about, in each layer."""
-        rim, (time, length, gx, gy, bend) = self.rim(grid), self.prices[1:-1, :5].T
-        return np.asarray(rim * (time / grid.slow + length + 0.5 * rim * np.hypot(gx, gy) - bend * rim**2 / 3.0))
+        rim, (time, length, gx, gy, bend, v, wx, wy) = self.rim(grid), self.prices[1:-1].T
+        slow = np.maximum(v - np.hypot(wx, wy), 0.1 * grid.flow[0])
+        return np.asarray(rim * (time / slow + length + 0.5 * rim * np.hypot(gx, gy) - bend * rim**2 / 3.0))
 
     def cells_of(self, grid: Grid) -> BoolArray:
         """Mark its cells, shape ``(rows, columns)``."""
@@ -402,8 +403,13 @@ def _price_at(grid: Grid, n: int, end: Point, rim: float) -> tuple[FloatArray, f
         middle, half = 0.5 * (begins + until), 0.5 * (until - begins) * (1.0 + 1e-9)
         turns = (grid.events > begins) & (grid.events < until)
         if grid.windy or turns.any():
-            formula, value = _least_price(grid, n, end, rim, lasts)
-            level = float(formula[0] / grid.slow + formula[1]) * rim
+            # (so wide that leaving costs as much as the way against the wind)
+            wide = min(max(0.5 * (1.0 + grid.fast / grid.slow), DISCS[0]), WIDEST)
+            discs = (wide,) if grid.wind is None else (wide, *DISCS)
+            level, formula, value = max(
+                (_least_price(grid, n, end, (rim, disc * rim, lasts)) for disc in discs),
+                key=lambda one: min(one[0], one[2]),
+            )
         else:
             threats = grid.threats[n].copy()
             threats[:, [0, 1, 4, 6]] += (middle - grid.middles[n]) * threats[:, [2, 3, 5, 7]]
@@ -432,12 +438,10 @@ def _formula_on(
     return float(level), formula, min(min(v * found[4], price) * lasts, leaving) * (1.0 - 1e-9)
 
 
-def _least_price(grid: Grid, n: int, end: Point, rim: float, lasts: float) -> tuple[FloatArray, float]:
-    """Bound the cost of ways as `_price_at`, by the least risk near the end in each layer until then."""
+def _least_price(grid: Grid, n: int, end: Point, sizes: tuple[float, float, float]) -> tuple[float, FloatArray, float]:
+    """Bound as `_formula_on`, by the least risk near the end in each layer, and in wind."""
     v, wx, wy, per_time, price = grid.flow
-    fast = grid.fast
-    # (so wide that leaving costs as much as the way against the wind)
-    wide = min(max(0.5 * (1.0 + fast / grid.slow), DISCS[0]), WIDEST) * rim
+    rim, wide, lasts = sizes
     last = int(np.searchsorted(grid.knots, float(grid.knots[n + 1]) + lasts * (1.0 + 1e-9)))
     risks: list[float] = []
     for m in range(n, max(min(last, grid.count), n + 1)):
@@ -450,10 +454,13 @@ def _least_price(grid: Grid, n: int, end: Point, rim: float, lasts: float) -> tu
         # (within that disc and time, nothing is faster over the ground)
         low, high = (end[0] - wide, end[1] - wide), (end[0] + wide, end[1] + wide)
         times = float(grid.knots[n]), float(grid.knots[n + 1]) + lasts * (1.0 + 1e-9)
-        wx, wy, more = wind_within(low, high, times, grid.wind.arrays)
-        formula[5:] = v + more, wx, wy
-    leaves = rim * (formula[0] / fast + formula[1]) + 2.0 * (wide - rim) * v / fast
-    return formula, min(min(v, price) * lasts, leaves) * (1.0 - 1e-9)
+        near = np.empty(9)
+        wind_within(low, high, times, grid.wind.arrays, near)
+        formula[5:] = v + near[2] + np.hypot(near[3::2], near[4::2]).sum() * (1.0 + 1e-9), near[0], near[1]
+    leaves = rim * (formula[0] / grid.fast + formula[1]) + 2.0 * (wide - rim) * v / grid.fast
+    slow = max(float(formula[5] - math.hypot(*formula[6:])), 0.1 * v)
+    level = float(formula[0] / slow + formula[1]) * rim
+    return level, formula, min(min(v, price) * lasts, leaves) * (1.0 - 1e-9)
 
 
 def _raster_floor(still: Still, grid: Grid, end: Point, reach: float) -> FloatArray:

@@ -289,7 +289,7 @@ class Surface:
                 excess_kernels.rim_excess(
                     self.layers(n), self.lasting(n), block.cells, block.off, grid.step,
                     block.prices[n + 1], float(block.most[n]), block.early if first else math.inf,
-                    grid.closed(n),
+                    grid.closed(n), self.kept[0][n], self.kept[1][n],
                 ),
             )  # fmt: skip
         return worst

@@ -100,32 +100,50 @@ def winds_at(points: FloatArray, t: float, wind: WindArrays, out: FloatArray) ->
 
 @kernel
 def wind_within(
-    low: tuple[float, float], high: tuple[float, float], times: tuple[float, float], wind: WindArrays
-) -> tuple[float, float, float]:
+    low: tuple[float, float], high: tuple[float, float], times: tuple[float, float], wind: WindArrays, out: FloatArray
+) -> None:
     """
-    Return the wind in the middle of a box in space and time, and by how much it differs from that within, at most.
+    Write a linear wind in a box in space and time, and by how much the wind differs from it there, at most.
 
-    Between the lines of its grid, the wind is linear along each axis: it differs most at a corner.
+    Between the lines of its grid, the wind is linear along each axis: the difference is greatest at a corner.
+
+    Parameters
+    ----------
+    low, high, times, wind
+        Corners of the box, its first and last time, and the wind.
+    out
+        Shape ``(9,)``: the wind in the middle, the greatest difference, and by how much the linear wind changes from
+        the middle to the borders, along `x`, `y` and `t`.
     """
     u, _, hours, nodes = wind
     x, y, t = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (times[0] + times[1])
     east, north = wind_at(x, y, t, wind)
+    for axis in range(3):
+        here = (high[0] if axis == 0 else x, high[1] if axis == 1 else y, times[1] if axis == 2 else t)
+        there = (low[0] if axis == 0 else x, low[1] if axis == 1 else y, times[0] if axis == 2 else t)
+        one, other = wind_at(here[0], here[1], here[2], wind), wind_at(there[0], there[1], there[2], wind)
+        out[3 + 2 * axis], out[4 + 2 * axis] = 0.5 * (one[0] - other[0]), 0.5 * (one[1] - other[1])
     worst = 0.0
-    columns, rows = (
-        _lines(low[0], high[0], nodes[0], nodes[2], u.shape[2]),
-        _lines(low[1], high[1], nodes[1], nodes[3], u.shape[1]),
-    )
+    columns = _lines(low[0], high[0], nodes[0], nodes[2], u.shape[2])
+    rows = _lines(low[1], high[1], nodes[1], nodes[3], u.shape[1])
     first = np.searchsorted(hours, times[0], side="right")
     last = np.searchsorted(hours, times[1], side="left") if hours.shape[0] > 1 else first - 1
     for n in range(first - 1, last + 1):
         when = times[0] if n < first else times[1] if n == last else hours[n]
+        c = 2.0 * (when - t) / (times[1] - times[0])
         for j in range(rows[0] - 1, rows[1] + 1):
-            b = low[1] if j < rows[0] else high[1] if j == rows[1] else nodes[1] + j * nodes[3]
+            py = low[1] if j < rows[0] else high[1] if j == rows[1] else nodes[1] + j * nodes[3]
+            b = 2.0 * (py - y) / (high[1] - low[1])
             for i in range(columns[0] - 1, columns[1] + 1):
-                a = low[0] if i < columns[0] else high[0] if i == columns[1] else nodes[0] + i * nodes[2]
-                here = wind_at(a, b, when, wind)
-                worst = max(worst, math.hypot(here[0] - east, here[1] - north))
-    return east, north, worst * (1.0 + 2.0**-40) + 2.0**-40 * (abs(east) + abs(north))
+                px = low[0] if i < columns[0] else high[0] if i == columns[1] else nodes[0] + i * nodes[2]
+                a = 2.0 * (px - x) / (high[0] - low[0])
+                wx, wy = wind_at(px, py, when, wind)
+                wx -= east + a * out[3] + b * out[5] + c * out[7]
+                wy -= north + a * out[4] + b * out[6] + c * out[8]
+                worst = max(worst, math.hypot(wx, wy))
+    out[0], out[1], out[2] = east, north, worst * (1.0 + 2.0**-40)
+    rounding = 2.0**-40 * (abs(out[0]) + abs(out[1]) + np.abs(out[3:]).sum())
+    out[2] += rounding
 
 
 @kernel
@@ -138,7 +156,7 @@ def winds_within(
     out: FloatArray,
 ) -> None:
     """
-    Write the wind in the middle of cells, and by how much it differs within, shape ``(rows, columns, 3)``.
+    Write the linear wind in cells and by how much the wind differs from it (`wind_within`), ``(rows, columns, 9)``.
 
     `begin` and `end` are the cells of each row, `place` that of the first one and the step.
     """
@@ -147,9 +165,7 @@ def winds_within(
         y = place[1] + j * place[2]
         for i in range(begin[j], end[j]):
             x = place[0] + i * place[2]
-            out[j, i, 0], out[j, i, 1], out[j, i, 2] = wind_within(
-                (x - half, y - half), (x + half, y + half), times, wind
-            )
+            wind_within((x - half, y - half), (x + half, y + half), times, wind, out[j, i])
 
 
 @kernel
