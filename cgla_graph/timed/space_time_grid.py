@@ -242,10 +242,21 @@ class Grid:
 
     def winds(self, n: int, begin: IntArray, end: IntArray) -> FloatArray:
         """Return the wind on the cells of a layer, as `march_kernels.fall` takes it."""
-        out = np.zeros((*self.shape, 9) if self.wind is not None else (0, 0, 9))
+        if self.wind is None:
+            return np.zeros((0, 0, 9))
+        if len(self.wind.times) == 1:
+            return self._steady_winds
+        out, place = np.zeros((*self.shape, 9)), (*self.origin, self.step)
+        winds_within(begin, end, place, (float(self.knots[n]), float(self.knots[n + 1])), self.wind.arrays, out)
+        return out
+
+    @cached_property
+    def _steady_winds(self) -> FloatArray:
+        """The wind on all cells, if it is the same at all times."""
+        out, rows = np.zeros((*self.shape, 9)), np.zeros(self.shape[0], dtype=np.int64)
         if self.wind is not None:
-            place, times = (*self.origin, self.step), (float(self.knots[n]), float(self.knots[n + 1]))
-            winds_within(begin, end, place, times, self.wind.arrays, out)
+            place = (*self.origin, self.step)
+            winds_within(rows, rows + self.shape[1], place, (0.0, 1.0), self.wind.arrays, out)
         return out
 
     @property

@@ -6,11 +6,15 @@ import math
 import numpy as np
 import pytest
 import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import brentq
 from strategies import a_part_of
 
 import cgla_graph as cg
 from cgla_graph.errors import ProblemError
 from cgla_graph.timed.space_time_proof import _by_line, _Search, timed_lower_bound
+from cgla_graph.timed.wind_kernels import wind_within
 
 START, GOAL = (0.1, 0.12), (0.9, 0.83)
 
@@ -29,6 +33,11 @@ def draw(seed: int) -> cg.TimedProblem:
     more: dict[str, object] = {"risk_per": ["ground", "time"][seed % 2]}
     if seed % 3 == 1:
         more["wind"] = tuple(0.4 * speed * np.array([math.cos(seed), math.sin(seed)]))
+    if seed % 6 == 4:
+        # (risk per time as well)
+        more["risk_per"] = ["ground", "time"][seed // 6 % 2]
+        u, v = speed * rng.uniform(-0.3, 0.3, (2, 3, 2, 3))
+        more["wind"] = cg.Wind(u, v, (0, 0, 1, 1), np.array([0.1, 0.7, 1.5]) / speed)
     if seed % 4 == 1:
         more["departure"] = (0.0, 0.6 / speed)
     if seed % 4 == 2:
@@ -148,10 +157,41 @@ def test_closed_forms_are_taken_where_there_are_some() -> None:
     assert timed_lower_bound(across).lower_bound == pytest.approx(5.0 / 4.0, rel=1e-8)
     against = timed_lower_bound(cg.TimedProblem((0, 0), (1, 0), speed=1, wind=(-2, 0)))
     assert (against.lower_bound, against.message) == (math.inf, "there is no path: the wind is too strong")
-    gusts = cg.Wind(np.full((2, 2, 2), [[[-0.4]], [[0.4]]]), np.zeros((2, 2, 2)), (0, 0, 1, 1), (0.0, 1.0))
-    bound = timed_lower_bound(cg.TimedProblem((0.1, 0.5), (0.9, 0.5), speed=1.0, wind=gusts))
-    assert bound.lower_bound == pytest.approx(0.8 / 1.4, rel=1e-8)
-    assert "in wind that changes" in bound.message
+
+
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_wind_in_a_box_differs_from_a_linear_one_by_no_more_than_is_said(seed: int, changes: bool) -> None:
+    """Without the lines of the grid inside of boxes, it differs by more."""
+    rng = np.random.default_rng(seed)
+    shape = (3 if changes else 1, *rng.integers(1, 5, 2))
+    wind = cg.Wind(*rng.normal(0.0, 1.0, (2, *shape)), (0.2, 0.1, 0.8, 1.0), [0.0, 0.4, 1.0][: shape[0]])
+    low, size = rng.uniform(-0.1, 0.9, 3), rng.uniform(0.01, 0.5, 3)
+    found = np.empty(9)
+    ends = float(low[2]), float(low[2] + size[2])
+    wind_within((low[0], low[1]), (low[0] + size[0], low[1] + size[1]), ends, wind.arrays, found)
+    for along in rng.uniform(-1.0, 1.0, (50, 3)):
+        x, y, t = low + 0.5 * (1.0 + along) * size
+        linear = found[:2] + along @ found[3:].reshape(3, 2)
+        assert np.hypot(*(wind.at((x, y), t) - linear)) <= found[2]
+
+
+@pytest.mark.parametrize("turns", [(-0.4, 0.3), pytest.param((0.4, -0.3), marks=pytest.mark.slow)])
+def test_in_wind_that_changes_everywhere_alike_it_closes_in_on_the_exact_time(turns: tuple[float, float]) -> None:
+    """As in still air in a frame that drifts: the way less the drift is as long as the airspeed times the time."""
+    u, v = np.tile(np.array([turns, turns[::-1]])[..., None, None], (1, 1, 2, 2))
+    problem = cg.TimedProblem(START, GOAL, speed=1.0, wind=cg.Wind(u, v, (0, 0, 1, 1), (0.2, 0.9)))
+    way = np.subtract(GOAL, START)
+
+    def short(time: float) -> float:
+        moments = np.linspace(0.0, time, 2001)
+        drift = [np.trapezoid(np.interp(moments, (0.2, 0.9), one[:, 0, 0]), moments) for one in (u, v)]
+        return float(np.hypot(*(way - drift)) - time)
+
+    exact = brentq(short, 0.1, 3.0)
+    plan = cg.solve(problem, nodes=30_000, tolerance=0.01, max_cells=60_000)
+    assert plan.lower_bound <= exact <= plan.cost * (1.0 + 1e-6)
+    assert plan.cost < 1.0005 * exact
+    assert plan.lower_bound > 0.98 * exact
 
 
 def test_plans_and_commands_carry_it() -> None:
