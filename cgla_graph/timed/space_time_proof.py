@@ -1,5 +1,5 @@
 r"""
-A proven lower bound of the cost of all timed paths: among moving threats, timed areas, and in constant wind.
+A proven lower bound of the cost of all timed paths: among moving threats, timed areas, and in wind.
 
 **Statement.** Let ``v`` be the airspeed, ``w`` the wind, and ``c`` the cost of a unit of time in flight: ``v + k r``
 with the risk ``r`` of a unit of time. Let ``W(x, y, t)`` be continuous, and piecewise smooth, with ``- W_t - w . grad
@@ -14,6 +14,10 @@ how much the inequality fails.
 **Risk by the ground distance** is ``r = |g| F``, and depends on the heading. For each ``|u| <= 1``, ``|g| >= u . g``,
 so that ``- W_t - w . (grad W + k F u) + v |grad W + k F u| <= v`` is enough (`march_kernels.burden`). In still air
 this is the inequality with ``c = v (1 + k F)``.
+
+**Wind that changes** is a linear wind ``w`` on each cell plus a rest of at most ``d``: ``- W_t - w . p + (v + d) |p| <=
+c`` is enough, where ``p`` is the slope with its burden (`wind_kernels.wind_within`, `excess_kernels`). No path gets away
+from the mean wind faster than the airspeed and the greatest gust together.
 
 **Waiting** in one place adds ``- W_t <= p + k r``, for its price `p` and the risk of a unit of time as in flight in
 still air. Without it, the inequality says nothing of waiting; but circles are paths, and cost as any flight.
