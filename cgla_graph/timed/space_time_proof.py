@@ -16,8 +16,8 @@ so that ``- W_t - w . (grad W + k F u) + v |grad W + k F u| <= v`` is enough (`m
 this is the inequality with ``c = v (1 + k F)``.
 
 **Wind that changes** is a linear wind ``w`` on each cell plus a rest of at most ``d``: ``- W_t - w . p + (v + d) |p| <=
-c`` is enough, where ``p`` is the slope with its burden (`wind_kernels.wind_within`, `excess_kernels`). No path gets away
-from the mean wind faster than the airspeed and the greatest gust together.
+c`` is enough, where ``p`` is the slope with its burden (`wind_kernels.wind_within`, `excess_kernels`). No path gets
+away from the mean wind faster than the airspeed and the greatest gust together.
 
 **Waiting** in one place adds ``- W_t <= p + k r``, for its price `p` and the risk of a unit of time as in flight in
 still air. Without it, the inequality says nothing of waiting; but circles are paths, and cost as any flight.
