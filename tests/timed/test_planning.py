@@ -73,6 +73,36 @@ def test_cost_of_a_flight_is_the_oracle_s_and_has_its_gradient(
         assert slopes[i, j] == pytest.approx((high - low) / (2 * h), abs=1e-6)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_in_wind_that_changes_times_close_in_on_those_of_the_oracle_and_slopes_are_theirs(seed: int) -> None:
+    """With the wind in the middle of each leg alone, four times as many legs are but sixteen times as good."""
+    rng = np.random.default_rng(seed)
+    wind = cg.Wind(*rng.uniform(-0.3, 0.3, (2, 2, 2, 2)), (0, 0, 1, 1), (0.0, 3.0))
+    problem = problem_of(seed, wind=wind, moving=(), k=2.0, risk_per=["ground", "time"][seed % 2])
+    chart, off = chart_of(problem, 9.0), []
+    for count in (4, 16):
+        points = np.linspace(START, GOAL, count + 1)
+        points[:, 1] += 0.1 * np.sin(np.linspace(0.0, math.pi, count + 1))
+        exact = problem.fly(points, 0.05)
+        off.append(abs(flight_times(chart, points, np.zeros(count + 1), 0.05)[-1] - exact[-1, 0]))
+        slopes, unused = np.empty((2, count + 1, 3))
+        cost, late = flight_cost(chart, points, np.zeros(count + 1), 0.05, 0.0, 0.0, slopes)
+    assert off[1] < off[0] / 64.0
+    assert off[1] < 1e-6
+    assert cost == pytest.approx(problem.evaluate(exact).cost, rel=1e-4)
+
+    def costs(points: np.ndarray, departure: float) -> float:
+        return flight_cost(chart, points, np.zeros(len(points)), departure, 0.0, 0.0, unused)[0]
+
+    h = 1e-5
+    assert late == pytest.approx((costs(points, 0.05 + h) - costs(points, 0.05 - h)) / (2 * h), abs=1e-5)
+    for i, j in itertools.product((1, 7, 15), range(2)):
+        change = np.zeros_like(points)
+        change[i, j] = h
+        steps = (costs(points + change, 0.05) - costs(points - change, 0.05)) / (2 * h)
+        assert slopes[i, j] == pytest.approx(steps, abs=1e-5)
+
+
 def test_tiny_legs_that_take_no_time_cost_nothing() -> None:
     chart = chart_of(cg.TimedProblem((0, 0), (1, 1), speed=1.0), 9.0)
     points = np.array([(0, 0), (1e-30, 0), (1, 1)], dtype=float)
