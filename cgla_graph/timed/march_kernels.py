@@ -21,8 +21,11 @@ WALL = 1e30
 STEEPEST = 1e20
 #: Speed, wind, whether risk counts per unit of time, and the price of waiting (infinite: none).
 Flow: TypeAlias = tuple[float, float, float, bool, float]
-#: Turns of the search for the best heading where risk counts by the ground distance.
-TURNS = 4
+#: Turns of the search for the best heading where risk counts by the ground distance, and one that ends it.
+TURNS, LEAST_TURN = 4, 1e-7
+#: Slopes on both sides of a node differ by no more than this part, and velocities are so far off the axes, in airspeeds,
+#: where one heading is enough.
+ALIKE, OFF_AXES = 0.2, 0.2
 
 
 @inlined
@@ -72,6 +75,8 @@ def _best_course(gx: float, gy: float, risk: float, v: float, wx: float, wy: flo
             slope = risk * across / speed + gy * ex - gx * ey
             bend = -risk / speed * (wx * ex + wy * ey + v * across * across / (speed * speed)) - gx * ex - gy * ey
             turn = min(max(-slope / bend, -1.0), 1.0) if bend > 0.0 else 0.0
+            if abs(turn) < LEAST_TURN:
+                break
             ex, ey = ex - turn * ey, ey + turn * ex
             size = math.hypot(ex, ey)
             ex, ey = ex / size, ey / size
@@ -88,6 +93,14 @@ def _descent(west: float, east: float, south: float, north: float, risk: float, 
     """
     v, wx, wy, _, _ = flow
     best = 0.0 if wx * wx + wy * wy <= v * v else math.inf
+    # (where both sides nearly agree, and the best velocity is well off the axes, no other one meets other values)
+    px, py = 0.5 * (west + east), 0.5 * (south + north)
+    if abs(west - east) + abs(south - north) < ALIKE * (abs(px) + abs(py)) and px * px + py * py > risk * risk:
+        ax, ay = _best_course(px, py, risk, v, wx, wy)
+        if min(abs(ax), abs(ay)) > OFF_AXES * v:
+            return min(
+                best, risk * math.hypot(ax, ay) + ax * (east if ax > 0.0 else west) + ay * (north if ay > 0.0 else south)
+            )
     for side in range(2):
         # along an axis
         px = east if side else -west
