@@ -1,11 +1,12 @@
 """No-fly areas in TOML files: polygons, GeoJSON files, and zones projected onto the plane of the map."""
 
 import os
-from collections.abc import Mapping, Sequence
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, Literal, TypeAlias, cast
 
 import numpy as np
 import shapely
@@ -37,6 +38,19 @@ OF_TERRAIN = ("altitude", "ground", "terrain_clearance", "terrain_altitude")
 SEEN_MARGIN, MOST_LATITUDE = 0.02, 85.0
 #: Corners of a simplified zone, about, and how far it may reach beyond the zone, relative to the map's longer side.
 MOST_CORNERS, MOST_BEYOND = 1000, 0.002
+
+
+def _one_line(text: str) -> str:
+    """Refuse line ends and control characters, which could steer a terminal."""
+    if any(unicodedata.category(letter) in _CONTROL for letter in text):
+        msg = "give one line, without line ends and control characters"
+        raise ValueError(msg)
+    return text
+
+
+#: Categories of Unicode: control characters, and ends of lines and paragraphs.
+_CONTROL = ("Cc", "Zl", "Zp")
+Line: TypeAlias = Annotated[str, AfterValidator(_one_line)]
 
 
 class Table(BaseModel):
@@ -305,3 +319,12 @@ def seen_box(projection: LocalProjection, bounds: Bounds, clearance: float) -> B
     degrees[:, 0] += 360.0 * np.round((projection.longitude - degrees[:, 0]) / 360.0)
     (west, south), (east, north) = degrees.min(axis=0).tolist(), degrees.max(axis=0).tolist()
     return west, south, east, north
+
+
+def ends_of(uavs: Iterable[Any]) -> list[tuple[str, Point]]:
+    """Name the starts and goals of tables of UAVs."""
+    return [
+        (f"uavs.{number}.{name}", (x, y))
+        for number, uav in enumerate(uavs)
+        for name, (x, y) in (("start", uav.start), ("goal", uav.goal))
+    ]

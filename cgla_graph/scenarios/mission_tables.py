@@ -1,12 +1,11 @@
 """Tables of mission files."""
 
-import unicodedata
 from collections.abc import Iterable
 from math import dist
 from typing import Annotated, Any, Literal, TypeAlias
 
 import shapely
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag
 
 from cgla_graph._types import Point
 from cgla_graph.airspace.zones.columns import Columns
@@ -16,26 +15,13 @@ from cgla_graph.mission.uav import COLOUR
 from cgla_graph.mission.virtual_obstacle import Placement, Zones
 from cgla_graph.mission.world import TimedThreat, World
 from cgla_graph.model.clearance import widened
-from cgla_graph.scenarios.area_tables import Pair, Ring, Table
+from cgla_graph.scenarios.area_tables import Line, Pair, Ring, Table, ends_of
 from cgla_graph.scenarios.drawing import MOST_MISSES, Stream
 from cgla_graph.scenarios.map_tables import MapTable, ThreatTable
 from cgla_graph.timed.timed_area import union_of
 
 #: The solver of files that name none.
 SOLVER = "cgla"
-
-
-def _one_line(text: str) -> str:
-    """Refuse line ends and control characters, which could steer a terminal."""
-    if any(unicodedata.category(letter) in _CONTROL for letter in text):
-        msg = "give one line, without line ends and control characters"
-        raise ValueError(msg)
-    return text
-
-
-#: Categories of Unicode: control characters, and ends of lines and paragraphs.
-_CONTROL = ("Cc", "Zl", "Zp")
-Line: TypeAlias = Annotated[str, AfterValidator(_one_line)]
 
 
 class UavSettings(Table):
@@ -60,15 +46,6 @@ class UavTable(UavSettings):
     goal: Pair
     departs: int = Field(0, ge=0, description="tick of take-off")
     colour: str | None = Field(None, pattern=f"^{COLOUR}$", description='in pictures, as "#0072B2"')
-
-
-def ends_of(uavs: Iterable[Any]) -> list[tuple[str, Point]]:
-    """Name the starts and goals of tables of UAVs."""
-    return [
-        (f"uavs.{number}.{name}", (x, y))
-        for number, uav in enumerate(uavs)
-        for name, (x, y) in (("start", uav.start), ("goal", uav.goal))
-    ]
 
 
 class RandomUavsTable(Table):

@@ -24,9 +24,8 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.rasters.ends import MapEnds
 from cgla_graph.model.risk import RiskField
-from cgla_graph.scenarios.area_tables import Pair, with_files
+from cgla_graph.scenarios.area_tables import Pair, ends_of, with_files
 from cgla_graph.scenarios.map_tables import MapBuilder, read_table
-from cgla_graph.scenarios.mission_tables import ends_of
 from cgla_graph.scenarios.shipped import SCENARIOS, is_mission_text, shipped_scenario
 from cgla_graph.scenarios.text_files import read_text, scenario_errors
 from cgla_graph.scenarios.timed_tables import TimedTable, settings_in_time, team_of

@@ -12,9 +12,8 @@ from cgla_graph.airspace.zones.applying import moment_of_zones
 from cgla_graph.airspace.zones.timed_zones import LONGEST
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.risk import RiskField
-from cgla_graph.scenarios.area_tables import Pair, Ring, Table
+from cgla_graph.scenarios.area_tables import Line, Pair, Ring, Table
 from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, RasterTable, ThreatTable
-from cgla_graph.scenarios.mission_tables import Line
 from cgla_graph.scenarios.text_files import scenario_errors
 from cgla_graph.timed.moving import MovingThreat
 from cgla_graph.timed.timed_area import TimedArea

@@ -23,8 +23,8 @@ STEEPEST = 1e20
 Flow: TypeAlias = tuple[float, float, float, bool, float]
 #: Turns of the search for the best heading where risk counts by the ground distance, and one that ends it.
 TURNS, LEAST_TURN = 4, 1e-7
-#: Slopes on both sides of a node differ by no more than this part, and velocities are so far off the axes, in airspeeds,
-#: where one heading is enough.
+#: One heading is enough where slopes on both sides of a node differ by no more than this part, and the velocity is so
+#: far off the axes, in airspeeds.
 ALIKE, OFF_AXES = 0.2, 0.2
 
 
@@ -98,9 +98,8 @@ def _descent(west: float, east: float, south: float, north: float, risk: float, 
     if abs(west - east) + abs(south - north) < ALIKE * (abs(px) + abs(py)) and px * px + py * py > risk * risk:
         ax, ay = _best_course(px, py, risk, v, wx, wy)
         if min(abs(ax), abs(ay)) > OFF_AXES * v:
-            return min(
-                best, risk * math.hypot(ax, ay) + ax * (east if ax > 0.0 else west) + ay * (north if ay > 0.0 else south)
-            )
+            px, py = east if ax > 0.0 else west, north if ay > 0.0 else south
+            return min(best, risk * math.hypot(ax, ay) + ax * px + ay * py)
     for side in range(2):
         # along an axis
         px = east if side else -west

@@ -19,7 +19,7 @@ from cgla_graph.isolation.outcome import one_line
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios import random_map
-from cgla_graph.scenarios.area_tables import Pair, Table
+from cgla_graph.scenarios.area_tables import Line, Pair, Table
 from cgla_graph.scenarios.graphs.graph_scenario import (
     MOST_PAIRS,
     SEED,
@@ -29,7 +29,6 @@ from cgla_graph.scenarios.graphs.graph_scenario import (
     graph_pairs,
 )
 from cgla_graph.scenarios.map_tables import Range
-from cgla_graph.scenarios.mission_tables import Line
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import own
 
