@@ -321,7 +321,7 @@ class _Search:
                 break
             times = self._times(count, grid)
             if times < LEAST_TIMES:
-                message = f"the next grid would need more than {self.max_cells} cells"
+                message = f"the next grid would need more than {self.max_cells} cells, or too many nodes"
                 break
             cells *= times
             finer = Grid.lay(self.problem, self.until, round(cells), self.lasts)
