@@ -15,7 +15,7 @@ from cgla_graph.certificate import certificate, subsolution, verdict
 from cgla_graph.model.problem import Evaluation
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Solver
-from cgla_graph.solvers.trade_off import constrained, front
+from cgla_graph.solvers.trade_off import budget_use, constrained, front
 from cgla_graph.solvers.trade_off.plan_within import PlanWithin
 
 #: Points a side of lattices.
@@ -55,8 +55,8 @@ def make_quick(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in (constrained, verdict):
         monkeypatch.setattr(module, "prove", functools.partial(certificate.prove, max_cells=CELLS**2))
     monkeypatch.setattr(constrained, "MOST_SOLVES", 2)
-    monkeypatch.setattr(constrained, "SHIFTS", 1)
-    monkeypatch.setattr(constrained, "HALVINGS", 6)
+    monkeypatch.setattr(budget_use, "SHIFTS", 1)
+    monkeypatch.setattr(budget_use, "HALVINGS", 6)
     monkeypatch.setattr(constrained, "SEEDS_UP_TO", 0)
     monkeypatch.setattr(front, "MOST_GROWTHS", 0)
 
