@@ -203,7 +203,7 @@ def compare_uncertain(
     texts = [None] if options.alpha is None else options.alpha.split(",")
     asked = [read_uncertain(dataclasses.replace(options, alpha=text), {}) for text in texts]
     alphas = [None if text is None else share_of(text, "--alpha") for text in texts]
-    tolerance = read_tolerance(WANTED if proof.tolerance is None else proof.tolerance, certify=not proof.no_certificate)
+    tolerance = read_tolerance(proof.tolerance, certify=not proof.no_certificate, default=WANTED)
     objective: Any = options.objective
     on = [asked[0].on(scenario) for scenario in scenarios]
     with console.running_solvers([one.problem.model for one in on]):

@@ -62,9 +62,7 @@ def plan_timed(
         msg = f"{scenario.name} does not change in time"
         raise ValueError(msg)
     folder, kinds = output.folder(), output.pictures("png")
-    tolerance = read_tolerance(
-        TOLERANCE if proof.tolerance is None else proof.tolerance, certify=not proof.no_certificate
-    )
+    tolerance = read_tolerance(proof.tolerance, certify=not proof.no_certificate, default=TOLERANCE)
     plan: TimedPlan | TeamPlan
     with console.running_solvers([]):
         if scenario.separation is None:
@@ -109,9 +107,7 @@ def compare_timed(
         raise CglaError(msg)
     names = None if comparison.solvers is None else [part.strip() for part in comparison.solvers.split(",")]
     seeds = SEEDS if comparison.seeds is None else comparison.seeds
-    tolerance = read_tolerance(
-        TOLERANCE if proof.tolerance is None else proof.tolerance, certify=not proof.no_certificate
-    )
+    tolerance = read_tolerance(proof.tolerance, certify=not proof.no_certificate, default=TOLERANCE)
     with console.running_solvers([]):
         plans = compare_in_time(problem, names, seeds=seeds, tolerance=tolerance)
     if as_json:

@@ -121,7 +121,7 @@ def read_entrant(text: str, *, refine: bool = False) -> Entrant:
     return entrant.refined() if refine else entrant
 
 
-def read_tolerance(tolerance: float | None, *, certify: bool = True) -> float | None:
+def read_tolerance(tolerance: float | None, *, certify: bool = True, default: float = TOLERANCE) -> float | None:
     """
     Read ``--tolerance`` and ``--no-certificate``.
 
@@ -136,7 +136,7 @@ def read_tolerance(tolerance: float | None, *, certify: bool = True) -> float | 
     (0.005, None, None)
     """
     if tolerance is None:
-        tolerance = TOLERANCE
+        tolerance = default
     if not 0.0 <= tolerance < math.inf:
         msg = f"--tolerance is {tolerance:g}; give a ratio above 0, as 0.005, or 0 for no lower bound"
         raise CglaError(msg)
