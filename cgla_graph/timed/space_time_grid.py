@@ -41,8 +41,7 @@ SLOWER, LONGER, WHILES = 1.5, 1.6, 6
 def flow_of(problem: "TimedProblem") -> Flow:
     """Return how it is flown, as kernels take it; of wind that changes, in its mean."""
     price = math.inf if problem.waiting is None else problem.waiting
-    u, v = problem.wind.mean if isinstance(problem.wind, Wind) else problem.wind or (0.0, 0.0)
-    return problem.speed, u, v, problem.risk_per == "time", price
+    return problem.speed, *problem.wind_grid.mean, problem.risk_per == "time", price
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +147,7 @@ class Grid:
             problem.k,
             ends,
             events,
-            problem.wind if isinstance(problem.wind, Wind) and problem.constant_wind is None else None,
+            problem.wind_grid if problem.constant_wind is None else None,
         )
         kept: dict[tuple[int, int], Still] = {}
         still = []
@@ -393,9 +392,7 @@ class Block:
 
     def on_rim(self, grid: Grid) -> FloatArray:
         """Return the greatest value of the formula on the rim, about, in each layer."""
-        rim, (time, length, gx, gy, bend, v, wx, wy) = self.rim(grid), self.prices[1:-1].T
-        slow = np.maximum(v - np.hypot(wx, wy), 0.1 * grid.flow[0])
-        return np.asarray(rim * (time / slow + length + 0.5 * rim * np.hypot(gx, gy) - bend * rim**2 / 3.0))
+        return _at_most(self.prices[1:-1], self.rim(grid), grid)
 
     def cells_of(self, grid: Grid) -> BoolArray:
         """Mark its cells, shape ``(rows, columns)``."""
@@ -403,6 +400,13 @@ class Block:
         marked = np.zeros(grid.shape, dtype=np.bool_)
         marked[row - reach : row + reach + 1, column - reach : column + reach + 1] = True
         return marked
+
+
+def _at_most(formulas: FloatArray, rim: float, grid: Grid) -> FloatArray:
+    """Return the greatest values of formulas, shape ``(..., 8)``, on a rim, about: against the wind."""
+    time, length, gx, gy, bend, v, wx, wy = np.moveaxis(formulas, -1, 0)
+    slow = np.maximum(v - np.hypot(wx, wy), 0.1 * grid.flow[0])
+    return np.asarray(rim * (time / slow + length + 0.5 * rim * np.hypot(gx, gy) - bend * rim**2 / 3.0))
 
 
 def _price_at(grid: Grid, n: int, end: Point, rim: float) -> tuple[FloatArray, float]:
@@ -417,17 +421,15 @@ def _price_at(grid: Grid, n: int, end: Point, rim: float) -> tuple[FloatArray, f
             # (so wide that leaving costs as much as the way against the wind)
             wide = min(max(0.5 * (1.0 + grid.fast / grid.slow), DISCS[0]), WIDEST)
             discs = (wide,) if grid.wind is None else (wide, *DISCS)
-            level, formula, value = max(
-                (_least_price(grid, n, end, (rim, disc * rim, lasts)) for disc in discs),
-                key=lambda one: min(one[0], one[2]),
-            )
+            found = [_least_price(grid, n, end, (rim, disc * rim, lasts)) for disc in discs]
         else:
             threats = grid.threats[n].copy()
             threats[:, [0, 1, 4, 6]] += (middle - grid.middles[n]) * threats[:, [2, 3, 5, 7]]
-            level, formula, value = max(
-                (_formula_on(grid, n, end, (rim, disc * rim, half, lasts), threats) for disc in DISCS),
-                key=lambda one: min(one[0], one[2]),
-            )
+            found = [_formula_on(grid, n, end, (rim, disc * rim, half, lasts), threats) for disc in DISCS]
+        level, value, formula = max(
+            ((float(_at_most(formula, rim, grid)), value, formula) for formula, value in found),
+            key=lambda one: min(one[0], one[1]),
+        )
         if min(level, value) > high:
             best, most, high = formula, value, min(level, value)
         if value >= level:
@@ -438,18 +440,17 @@ def _price_at(grid: Grid, n: int, end: Point, rim: float) -> tuple[FloatArray, f
 
 def _formula_on(
     grid: Grid, n: int, end: Point, sizes: tuple[float, float, float, float], threats: FloatArray
-) -> tuple[float, FloatArray, float]:
-    """Return the greatest value of a formula on the rim, the formula, and what a path pays at least that is no such."""
+) -> tuple[FloatArray, float]:
+    """Return a formula, and what a path pays at least that does not pay as it says."""
     v, _, _, per_time, price = grid.flow
     (rim, disc, half, lasts), found = sizes, np.empty(5)
     raster = _raster_floor(grid.still[n], grid, end, disc)
     leaving = end_formula(*end, rim, disc, half, grid.k / v if per_time else grid.k, threats, raster, found)
-    level = found[0] * rim + 0.5 * math.hypot(found[1], found[2]) * rim**2 - found[3] * rim**3 / 3.0
     formula = np.array([0.0, *found[:4], *grid.flow[:3]])
-    return float(level), formula, min(min(v * found[4], price) * lasts, leaving) * (1.0 - 1e-9)
+    return formula, min(min(v * found[4], price) * lasts, leaving) * (1.0 - 1e-9)
 
 
-def _least_price(grid: Grid, n: int, end: Point, sizes: tuple[float, float, float]) -> tuple[float, FloatArray, float]:
+def _least_price(grid: Grid, n: int, end: Point, sizes: tuple[float, float, float]) -> tuple[FloatArray, float]:
     """Bound as `_formula_on`, by the least risk near the end in each layer, and in wind."""
     v, wx, wy, per_time, price = grid.flow
     rim, wide, lasts = sizes
@@ -469,9 +470,7 @@ def _least_price(grid: Grid, n: int, end: Point, sizes: tuple[float, float, floa
         wind_within(low, high, times, grid.wind.arrays, near)
         formula[5:] = v + near[2] + np.hypot(near[3::2], near[4::2]).sum() * (1.0 + 1e-9), near[0], near[1]
     leaves = rim * (formula[0] / grid.fast + formula[1]) + 2.0 * (wide - rim) * v / grid.fast
-    slow = max(float(formula[5] - math.hypot(*formula[6:])), 0.1 * v)
-    level = float(formula[0] / slow + formula[1]) * rim
-    return level, formula, min(min(v, price) * lasts, leaves) * (1.0 - 1e-9)
+    return formula, min(min(v, price) * lasts, leaves) * (1.0 - 1e-9)
 
 
 def _raster_floor(still: Still, grid: Grid, end: Point, reach: float) -> FloatArray:

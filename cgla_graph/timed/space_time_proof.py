@@ -66,7 +66,6 @@ from cgla_graph.timed.space_time_grid import Block, Grid, flow_of
 from cgla_graph.timed.surface import Runs, Surface
 from cgla_graph.timed.timed_evaluation import Timed, timed_rows
 from cgla_graph.timed.timed_problem import TimedProblem
-from cgla_graph.timed.wind import Wind
 
 #: Cells along the longer side of the first grid, and how many times finer the next one is, at most and at least.
 FIRST_CELLS, MOST_TIMES, LEAST_TIMES = 48, 2.0, 1.2
@@ -250,8 +249,7 @@ def _by_line(problem: TimedProblem, cost: float, tolerance: float) -> TimedCerti
     dx, dy = problem.goal[0] - problem.start[0], problem.goal[1] - problem.start[1]
     speed, u, v, _, _ = flow_of(problem)
     # (in wind that changes, nothing is faster over ground; and a little faster, so that rounding prevents no path)
-    gusts = problem.wind.gusts if isinstance(problem.wind, Wind) else 0.0
-    least = travel_time(dx, dy, (speed + gusts) * (1.0 + ROUNDING), u, v)
+    least = travel_time(dx, dy, (speed + problem.wind_grid.gusts) * (1.0 + ROUNDING), u, v)
     bound = min(problem.speed * least, cost) * (1.0 - ROUNDING)
     message = "the way in the wind without risk is a bound; no path is known" if math.isinf(cost) else ""
     if math.isinf(bound):

@@ -115,11 +115,10 @@ class Surface:
                 rates = (goal - values) / (times[n + 1] - times[n])
                 rates[~(np.abs(rates) < WALL * 1e-6)] = 0.0
             self._risks(n, risks[1])
-            winds.append(self._winds(n))
+            winds = [winds[-1], self._winds(n)]
             self._advance(n, values, rates, risks, winds, (begin, end))
             self._store(n, values)
             risks.reverse()
-            winds.pop(0)
 
     def _advance(
         self,
@@ -132,8 +131,7 @@ class Surface:
     ) -> None:
         grid, block = self.grid, self.block
         duration = float(grid.times[n + 1] - grid.times[n])
-        layer = min(max(n - 1, 0), grid.count - 1)
-        cells = block.cells if block.holds[layer] else (0, 0, -1)
+        cells = block.cells if block.holds[self._layer(n)] else (0, 0, -1)
         turns = max(1, math.ceil(duration * grid.fast / (COURANT * grid.step)))
         factors = self.factors[n + 1], self.factors[n]
         prices = block.prices[[n + 1, n]]
@@ -152,13 +150,16 @@ class Surface:
         return np.asarray(minimum_filter(closed, 3, mode="nearest"))
 
     def _risks(self, n: int, out: FloatArray) -> None:
-        grid = self.grid
-        layer = min(max(n - 1, 0), grid.count - 1)
+        grid, layer = self.grid, self._layer(n)
         node_risks(*grid.origin, grid.step, *self._met(n), grid.threats[layer], grid.still[layer].risk, out)
         out *= grid.k
 
     def _winds(self, n: int) -> FloatArray:
-        return self.grid.winds(min(max(n - 1, 0), self.grid.count - 1), *self._met(n))
+        return self.grid.winds(self._layer(n), *self._met(n))
+
+    def _layer(self, n: int) -> int:
+        """Return the layer whose control values are those of number `n`; the nearest one for the first and last."""
+        return min(max(n - 1, 0), self.grid.count - 1)
 
     def _met(self, n: int) -> Runs:
         """Return the nodes that are marched to a layer, and from it to the one before it."""

@@ -11,7 +11,7 @@ from cgla_graph.model.risk import RiskField
 from cgla_graph.timed.leg_kernels import piece_risks
 from cgla_graph.timed.timed_evaluation import TIME_TOLERANCE, snapped, split_at
 from cgla_graph.timed.timed_map import TimedMap
-from cgla_graph.timed.wind import Wind, ground_speeds
+from cgla_graph.timed.wind import ground_speeds
 from cgla_graph.timed.wind_kernels import advance
 
 #: Pieces of a leg in wind on a grid: within each, the distance to others is that of motion at constant speed.
@@ -147,9 +147,6 @@ def flown_leg(timed: TimedMap, begins: float, leg: FloatArray, *, with_risk: boo
     pieces, risks
         Rows between events, and the risk of each piece; the last time is infinite if the wind is too strong.
     """
-    wind = timed.wind
-    if not isinstance(wind, Wind):
-        wind = Wind.of(*(wind or (0.0, 0.0)))
     length = float(np.hypot(*(leg[1] - leg[0])))
     line = np.append(leg[0], (leg[1] - leg[0]) / length)
     progress = np.array([0.0, begins, 0.0])
@@ -163,7 +160,7 @@ def flown_leg(timed: TimedMap, begins: float, leg: FloatArray, *, with_risk: boo
         since = slab.begins if math.isfinite(slab.begins) else 0.0
         field = still.for_weight(timed.k).kernel_field()
         stop = float(stops[np.searchsorted(stops, progress[0], side="right")])
-        advance(line, progress, (stop, slab.ends), since, timed.speed, wind.arrays, threats, field, per_time)
+        advance(line, progress, (stop, slab.ends), since, timed.speed, timed.wind_grid.arrays, threats, field, per_time)
         place = leg[1] if progress[0] == length else leg[0] + progress[0] * line[2:]
         if still.rasters and not per_time:
             progress[2] += float(still.with_only([]).line_integral(rows[-1][1:], place))

@@ -22,7 +22,6 @@ from cgla_graph._validate import (
     items,
     non_negative_number,
     point,
-    point_array,
     positive_number,
 )
 from cgla_graph.errors import ProblemError
@@ -128,11 +127,14 @@ class TimedMap(ShortRepr):
         return not len(self.events)
 
     @cached_property
+    def wind_grid(self) -> Wind:
+        """The wind as a grid; of one node, if it was given as a vector, or not at all."""
+        return self.wind if isinstance(self.wind, Wind) else Wind.of(*self.wind or (0.0, 0.0))
+
+    @cached_property
     def constant_wind(self) -> tuple[float, float] | None:
         """The wind, if it is the same everywhere and always, ``(0, 0)`` in still air; else None."""
-        if isinstance(self.wind, Wind):
-            return self.wind.constant if self.wind.is_constant else None
-        return self.wind or (0.0, 0.0)
+        return self.wind_grid.constant if self.wind_grid.is_constant else None
 
     @cached_property
     def events(self) -> FloatArray:
@@ -140,8 +142,7 @@ class TimedMap(ShortRepr):
         times = [time for threat in self.moving for time in threat.times.tolist()]
         times += [time for area in self.areas for time in area.changes]
         times += [time for time, _ in self.fields]
-        if isinstance(self.wind, Wind):
-            times += self.wind.changes
+        times += self.wind_grid.changes
         return fixed(np.unique(np.array(times)))
 
     @cached_property
@@ -170,9 +171,7 @@ class TimedMap(ShortRepr):
         >>> TimedMap((0, 0), (1, 1), speed=2, wind=(1, 0)).wind_at([(0, 0), (1, 1)], 5).tolist()
         [[1.0, 0.0], [1.0, 0.0]]
         """
-        if isinstance(self.wind, Wind):
-            return self.wind.at(points, time)
-        return np.tile(np.array(self.wind or (0.0, 0.0)), (*point_array("points", points).shape[:-1], 1))
+        return self.wind_grid.at(points, time)
 
     def slab_at(self, time: float) -> Slab:
         """

@@ -88,7 +88,8 @@ class Wind(ShortRepr):
     @property
     def mean(self) -> tuple[float, float]:
         """The middle between the least and the greatest components."""
-        return 0.5 * float(self.u.min() + self.u.max()), 0.5 * float(self.v.min() + self.v.max())
+        u, v = (0.5 * float(each.min()) + 0.5 * float(each.max()) for each in (self.u, self.v))
+        return u, v
 
     @property
     def gusts(self) -> float:

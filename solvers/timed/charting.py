@@ -18,7 +18,6 @@ from cgla_graph.solvers.timed.march_kernels import Grid
 from cgla_graph.solvers.timed.timed_kernels import Chart, slab_of
 from cgla_graph.timed.timed_area import union_of
 from cgla_graph.timed.timed_problem import TimedProblem
-from cgla_graph.timed.wind import Wind
 
 #: Samples of a raster's risk along the longer side, at most.
 SAMPLES = 512
@@ -30,7 +29,7 @@ def chart_of(problem: TimedProblem, until: float) -> Chart:
 
     In wind that changes, no flight waits.
     """
-    wind = problem.wind if isinstance(problem.wind, Wind) else Wind.of(*problem.wind or (0.0, 0.0))
+    wind = problem.wind_grid
     slabs = problem.slabs(max(until, problem.departures[0] + 1e-9))
     rows = [np.vstack([slab.threats, _still_rows(slab.field)]) for slab in slabs]
     corner, step, axes = _samples_of(problem.bounds)
