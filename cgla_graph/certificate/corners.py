@@ -504,8 +504,9 @@ def rim_of(mesh: SplineMesh, pieces: WholeArray, centre: tuple[int, int], reach:
 def walls_inside(geometry: BaseGeometry, corner: FloatArray, disc: float, depth: float) -> FloatArray:
     """List lines inside an area at a depth below its outline, near a corner and relative to it, shape ``(w, 4)``."""
     x, y = corner.tolist()
-    # (the part cut off is more of the inside)
-    inner = shapely.clip_by_rect(geometry, x - disc, y - disc, x + disc, y + disc).buffer(-depth, join_style="mitre")
+    # (the part cut off is more of the inside; `shapely.clip_by_rect` is faster, but fails on slivers)
+    near = shapely.intersection(geometry, shapely.box(x - disc, y - disc, x + disc, y + disc))
+    inner = near.buffer(-depth, join_style="mitre")
     rings = [shapely.get_coordinates(ring) - corner for ring in shapely.get_rings(shapely.get_parts(inner))]
     lines = np.concatenate([np.empty((0, 4)), *(np.hstack([ring[:-1], ring[1:]]) for ring in rings)])
     return np.ascontiguousarray(lines[:MOST_WALLS])

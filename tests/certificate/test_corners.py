@@ -21,7 +21,7 @@ from strategies import examples
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate import corner_kernels
-from cgla_graph.certificate.corners import Corner, links_of
+from cgla_graph.certificate.corners import Corner, links_of, walls_inside
 from cgla_graph.eikonal.marching import costs_to_go
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.errors import CglaError
@@ -211,3 +211,11 @@ def test_around_corners_bounds_are_of_higher_order() -> None:
     loss = missing(problem, cg.solve(problem, "visibility-graph").cost, 128, 256, 512, aim=1e-5)
     assert 0.0 < loss[-1] < 0.0012
     assert oracles.rate(loss) > 1.25
+
+
+def test_slivers_have_no_walls_inside() -> None:
+    """Of one without an area, but valid; `shapely.clip_by_rect` fails on it."""
+    sliver = shapely.Polygon([(0.64, 0.38), (0.6, 0.3), (0.5, 0.1)])
+    assert walls_inside(sliver, np.array([0.5, 0.1]), 0.165728151840597, 1e-3).shape == (0, 4)
+    square = shapely.union(sliver, shapely.box(0.0, 0.0, 0.5, 0.5))
+    assert walls_inside(square, np.array([0.5, 0.1]), 0.05, 1e-3).shape == (4, 4)
