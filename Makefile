@@ -84,9 +84,9 @@ docs: $(VENV)/installed-docs
 		--doctree-dir build/doctrees docs build/docs
 
 # ours against peers; then the tree against an older commit. make bench OLD=…: against another one
-OLD ?= 422fc1b
+OLD ?= 9fcc6a22
 bench: $(INSTALLED)
-	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=min,median,rounds -s
+	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=min,median,rounds -s -o faulthandler_timeout=0
 	$(BIN)/python tests/benchmarks/old_and_new.py $(OLD)
 	$(BIN)/python tests/benchmarks/peers.py --each 1 --seconds 1 --out results/peers-few.json
 

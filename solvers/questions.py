@@ -395,12 +395,12 @@ class _Work:
         problem = self.map.problem
         if not problem.field.is_proper:
             return None
-        cells = CellSurface.towards(problem, end, usual_cells(problem))
-        if cells is not None and not cells.proof.loose:
-            return cells
         fewest = next((steps for count, steps in STEPS.items() if len(others) >= count), None)
         if fewest is None:
             return None
+        cells = CellSurface.towards(problem, end, usual_cells(problem))
+        if cells is not None and not cells.proof.loose:
+            return cells
         most = int(math.sqrt(min(usual_cells(problem), MAX_CELLS)))
         steps = min(max(round(fewest * math.sqrt(TOLERANCE / self.tolerance)), 128), most)
         ground = self.map.ground(steps)

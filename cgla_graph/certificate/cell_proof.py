@@ -21,7 +21,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.regions import bound
-from cgla_graph.regions.arrangement import Arrangement, refusal
+from cgla_graph.regions.arrangement import Arrangement, has_cells
 from cgla_graph.regions.bound import Rounding
 from cgla_graph.regions.points import covered
 from cgla_graph.regions.walls import Walls, tips
@@ -95,7 +95,7 @@ class CellProof:
         near
             A path near which lines of cells go through corners of areas, shape ``(m, 2)``; None: there are none.
         """
-        if problem.projection is not None or refusal(problem) or problem.k == 0.0:
+        if problem.projection is not None or not has_cells(problem):
             return None
         cells = Arrangement.of(problem, for_bound=True)
         if cells.block > 1:

@@ -45,6 +45,8 @@ from cgla_graph.eikonal.marching_kernels import spline_value
 from cgla_graph.eikonal.mesh import NO_CELL, bezier_values
 from cgla_graph.model.problem import Problem
 from cgla_graph.refine.refine import refine_path
+from cgla_graph.regions.arrangement import has_cells
+from cgla_graph.regions.paths import least_path
 
 #: Cells along the longer side of the grid that proofs of single problems begin with, and how many of these problems
 #: landmarks are laid for, at least.
@@ -112,21 +114,23 @@ class Ground:
         tolerance
             As `cgla_graph.lower_bound` takes it.
         path
-            A feasible path, shape ``(n, 2)``. None, or an empty one: descend the costs-to-go of this grid.
+            A feasible path, shape ``(n, 2)``. None, or an empty one: search over cells of constant cost if there are
+            any, and descend the costs-to-go of this grid if not.
         in_tube
-            Whether to begin in a tube from the landmarks, which pays for many problems.
+            Whether to begin in a tube from the landmarks, which pays for many problems, but not over such cells.
 
         Returns
         -------
         certificate
             None where no path is known.
         """
+        over_cells = has_cells(problem)
         if path is None or not len(path):
-            path = refined(problem, self._descent(problem), tolerance)
+            path = least_path(problem).path if over_cells else refined(problem, self._descent(problem), tolerance)
         judged = problem.evaluate(path) if len(path) else None
         if judged is None or not judged.feasible:
             return None
-        tube = self.landmarks.tube(problem, judged.cost, usual_cells(problem)) if in_tube else None
+        tube = self.landmarks.tube(problem, judged.cost, usual_cells(problem)) if in_tube and not over_cells else None
         return improved(problem, path, tolerance, tube)[0]
 
     def _descent(self, problem: Problem) -> FloatArray:

@@ -222,6 +222,18 @@ def refusal(problem: Problem) -> str:
     return "" if other is None else f"{takes}; one is {other.interpolation}"
 
 
+def has_cells(problem: Problem) -> bool:
+    """
+    Tell whether the cost of a problem is constant on the cells of `nearest` rasters, and differs between them.
+
+    Examples
+    --------
+    >>> has_cells(Problem((0, 0), (1, 1)))
+    False
+    """
+    return problem.k > 0.0 and not refusal(problem)
+
+
 def _lines(problem: Problem, axis: int, parts: int, beside: float) -> FloatArray:
     """Return the lines across one axis: of the rasters, the bounds, and as many more as cells have to be divided."""
     low, high = problem.bounds[axis], problem.bounds[axis + 2]

@@ -17,7 +17,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import TOLERANCE, Solution, Status, TracePoint
 from cgla_graph.model.solver import Traits
 from cgla_graph.refine.refine import refine_path
-from cgla_graph.regions.arrangement import Arrangement, refusal
+from cgla_graph.regions.arrangement import Arrangement, has_cells
 from cgla_graph.regions.paths import MOST_WAYPOINTS, NEAR_POINTS, REFINED, cells_of, least_path, near_path
 from cgla_graph.solvers.base import Count, Positive, Settings, Whole
 from cgla_graph.solvers.continuous import hybrid_roadmap
@@ -155,7 +155,7 @@ class _Search:
         roadmap = hybrid_roadmap.lay(self.problem, self.settings.points, self.settings.radius)
         self.evaluations += roadmap.evaluations
         guesses = self._candidates(roadmap)
-        if not guesses and self._has_cells:
+        if not guesses and has_cells(self.problem):
             self._over_cells(few=True)
         if not guesses and len(self.best):
             return self._answer("its roadmap does not join start and goal, an earlier search does")
@@ -164,7 +164,7 @@ class _Search:
                 Status.NOT_FOUND, evaluations=self.evaluations, message="its roadmap does not join start and goal"
             )
         self._offer(guesses[0])
-        first += self._over_cells() if self._has_cells else self._down_the_raster()
+        first += self._over_cells() if has_cells(self.problem) else self._down_the_raster()
         rough = first + [self._refined(path, tolerance=1e-3, max_points=64) for path in guesses]
         least = min(cost for _, cost in rough)
         apart = roadmap.spacing
@@ -232,11 +232,6 @@ class _Search:
                 self._offer(path)
                 refined.append(self._refined(path, tolerance=1e-4, max_points=RASTER_POINTS))
         return refined
-
-    @property
-    def _has_cells(self) -> bool:
-        """Whether the cost is constant on the cells of `nearest` rasters."""
-        return self.problem.k > 0.0 and not refusal(self.problem)
 
     def _over_cells(self, *, few: bool = False) -> list[tuple[FloatArray, float]]:
         """
