@@ -63,12 +63,13 @@ def map_of_runs(runs: Sequence[Run], named: Collection[str] = ()) -> Figure:
 
 def map_by_alpha(runs: Sequence[Run]) -> Figure:
     """Draw the cheapest path for each alpha of CVaR; of a single one, the path of every solver."""
+    answers = [(getattr(run.solution, "alpha", 0.0), run.solution) for run in runs]
     best: dict[str, Solution] = {}
-    for run in sorted(runs, key=lambda run: run.solution.cost):
-        best.setdefault(f"alpha {getattr(run.solution, 'alpha', 0.0):g}", run.solution)
+    for alpha, one in sorted(answers, key=lambda pair: (pair[0], not pair[1].status.has_path, pair[1].cost)):
+        best.setdefault(f"alpha {alpha:g}", one)
     if len(best) == 1:
         return map_of_runs(runs)
-    return map_figure(TitledProblem.of(runs[0].on_map), labelled_paths(best, sorted(best), best))
+    return map_figure(TitledProblem.of(runs[0].on_map), labelled_paths(best, list(best), best))
 
 
 def picture_of_runs(runs: Sequence[Run], named: Collection[str] = ()) -> Figure | None:

@@ -11,6 +11,7 @@ import shapely
 
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate.certificate import Certificate, prove
+from cgla_graph.certificate.subsolution import first_grid
 from cgla_graph.certificate.through import Through, bottleneck, grids_through
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
@@ -253,10 +254,8 @@ class Search:
         for weights in (*ways, *tight):
             if not any(np.abs(weights - other).sum() < self.aim for other in chosen):
                 chosen.append(weights)
-        x_min, y_min, x_max, y_max = self.problem.bounds
-        wide, high = x_max - x_min, y_max - y_min
         for along in CUT_GRIDS:
-            last = max(16, round(along * wide / max(wide, high))), max(16, round(along * high / max(wide, high)))
+            last = first_grid(self.problem, along)
             places: FloatArray | None = None
             for weights in chosen[:MOST_WAYS]:
                 through = self._through(weights, last)

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.plots.cost import trace_figure
-from cgla_graph.comparisons.plots.runs import paths_of
+from cgla_graph.comparisons.plots.runs import map_by_alpha, paths_of
 from cgla_graph.comparisons.report.payload import scenarios_document
 from cgla_graph.comparisons.statistics.intervals import path_cost
 from cgla_graph.comparisons.study.rows import median_run, scenario_bound, summaries
@@ -44,6 +44,7 @@ from cgla_graph.plots.pictures import save
 from cgla_graph.plots.scene import TitledProblem, risk_colours
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.solving import solve
+from cgla_graph.solvers.uncertain.outlook import UncertainSolution
 
 START, GOAL = (0.1, 0.1), (0.9, 0.9)
 WHITE = pytest.approx([255] * 3, abs=1)
@@ -310,6 +311,21 @@ def test_of_several_seeds_the_median_run_is_drawn() -> None:
     assert paths(figure)[0].get_xydata().tolist() == np.array(detours[2]).tolist()
     expected = ["seeded: 1.3544 (median of 3)", "unlucky: not-found (median of 3, 1 found)", "never: not-found"]
     assert labels(figure)[:3] == expected
+
+
+def test_the_best_path_for_each_alpha_is_drawn() -> None:
+    # (fails if the cheapest counts that may not be flown, or the first)
+    def under(alpha: float, y: float, status: Status = Status.FOUND) -> Run:
+        one = run(MAP, "s", [START, (0.5, y), GOAL], status=status)
+        numbers = {item.name: getattr(one.solution, item.name) for item in dataclasses.fields(one.solution)}
+        return dataclasses.replace(one, solution=UncertainSolution(**numbers, alpha=alpha))
+
+    runs = [under(0.9, 0.9), under(0.9, 0.8), under(0.9, 0.6, Status.INFEASIBLE), under(0.0, 0.7), under(0.0, 0.95)]
+    figure = map_by_alpha(runs)
+    assert [label.split(":")[0] for label in labels(figure)[:2]] == ["alpha 0", "alpha 0.9"]
+    assert {line.get_xydata()[1, 1] for line in paths(figure)} == {0.7, 0.8}
+    alone = map_by_alpha(runs[:2])
+    assert labels(alone)[0].startswith("s:")
 
 
 @given(seeds=st.lists(st.sampled_from([1.0, 2.0, 3.0, 4.0, None, -1.0]), min_size=1, max_size=6), data=st.data())
