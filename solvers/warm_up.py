@@ -19,8 +19,15 @@ from cgla_graph.refine.refine_kernels import minimise, shortcut
 
 SolverT = TypeVar("SolverT", bound=Solver)
 
-#: Limits of a short run, by the names of settings.
-_SMALL: Mapping[str, float] = {"iterations": 200, "milestones": 100, "samples": 100, "seconds": 0.5, "resolution": 8}
+#: Limits of a short run, by the names of settings; a gap that is asked for is wide, as a narrow one takes long.
+_SMALL: Mapping[str, float] = {
+    "iterations": 200,
+    "milestones": 100,
+    "samples": 100,
+    "seconds": 0.5,
+    "resolution": 8,
+    "tolerance": 0.1,
+}
 #: Runs made in this process: class of solver, with refinement or not, and kind of map.
 _ready: set[tuple[type, bool, MapKind]] = set()
 
@@ -36,6 +43,8 @@ def shortened(solver: SolverT) -> SolverT:
     (100, 7)
     """
     names = {setting.name for setting in dataclasses.fields(cast("Any", solver))}
+    # (without a tolerance, there is no proof)
+    names -= {"tolerance"} if getattr(solver, "tolerance", None) is None else set()
     small = {name: value for name, value in _SMALL.items() if name in names}
     return dataclasses.replace(cast("Any", solver), **small)  # type: ignore[no-any-return]
 

@@ -15,6 +15,7 @@ from strategies import a_part_of
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate import many
+from cgla_graph.certificate.landmarks import Landmarks
 from cgla_graph.errors import ProblemError
 from cgla_graph.regions import bound as over_cells
 
@@ -138,6 +139,18 @@ def test_starts_without_a_way_are_proven_closed() -> None:
     thin = shapely.box(0.0, 0.5, 1.0, 0.5 + 1e-7)
     answers = cg.Map(replace(problem, no_fly=thin)).solve(starts=[(0.8, 0.8), (0.1, 0.1)])
     assert [one.status.label for one in answers] == ["no-path", "found"]
+
+
+def test_pairs_over_cells_of_constant_cost_are_proven_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    # (a surface for each goal, over the whole map, takes longer; landmarks are of no use)
+    monkeypatch.setattr(Landmarks, "lay", None)
+    values = np.random.default_rng(3).random((12, 12)) * 20.0
+    field = cg.RiskField(rasters=[cg.RasterRisk(values, (0, 0, 1, 1), interpolation="nearest")])
+    problem = cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=5.0)
+    starts, goals = (places(problem, 8, np.random.default_rng([11, end])) for end in range(2))
+    answers = cg.Map(problem).solve(starts, goals)
+    assert (answers.n_own, answers.n_solves, bool((answers.gaps <= 0.01).all())) == (8, 0, True)
+    assert faults(problem, answers, 2) == []
 
 
 def test_questions_that_are_the_same_or_trivial() -> None:
