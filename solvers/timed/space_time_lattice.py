@@ -128,10 +128,15 @@ class _Search:
             self.problem, self._states(layer, firsts), self._states(layer + taken, lasts)
         )
         self.evaluations += len(costs)
-        for i in np.argsort(costs, kind="stable"):
-            if costs[i] < math.inf:
-                to = layer + int(taken[i])
-                there = self.labels.setdefault(to, np.full(len(self.places), math.inf))
-                if costs[i] < there[lasts[i]]:
-                    there[lasts[i]] = costs[i]
-                    self.came[to, int(lasts[i])] = layer, int(firsts[i])
+        # (of each state the cheapest way there, of equal ones the first)
+        order = np.argsort(costs, kind="stable")
+        order = order[costs[order] < math.inf]
+        order = order[np.unique(taken[order] * len(self.places) + lasts[order], return_index=True)[1]]
+        for ticks in np.unique(taken[order]):
+            to, ways = layer + int(ticks), order[taken[order] == ticks]
+            if to not in self.labels:
+                self.labels[to] = np.full(len(self.places), math.inf)
+            ways = ways[costs[ways] < self.labels[to][lasts[ways]]]
+            self.labels[to][lasts[ways]] = costs[ways]
+            for last, before in zip(lasts[ways].tolist(), firsts[ways].tolist(), strict=True):
+                self.came[to, last] = layer, before

@@ -1,10 +1,9 @@
-"""The README and the manual are true: their blocks run, each by itself, and nothing that there is goes unmentioned."""
+"""The README and the manual are true: nothing that there is goes unmentioned, and what they name is there."""
 
 import dataclasses
 import json
 import pkgutil
 import re
-import shlex
 import tomllib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -12,8 +11,7 @@ from typing import Any
 
 import pytest
 import typer.main
-from command_line import caller
-from pages import INDEX, PAGES, ROOT, Block, Page, agrees
+from pages import BLOCKS, EVERY, INDEX, PAGES, ROOT, Block, Page, agrees, calls, put_files
 
 import cgla_graph as cg
 from cgla_graph import comparisons
@@ -33,8 +31,7 @@ from cgla_graph.scenarios.mission_file import is_mission_file, load_mission, mis
 from cgla_graph.scenarios.scenario import load_scenario, schema, shipped
 from cgla_graph.solvers import registry
 
-ENTRANCE, *MANUAL = EVERY = [Page(path) for path in PAGES]
-BLOCKS = [block for page in EVERY for block in page.blocks]
+ENTRANCE, *MANUAL = EVERY
 #: Every word that is set as code, and all text that is none.
 CODE = set().union(*(page.code for page in EVERY))
 LANGUAGES = {"python", "sh", "toml", "json", "text"}
@@ -54,74 +51,12 @@ for _name, _command in typer.main.get_command(app).commands.items():  # type: ig
     COMMANDS.update({_name: _command} if _inner is None else {f"{_name} {one}": _inner[one] for one in _inner})
 
 
-def chosen(language: str) -> list[Any]:
-    """Give the blocks of one language to a test: those that are slow, and all beyond the tutorials, with the marker."""
-    return [
-        pytest.param(block, id=block.place, marks=[pytest.mark.slow] if is_slow(block) else [])
-        for block in BLOCKS
-        if block.language == language and block.note("not run") is None
-    ]
-
-
-def is_slow(block: Block) -> bool:
-    """Tell whether a block is left to `make check`: entrance and tutorials are not."""
-    return block.note("slow") is not None or (block.page != PAGES[0] and block.page.parent.name != "tutorials")
-
-
-def calls(block: Block) -> list[list[str]]:
-    """Split the commands of a block into words; a backslash at the end of a line joins it to the next."""
-    lines = block.text.replace("\\\n", " ").splitlines()
-    return [words for line in lines if (words := shlex.split(line, comments=True))]
-
-
 def cgla_calls(blocks: Iterable[Block]) -> Iterator[tuple[str, list[str]]]:
     """Return the calls of `cgla`: where each is, and its words, without what the shell does with its output."""
     for block in blocks:
         for words in calls(block) if block.language == "sh" else []:
             if words[0] == "cgla":
                 yield block.place, words[1 : words.index(">") if ">" in words else None]
-
-
-def put_files(page: Path, folder: Path) -> None:
-    """Put the files that a page shows into a folder."""
-    for block in BLOCKS:
-        name = block.note("file")
-        if name is not None and block.page == page:
-            (folder / name).write_text(block.text, encoding="utf-8")
-
-
-@pytest.mark.parametrize("block", chosen("python"))
-def test_python_runs_by_itself_and_prints_what_the_page_says(
-    block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    put_files(block.page, tmp_path)
-    monkeypatch.chdir(tmp_path)
-    exec(compile(block.text, block.place, "exec"), {"__name__": "reader"})  # noqa: S102 - our own text
-
-    printed = capsys.readouterr().out
-    assert agrees(block.output or "", printed), printed
-
-
-@pytest.mark.parametrize("block", chosen("sh"))
-def test_commands_run_by_themselves_and_print_what_the_page_says(
-    block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    """In a folder that holds the files of the page, and at the width that outputs of the manual have."""
-    put_files(block.page, tmp_path)
-    call = caller(tmp_path, monkeypatch, capfd)
-    monkeypatch.setenv("COLUMNS", "100")
-    printed = ""
-    for words in calls(block):
-        if words[0] != "cgla":
-            continue
-        target = words[words.index(">") + 1] if ">" in words else None
-        answer = call(*words[1 : words.index(">") if ">" in words else None])
-        assert answer.code == 0, answer.err
-        printed += answer.out
-        if target is not None:
-            (tmp_path / target).write_text(answer.out, encoding="utf-8")
-
-    assert block.output is None or agrees(block.output, printed), printed
 
 
 def test_toml_is_a_file_that_the_toolkit_reads(tmp_path: Path) -> None:

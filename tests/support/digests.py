@@ -33,10 +33,9 @@ OF_KERNELS = tuple(
 BROWSER = tuple(f"tests/support/{name}.py" for name in ("chromium", "live_page", "serving"))
 OF_PAGES = ("tests/comparisons/report/test_report_browser.py", "tests/comparisons/live/test_live_browser.py")
 #: Tests of lower bounds in the plane, and of what else is said of all paths.
-OF_PROOFS = (
-    *(f"tests/{name}" for name in ("certificate", "eikonal", "regions", "restricted")),
-    *(f"tests/solvers/test_{name}.py" for name in ("earth_proofs", "plane_claims", "plane_claims_slow")),
-)
+OF_PROOFS = tuple(f"tests/{name}" for name in ("certificate", "eikonal", "regions", "restricted"))
+#: The blocks of the README and the manual.
+OF_BLOCKS = "tests/project/test_blocks.py"
 LIBRARY = ("cgla_graph/**/*", "solvers/**/*")
 #: Parts of these that neither a comparison of planners nor a claim runs.
 NOT_COMPARED = (
@@ -94,7 +93,7 @@ CHECKS: Mapping[str, Check] = {
     "proofs": Check(
         (
             *(*LIBRARY, "comparisons/study/documents.py", "examples/proofs/**/*", "tests/support/**/*"),
-            *(*OF_PROOFS, *(f"{name}/**/*" for name in OF_PROOFS)),
+            *(f"{name}/**/*" for name in OF_PROOFS),
         ),
         OF_PROOFS,
         packages=("numba", "numpy", "shapely"),

@@ -2,6 +2,7 @@
 
 import math
 import re
+import shlex
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -131,6 +132,20 @@ class Page:
         return set(re.findall(r"[\w.-]*\w", " ".join([*spans, *(block.text for block in self.blocks)])))
 
 
+def calls(block: Block) -> list[list[str]]:
+    """Split the commands of a block into words; a backslash at the end of a line joins it to the next."""
+    lines = block.text.replace("\\\n", " ").splitlines()
+    return [words for line in lines if (words := shlex.split(line, comments=True))]
+
+
+def put_files(page: Path, folder: Path) -> None:
+    """Put the files that a page shows into a folder."""
+    for block in BLOCKS:
+        name = block.note("file")
+        if name is not None and block.page == page:
+            (folder / name).write_text(block.text, encoding="utf-8")
+
+
 def _notes_above(lines: list[str], at: int) -> tuple[str, ...]:
     """Return the comments and the file's name right above a line."""
     notes: list[str] = []
@@ -161,3 +176,8 @@ def _is_near(stated: str, printed: str) -> bool:
 
 def _plain(text: str) -> str:
     return " ".join(BOX.sub("─", TIME.sub("TIME", text)).split())
+
+
+#: All pages, the entrance first, and all their blocks.
+EVERY = [Page(path) for path in PAGES]
+BLOCKS = [block for page in EVERY for block in page.blocks]
