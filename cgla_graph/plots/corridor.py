@@ -29,9 +29,9 @@ def corridor_figure(shown: TitledProblem, corridor: Corridor, *, figure: Figure 
     --------
     >>> import cgla_graph as cg
     >>> scenario = cg.load_scenario("one-threat")
-    >>> found = cg.lower_bound(scenario.problem).corridor(0.02)
+    >>> found = cg.lower_bound(scenario.problem).corridor(0.1)
     >>> [text.get_text() for text in corridor_figure(TitledProblem.of(scenario), found).legends[0].get_texts()][0]
-    'contains every path within 2 %'
+    'contains every path within 10 %'
     """
     with style():
         base = BaseMap.of(shown, places=_places(corridor), figure=figure)

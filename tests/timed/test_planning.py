@@ -166,9 +166,9 @@ def test_window_is_no_worse_than_its_departures_and_shows_them() -> None:
 def test_gate_that_opens_is_waited_for() -> None:
     gate = cg.TimedArea(shapely.box(0.4, -1, 0.6, 2), appears=0, vanishes=2.0)
     problem = cg.TimedProblem((0.1, 0.5), (0.9, 0.5), areas=[gate], speed=1.0)
-    circled = cg.solve(problem, nodes=30_000, tolerance=None)
-    waited = cg.solve(dataclasses.replace(problem, waiting=0.5), nodes=30_000, tolerance=None)
-    late = cg.solve(dataclasses.replace(problem, departure=(0.0, 3.0)), nodes=30_000, tolerance=None)
+    circled = cg.solve(problem, nodes=4_000, tolerance=None)
+    waited = cg.solve(dataclasses.replace(problem, waiting=0.5), nodes=4_000, tolerance=None)
+    late = cg.solve(dataclasses.replace(problem, departure=(0.0, 3.0)), nodes=4_000, tolerance=None)
     # at the gate at time 2, then 0.5 to the goal
     assert circled.cost == pytest.approx(2.5, rel=2e-3)
     assert waited.cost == pytest.approx(0.8 + 0.5 * 1.7, rel=2e-3)
@@ -185,7 +185,8 @@ def test_goal_inside_of_an_area_is_reached_once_it_opens() -> None:
 
 def test_closed_for_good_and_too_late_are_not_found() -> None:
     closed = cg.TimedArea(shapely.box(0.4, -1, 0.6, 2), appears=0.1)
-    plan = cg.solve(cg.TimedProblem((0.1, 0.5), (0.9, 0.5), areas=[closed], speed=1.0), nodes=4_000, tolerance=None)
+    problem = cg.TimedProblem((0.1, 0.5), (0.9, 0.5), areas=[closed], speed=1.0, latest=1.5)
+    plan = cg.solve(problem, nodes=4_000, tolerance=None)
     assert (plan.status.label, plan.cost) == ("not-found", math.inf)
     late = cg.TimedProblem((0.1, 0.5), (0.9, 0.5), speed=1.0, latest=0.7)
     assert not cg.solve(late, nodes=4_000, tolerance=None).status.has_path

@@ -84,7 +84,12 @@ def test_the_lattice_is_exact_on_its_graph(changes: dict[str, object]) -> None:
 @pytest.mark.parametrize("changes", CHANGES[1:3])
 def test_no_peer_is_better_than_ours(changes: dict[str, object]) -> None:
     timed = problem(**changes)
-    few = {"space-time": {"nodes": 20_000}, "space-time-rrt-star": {"samples": 300}}
+    few: dict[str, dict[str, int]] = {
+        "space-time": {"nodes": 20_000},
+        "space-time-lattice": {"resolution": 10, "ticks": 30},
+        "space-time-rrt-star": {"samples": 300},
+        "replanning": {"resolution": 12},
+    }
     ours, *peers = (cg.solve(timed, name, tolerance=None, **few.get(name, {})) for name in ("space-time", *PEERS))
     assert all(plan.status.has_path for plan in (ours, *peers[:2]))
     assert all(plan.cost >= ours.cost * (1.0 - 1e-6) for plan in peers)
