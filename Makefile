@@ -14,7 +14,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # workers share the cores: on small matrices, threads of linear algebra would mostly wait for each other, and busily
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: compare test theorem-1 fuzz lint check suite bounds browser paper proofs comparison digests oldest figures docs bench peers claims conformance clean
+.PHONY: compare test theorem-1 fuzz lint check suite bounds browser paper proofs comparison digests oldest solvers manual figures docs bench peers claims conformance clean
 
 compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
@@ -38,21 +38,21 @@ lint: $(INSTALLED)
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
 
-check: lint suite bounds browser paper proofs
+check: lint suite bounds browser paper proofs solvers manual
 
 # all tests but those of the next targets
 suite: $(INSTALLED)
-	$(PYTEST) $$($(BIN)/python tests/support/digests.py --others browser paper proofs)
+	$(PYTEST) $$($(BIN)/python tests/support/digests.py --others browser paper proofs solvers manual)
 
 # costly checks, which CI leaves out where nothing that they look at has changed (tests/support/digests.py): tests of
-# kernels with accesses to arrays checked, tests that drive a browser, tests of the paper's claims, tests of proofs in the
-# plane, and `make compare`
-bounds browser paper proofs comparison: $(INSTALLED)
+# kernels with accesses to arrays checked, tests that drive a browser, tests of the paper's claims, of proofs in the plane
+# and of solvers, the blocks of the manual, and `make compare`
+bounds browser paper proofs solvers manual comparison: $(INSTALLED)
 	$(BIN)/python tests/support/digests.py $@
 
 # runs them all, and writes the digests of what has passed into tests/digests: commit those
 digests: $(INSTALLED)
-	CGLA_NEEDS_BROWSER=1 CGLA_DIGESTS=write $(BIN)/python tests/support/digests.py bounds browser paper proofs comparison
+	CGLA_NEEDS_BROWSER=1 CGLA_DIGESTS=write $(BIN)/python tests/support/digests.py bounds browser paper proofs solvers manual comparison
 
 # the main paths with the lowest versions that pyproject.toml allows, and with current ones on a newer Python if it is there
 OLDEST ?= python3.11

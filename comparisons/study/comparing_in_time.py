@@ -44,9 +44,9 @@ def compare_in_time(
 
     Examples
     --------
-    >>> plans = compare_in_time(TimedProblem((0, 0), (1, 0), speed=1.0), ["space-time", "replanning"])
+    >>> plans = compare_in_time(TimedProblem((0, 0), (1, 0), speed=1.0), ["space-time", "space-time-lattice"])
     >>> [(plan.solver, round(plan.cost, 9), round(plan.gap, 6)) for plan in plans]
-    [('space-time', 1.0, 0.0), ('replanning', 1.0, 0.0)]
+    [('space-time', 1.0, 0.0), ('space-time-lattice', 1.0, 0.0)]
     """
     instance("problem", problem, TimedProblem, "TimedProblem(start, goal, …)")
     whole_number("seeds", seeds, at_least=1, at_most=1000)

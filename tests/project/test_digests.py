@@ -99,17 +99,38 @@ def test_proofs_count_what_they_look_at_and_no_flights() -> None:
     assert not [name for name in counted if name.startswith(("cgla_graph/timed/", "cgla_graph/airspace/"))]
 
 
+def test_blocks_of_the_manual_count_pages_and_all_code() -> None:
+    counted = {file.relative_to(ROOT).as_posix() for file in digests.files_of(CHECKS["manual"])}
+    assert {"README.md", "docs/tutorials/mission.md", "comparisons/cli/app.py", "tests/support/pages.py"} <= counted
+    assert not [name for name in counted if name.startswith("tests/solvers/")]
+
+
+def test_tests_of_solvers_look_at_what_counts_alone() -> None:
+    """Those that look at studies or at the command line belong to the rest of the suite."""
+    counted = {file.relative_to(ROOT).as_posix() for file in digests.files_of(CHECKS["solvers"])}
+    tests = [ROOT / name for name in counted if name.startswith("tests/solvers/") and name.endswith(".py")]
+    assert len(tests) > 30
+    for path in tests:
+        outside = r"cgla_graph\.(comparisons|fusion|networkx_backend)\b|cg\.comparisons|command_line"
+        assert not re.search(outside, path.read_text(encoding="utf-8")), path
+
+
 def test_the_rest_of_the_suite_leaves_out_the_tests_of_checks_alone() -> None:
     assert digests.others(["browser", "paper"]) == " ".join(
         f"--ignore={name}" for name in (*digests.OF_PAGES, "tests/comparisons/claims")
     )
-    assert not [word for name in ("browser", "paper", "proofs") for word in CHECKS[name].words if word[:6] != "tests/"]
+    assert not [
+        word
+        for name in ("browser", "paper", "proofs", "solvers", "manual")
+        for word in CHECKS[name].words
+        if word[:6] != "tests/"
+    ]
 
 
 def test_ci_asks_for_all_of_them() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     assert re.search(rf"^{' '.join(CHECKS)}: ", makefile, re.MULTILINE)
-    assert re.search(r"^check: lint suite bounds browser paper proofs$", makefile, re.MULTILINE)
+    assert re.search(r"^check: lint suite bounds browser paper proofs solvers manual$", makefile, re.MULTILINE)
     assert "export CGLA_DIGESTS=read" in script
     assert re.search(r"^make .* check comparison docs$", script, re.MULTILINE)

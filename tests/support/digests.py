@@ -34,8 +34,25 @@ BROWSER = tuple(f"tests/support/{name}.py" for name in ("chromium", "live_page",
 OF_PAGES = ("tests/comparisons/report/test_report_browser.py", "tests/comparisons/live/test_live_browser.py")
 #: Tests of lower bounds in the plane, and of what else is said of all paths.
 OF_PROOFS = tuple(f"tests/{name}" for name in ("certificate", "eikonal", "regions", "restricted"))
+#: Tests of solvers; those that look at the command line and at studies are not among them.
+OF_SOLVERS = (
+    *(
+        f"tests/solvers/{name}"
+        for name in (
+            "continuous", "exact", "geometric", "grid", "reactive", "sampling", "trade_off", "uncertain",
+        )
+    ),
+    *(
+        f"tests/solvers/test_{name}.py"
+        for name in (
+            "budget", "every_solver", "hostile_maps", "questions", "random_problems", "rasters",
+            "settings", "solver_contract",
+        )
+    ),
+)  # fmt: skip
 #: The blocks of the README and the manual.
 OF_BLOCKS = "tests/project/test_blocks.py"
+NUMERICS = ("numba", "numpy", "scipy", "shapely")
 LIBRARY = ("cgla_graph/**/*", "solvers/**/*")
 #: Parts of these that neither a comparison of planners nor a claim runs.
 NOT_COMPARED = (
@@ -43,6 +60,8 @@ NOT_COMPARED = (
     *(f"solvers/{name}/**/*" for name in ("timed", "trade_off", "uncertain")),
     "cgla_graph/certificate/answers.py", "solvers/questions.py",
 )  # fmt: skip
+#: Parts of these that no test of solvers looks at (tests/project/test_digests.py).
+NOT_SOLVED = tuple(f"cgla_graph/{name}/**/*" for name in ("fusion", "networkx_backend"))
 #: Parts of these that no proof in the plane looks at.
 NOT_PROVEN = (
     *(f"cgla_graph/{name}/**/*" for name in ("airspace", "fusion", "mission", "motion", "networkx_backend", "timed")),
@@ -98,6 +117,17 @@ CHECKS: Mapping[str, Check] = {
         OF_PROOFS,
         packages=("numba", "numpy", "shapely"),
         without=NOT_PROVEN,
+    ),
+    "solvers": Check(
+        (*LIBRARY, "tests/support/**/*", *OF_SOLVERS, *(f"{name}/**/*" for name in OF_SOLVERS)),
+        OF_SOLVERS,
+        packages=NUMERICS,
+        without=NOT_SOLVED,
+    ),
+    "manual": Check(
+        (*LIBRARY, "comparisons/**/*", "docs/**/*.md", "README.md", OF_BLOCKS, "tests/support/**/*"),
+        (OF_BLOCKS,),
+        packages=NUMERICS,
     ),
     "comparison": Check(
         (*LIBRARY, "comparisons/study/**/*", "comparisons/plots/**/*"), ("make", "compare"), without=NOT_COMPARED

@@ -24,11 +24,8 @@ from quick_solvers import WALLED_IN, quick
 from strategies import few, usual
 
 import cgla_graph as cg
-from cgla_graph.comparisons.study.entrant import Entrant
-from cgla_graph.comparisons.study.runner import compare
 from cgla_graph.model import isolated
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.budget import Budget
 from cgla_graph.testing.strategies import fields, points
@@ -395,14 +392,6 @@ def test_what_a_cost_raises_fails_the_run_and_nothing_else(
     # the process goes on, with the next run
     monkeypatch.undo()
     assert quick(name).solve(PROBLEM).status is Status.FOUND
-
-
-def test_a_comparison_goes_on_after_a_planner_that_raises(monkeypatch: pytest.MonkeyPatch) -> None:
-    broken_cost(monkeypatch, raiser(ZeroDivisionError("broken cost")))
-    entrants = [Entrant.parse("rrt-star:iterations=50"), Entrant.parse("straight-line")]
-    runs = list(compare([load_scenario("one-threat")], entrants, n_seeds=1))
-    assert [run.solution.status for run in runs] == [Status.FAILED, Status.FOUND]
-    assert "broken cost" in runs[0].solution.message
 
 
 @pytest.mark.parametrize("cost", [math.nan, -1.0, -math.inf])
