@@ -14,7 +14,7 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import util
@@ -199,7 +199,7 @@ def ours(name: str, one: Instance) -> Row:
 
 
 def measured(
-    maps: Sequence[Instance], planners: Sequence[str], ompl: Path, seconds: float, workers: int
+    maps: Sequence[Instance], planners: Collection[str], ompl: Path, seconds: float, workers: int
 ) -> Iterator[Row]:
     """Run ours, one by one, then all others, map by map."""
     for name in (name for name in OURS if name in planners):
@@ -307,7 +307,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=1, help="planners of others at a time")
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "peers.json")
     every = (*OURS, *OMPL, *GRIDS)
-    parser.add_argument("--planners", nargs="+", choices=every, default=every, help="ours and of others")
+    parser.add_argument("--planners", nargs="+", choices=every, default=every, help="ours and of others, beside hybrid")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS, help="of maps")
     parser.add_argument(
         "--from", dest="stored", nargs="+", type=Path, help="print the tables of such files, run nothing"
@@ -333,7 +333,7 @@ def _run(options: argparse.Namespace) -> Path:
             width = 100.0 * ((one.upper_bound or math.nan) / (one.lower_bound or math.nan) - 1.0)
             print(f"{one.name}: k = {one.problem.k:g}, {one.title}, {width:.3f} %", file=sys.stderr, flush=True)
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    for row in measured(maps, options.planners, options.ompl, options.seconds, options.workers):
+    for row in measured(maps, {"hybrid", *options.planners}, options.ompl, options.seconds, options.workers):
         rows.append(row)
         print(
             row.planner, row.instance, row.seconds, f"{100 * row.excess:.3f} %", row.fault, file=sys.stderr, flush=True

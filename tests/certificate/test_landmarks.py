@@ -57,3 +57,15 @@ def test_flights_of_a_swarm_are_bounded_on_one_grid() -> None:
     for name, (start, goal, _) in flights.items():
         best = cg.solve(replace(PAPER, start=start, goal=goal), tolerance=None).cost
         assert best / 1.02 <= bounds[name] <= best * (1.0 + 1e-12)
+
+
+def test_heights_are_flat_around_their_landmarks() -> None:
+    # (paths lead through the block of a landmark, where nothing bounds the slope of its spline)
+    ground = Ground.lay(PAPER, 96)
+    assert ground is not None
+    heights = ground.landmarks
+    for at, low, high in zip(
+        ground.level.mesh.pieces_at(landmarks.around(PAPER)), heights.low, heights.high, strict=True
+    ):
+        assert low[at] == low[np.isfinite(low)].min()
+        assert high[at] - low[at] < 1e-9
