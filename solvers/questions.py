@@ -21,7 +21,8 @@ from cgla_graph.certificate.certificate import (
     usual_cells,
 )
 from cgla_graph.certificate.isochrones import Isochrones, isochrones_to
-from cgla_graph.certificate.many import COARSE, MANY, MOST_SOLVES, GoalSurface, Ground, refined
+from cgla_graph.certificate.landmarks import COARSE, MANY, Ground, refined
+from cgla_graph.certificate.many import MOST_SOLVES, GoalSurface
 from cgla_graph.certificate.many_cells import CellSurface
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.cost_model import MapKind
@@ -109,7 +110,8 @@ class Map(ShortRepr):
         Many starts with one goal (or many goals with one start) share one surface of costs-to-go, which is solved three
         times at most. Paths go down that surface; those whose gap is above the tolerance are refined; what is still
         above it then, or begins so near to the goal that the surface says nothing, gets a proof of its own. So do
-        questions that share an end with at most two others; bounds of the map leave a narrow tube to each of them.
+        questions that share an end with at most two others; bounds of the map leave a narrow tube to each of them, where
+        the cost is not constant on cells.
 
         Parameters
         ----------

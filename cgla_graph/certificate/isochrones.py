@@ -36,7 +36,8 @@ from cgla_graph.certificate.answers import write_text
 from cgla_graph.certificate.corridor import cells_outline, outer_of
 from cgla_graph.certificate.corridor_files import as_written
 from cgla_graph.certificate.costs import greatest_costs
-from cgla_graph.certificate.many import MOST_SOLVES, GoalSurface, Ground
+from cgla_graph.certificate.landmarks import Ground
+from cgla_graph.certificate.many import MOST_SOLVES, GoalSurface
 from cgla_graph.certificate.many_cells import CellSurface
 from cgla_graph.certificate.through import joined_with
 from cgla_graph.eikonal import cell_runs

@@ -26,33 +26,21 @@ The cost is lowered where the spline is too steep, and the surface solved again:
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.certificate import certificate_kernels, many_kernels
-from cgla_graph.certificate.certificate import Certificate, improved, usual_cells
 from cgla_graph.certificate.corners import CornerBlock, corners_of, links_of
-from cgla_graph.certificate.costs import geodesic_error, is_provable, least_scale, rounding
-from cgla_graph.certificate.landmarks import Landmarks
-from cgla_graph.certificate.subsolution import ROUNDING, Block, Level, Subsolution, first_grid
+from cgla_graph.certificate.costs import geodesic_error, least_scale
+from cgla_graph.certificate.landmarks import Ground
+from cgla_graph.certificate.subsolution import ROUNDING, Block, Level, Subsolution
 from cgla_graph.certificate.through import costs_to_end, in_corner
-from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import MOST_STEPS, around_corners, costs_to_go, descent
 from cgla_graph.eikonal.marching_kernels import spline_value
 from cgla_graph.eikonal.mesh import NO_CELL, bezier_values
-from cgla_graph.model.problem import Problem
-from cgla_graph.refine.refine import refine_path
-from cgla_graph.regions.arrangement import has_cells
-from cgla_graph.regions.paths import least_path
 
-#: Cells along the longer side of the grid that proofs of single problems begin with, and how many of these problems
-#: landmarks are laid for, at least.
-COARSE, MANY = 96, 8
-#: Paths are refined until finer waypoints gain less than this part of the tolerance, with so many waypoints at most.
-REFINED, MOST_WAYPOINTS = 0.05, 64
 #: Times that a surface is solved, at most.
 MOST_SOLVES = 3
 #: Steep cells are charged in squares of so many cells along each side.
@@ -61,99 +49,6 @@ SQUARE = 8
 THINNED = 0.05
 #: Corners within so many spacings of a descent are those that it may be led around.
 BESIDE = 4.0
-
-
-@dataclass(frozen=True, eq=False)
-class Ground:
-    """
-    What the surfaces to all goals on one map have in common: the grid, and the cost on its cells.
-
-    Attributes
-    ----------
-    problem
-        The problem whose paths are judged.
-    level
-        The grid; its problem is without clearance.
-    piece_of
-        The piece in whose middle each node is, or -1, shape ``(n,)``.
-    shrink
-        Factor that covers the rounding of bounds.
-    """
-
-    problem: Problem
-    level: Level
-    piece_of: WholeArray
-    shrink: float
-
-    @classmethod
-    def lay(cls, problem: Problem, steps: int) -> "Ground | None":
-        """Lay a grid with about so many cells along the longer side; None where no grid proves anything."""
-        if not problem.field.is_proper or not is_provable(problem):
-            return None
-        last = first_grid(problem, steps)
-        level = Level.lay(problem.relaxed(), last, cell_runs.rectangle(last), widest=1.0)
-        piece_of = np.full(level.mesh.n_nodes, -1, dtype=np.int32)
-        piece_of[level.mesh.controls[:, 4]] = np.arange(len(level.mesh.controls), dtype=np.int32)
-        return cls(problem, level, piece_of, 1.0 - rounding(problem))
-
-    @cached_property
-    def landmarks(self) -> Landmarks:
-        """Heights of the map, which bound the cost between any two places."""
-        return Landmarks.lay(self.level)
-
-    def proof(
-        self, problem: Problem, tolerance: float, path: FloatArray | None = None, *, in_tube: bool = True
-    ) -> Certificate | None:
-        """
-        Prove how good a path of a problem on this map is; the proof may find a better one.
-
-        Parameters
-        ----------
-        problem
-            The problem: that of the map with other ends.
-        tolerance
-            As `cgla_graph.lower_bound` takes it.
-        path
-            A feasible path, shape ``(n, 2)``. None, or an empty one: search over cells of constant cost if there are
-            any, and descend the costs-to-go of this grid if not.
-        in_tube
-            Whether to begin in a tube from the landmarks, which pays for many problems, but not over such cells.
-
-        Returns
-        -------
-        certificate
-            None where no path is known.
-        """
-        over_cells = has_cells(problem)
-        if path is None or not len(path):
-            path = least_path(problem).path if over_cells else refined(problem, self._descent(problem), tolerance)
-        judged = problem.evaluate(path) if len(path) else None
-        if judged is None or not judged.feasible:
-            return None
-        tube = self.landmarks.tube(problem, judged.cost, usual_cells(problem)) if in_tube and not over_cells else None
-        return improved(problem, path, tolerance, tube)[0]
-
-    def _descent(self, problem: Problem) -> FloatArray:
-        """Descend the costs-to-go of a problem on this map: waypoints, shape ``(n, 2)``; empty if no way leads down."""
-        mesh, level = self.level.mesh, self.level
-        start, goal = mesh.pieces_at(np.array([problem.start, problem.goal])).tolist()
-        radius = (level.reach + 1.5) * math.hypot(*mesh.spacing)
-        times = costs_to_go(problem, mesh, problem.goal, goal, level.costs, radius=radius)
-        return descent(problem, replace(mesh, ends=(start, goal)), times, radius=level.reach + 1.0)
-
-
-def refined(problem: Problem, path: FloatArray, tolerance: float) -> FloatArray:
-    """
-    Refine a path as closely as a gap needs it, unless it is empty.
-
-    Examples
-    --------
-    >>> refined(Problem((0, 0), (1, 1)), np.array([(0, 0), (0, 1), (1, 1)]), 0.01).tolist()
-    [[0.0, 0.0], [1.0, 1.0]]
-    """
-    if not len(path):
-        return path
-    return refine_path(problem, path, tolerance=REFINED * tolerance, max_points=MOST_WAYPOINTS).path
 
 
 @dataclass(eq=False)

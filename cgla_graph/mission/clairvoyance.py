@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from cgla_graph._types import Point
 from cgla_graph.certificate.certificate import prove
-from cgla_graph.certificate.many import COARSE, MANY, Ground
+from cgla_graph.certificate.landmarks import COARSE, MANY, Ground
 from cgla_graph.mission.world import TimedThreat, World
 from cgla_graph.model.problem import Problem
 

@@ -8,7 +8,7 @@ from random_problems import places, random_map
 
 import cgla_graph as cg
 from cgla_graph.certificate import landmarks
-from cgla_graph.certificate.many import Ground
+from cgla_graph.certificate.landmarks import Ground
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.mission.clairvoyance import least_costs_alone
 from cgla_graph.mission.world import World
