@@ -1,6 +1,5 @@
 """Many questions to one map: paths and proofs from many starts, to many goals, that share their work."""
 
-import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -8,60 +7,24 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cgla_graph._progress import Tell, showing
+from cgla_graph._progress import showing
 from cgla_graph._text import ShortRepr, shown
-from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
+from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import instance, number_array, point_array, positive_number, whole_number
 from cgla_graph.certificate.answers import Answers
-from cgla_graph.certificate.certificate import (
-    MAX_CELLS,
-    WORTH,
-    is_separated,
-    load_kernels,
-    usual_cells,
-)
+from cgla_graph.certificate.certificate import load_kernels, usual_cells
 from cgla_graph.certificate.isochrones import Isochrones, isochrones_to
-from cgla_graph.certificate.landmarks import COARSE, MANY, Ground, refined
-from cgla_graph.certificate.many import MOST_SOLVES, GoalSurface
+from cgla_graph.certificate.landmarks import Ground
 from cgla_graph.certificate.many_cells import CellSurface
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.cost_model import MapKind
-from cgla_graph.model.problem import Evaluation, Problem, problem_wanted
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
-from cgla_graph.model.solver import trivial_solution
-from cgla_graph.solvers.solving import solve
+from cgla_graph.model.problem import Problem, problem_wanted
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS
+from cgla_graph.solvers.grouped_questions import TOLERANCE, Questions
 
-#: The gap that is asked for by default.
-TOLERANCE = 0.01
-#: Cells along the longer side of the grid for a gap of 1 %, by how many questions have their goal in common, at least;
-#: for other gaps, the number goes with the root of the gap. Where fewer have, each is proven by itself.
-STEPS = {24: 512, 6: 384, 4: 256}
-#: Those for isochrones by default: on maps with cells of constant cost, where places take longer, and on others.
+#: Cells along the longer side of the grid for isochrones, by default: on maps with cells of constant cost, where places
+#: take longer, and on others.
 ISOCHRONE_STEPS = {True: 128, False: 256}
-#: Name of the solver in answers.
-NAME = "map"
-
-
-@dataclass(eq=False)
-class _Found:
-    """Paths, their costs, and bounds of questions with a common end: lists and arrays of one entry for each."""
-
-    paths: list[FloatArray]
-    judged: list[Evaluation | None]
-    costs: FloatArray
-    bounds: FloatArray
-    apart: BoolArray
-
-    def offer(self, number: int, problem: Problem, path: FloatArray) -> None:
-        """Take a path that is feasible and better than the known one."""
-        if len(path):
-            judged = problem.evaluate(path)
-            if judged.feasible and judged.cost < self.costs[number]:
-                self.paths[number], self.judged[number], self.costs[number] = path, judged, judged.cost
-
-    def open(self, tolerance: float) -> IntArray:
-        """List the questions whose gap is above the tolerance."""
-        return np.flatnonzero(~self.apart & ~(self.costs <= self.bounds * (1.0 + tolerance)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +73,8 @@ class Map(ShortRepr):
         Many starts with one goal (or many goals with one start) share one surface of costs-to-go, which is solved three
         times at most. Paths go down that surface; those whose gap is above the tolerance are refined; what is still
         above it then, or begins so near to the goal that the surface says nothing, gets a proof of its own. So do
-        questions that share an end with at most two others; bounds of the map leave a narrow tube to each of them, where
-        the cost is not constant on cells.
+        questions that share an end with at most two others; bounds of the map leave a narrow tube to each of them,
+        where the cost is not constant on cells.
 
         Parameters
         ----------
@@ -151,7 +114,7 @@ class Map(ShortRepr):
         began = time.perf_counter()
         asked, which = np.unique(np.hstack([begins, ends]), axis=0, return_inverse=True)
         with showing("many questions") as tell:
-            work = _Work(self, asked[:, :2], asked[:, 2:], tolerance, tell)
+            work = Questions(self.problem, self.ground, asked[:, :2], asked[:, 2:], tolerance, tell)
             every = work.answers()
         solutions = tuple(every[number] for number in np.reshape(which, -1).tolist())
         counts = work.n_solves, work.most_solves, work.n_own
@@ -281,133 +244,3 @@ def _named(names: Sequence[str] | None, count: int) -> tuple[str, ...]:
         msg = f"there are {len(names)} names and {count} questions; give one for each"
         raise ProblemError(msg)
     return tuple(names)
-
-
-@dataclass(eq=False)
-class _Work:
-    """The answers to different questions: starts and goals, shape ``(n, 2)`` each."""
-
-    map: Map
-    starts: FloatArray
-    goals: FloatArray
-    tolerance: float
-    tell: Tell
-    n_solves: int = 0
-    most_solves: int = 0
-    n_own: int = 0
-
-    def answers(self) -> list[Solution]:
-        """Answer group by group: questions with a common goal, or with a common start if that makes fewer groups."""
-        solutions: list[Solution | None] = [None] * len(self.starts)
-        same = (self.starts == self.goals).all(axis=1)
-        for number in np.flatnonzero(same).tolist():
-            solutions[number] = trivial_solution(self._problem(number), NAME)
-        if same.all():
-            return [one for one in solutions if one is not None]
-        load_kernels(MapKind.of(self.map.problem.model))
-        by_goal, by_start = (np.unique(points, axis=0, return_inverse=True) for points in (self.goals, self.starts))
-        backwards = len(by_start[0]) < len(by_goal[0])
-        ends, group = by_start if backwards else by_goal
-        for number, end in enumerate(ends.tolist()):
-            members = np.flatnonzero((np.reshape(group, -1) == number) & ~same)
-            if not len(members):
-                continue
-            others = (self.goals if backwards else self.starts)[members]
-            found = self._group((end[0], end[1]), others)
-            for at, member in enumerate(members.tolist()):
-                solutions[member] = self._answer(member, found, at, backwards=backwards)
-            self.tell(f"{number + 1} of {len(ends)} goals")
-        return [one for one in solutions if one is not None]
-
-    def _problem(self, number: int) -> Problem:
-        start, goal = (tuple(points[number].tolist()) for points in (self.starts, self.goals))
-        return replace(self.map.problem, start=start, goal=goal)
-
-    def _answer(self, number: int, found: _Found, at: int, *, backwards: bool) -> Solution:
-        """Turn a path and a bound into an answer, with a proof of its own where the gap is too wide."""
-        problem, judged, bound = self._problem(number), found.judged[at], float(found.bounds[at])
-        mine = Solution(Status.FAILED, solver=NAME, problem=problem, projection=problem.projection)
-        if found.apart[at]:
-            return replace(mine, status=Status.NO_PATH, lower_bound=math.inf, message="proven: there is no path")
-        path, note = found.paths[at][::-1] if backwards else found.paths[at], ""
-        if judged is None or not judged.cost <= bound * (1.0 + self.tolerance):
-            self.n_own += 1
-            own, note = self._own(problem, path), "a proof of its own"
-            # (NaN where nothing is proven)
-            bound = max(own.lower_bound, bound) if own.lower_bound > 0.0 else bound or math.nan
-            if judged is None or own.cost < judged.cost:
-                return replace(own, lower_bound=bound, message=f"{note}: {own.message}")
-        return replace(
-            mine,
-            status=Status.FOUND,
-            path=path,
-            cost=judged.cost,
-            length=judged.length,
-            risk=judged.risk,
-            clearance=judged.clearance,
-            lower_bound=min(bound, judged.cost),
-            message=note,
-        )
-
-    def _own(self, problem: Problem, path: FloatArray) -> Solution:
-        """Prove an answer by itself: on the grid of the map, from the given path if there is one, or as any problem."""
-        ground = self.map.ground(COARSE)
-        in_tube = len(self.starts) >= MANY
-        proof = None if ground is None else ground.proof(problem, self.tolerance, path, in_tube=in_tube)
-        if proof is None and is_separated(problem.relaxed()):
-            return Solution(Status.NO_PATH, lower_bound=math.inf, message="there is no path", problem=problem)
-        if proof is None or not proof.reached or proof.path is None:
-            return solve(problem, "hybrid", tolerance=self.tolerance)
-        found = Solution(Status.FOUND, path=proof.path, cost=proof.upper_bound, solver=NAME, certificate=proof)
-        return problem.judge(replace(found, lower_bound=proof.lower_bound))
-
-    def _group(self, end: Point, others: FloatArray) -> _Found:
-        """Find paths and bounds between one point and others, with one surface."""
-        count = len(others)
-        numbers = np.full(count, math.inf), np.zeros(count), np.zeros(count, dtype=np.bool_)
-        found = _Found([np.empty((0, 2))] * count, [None] * count, *numbers)
-        surface = self._surface(end, others)
-        if surface is None:
-            return found
-        more = surface.solve()
-        silent, found.apart = surface.states(others)
-        asked = np.flatnonzero(~silent & ~found.apart)
-        for number, path in zip(asked.tolist(), surface.paths(others[asked]), strict=True):
-            found.offer(number, self.map.problem, path)
-        while True:
-            self._bound(surface, others, found, found.open(self.tolerance))
-            if not len(found.open(self.tolerance)) or not more or surface.n_solves == MOST_SOLVES:
-                break
-            more = surface.solve()
-        for number in found.open(self.tolerance).tolist():
-            found.offer(number, self.map.problem, refined(self.map.problem, found.paths[number], self.tolerance))
-        # (with better paths, fewer charges are met)
-        self._bound(surface, others, found, found.open(self.tolerance))
-        self.n_solves += surface.n_solves
-        self.most_solves = max(self.most_solves, surface.n_solves)
-        return found
-
-    def _bound(self, surface: GoalSurface | CellSurface, others: FloatArray, found: _Found, asked: IntArray) -> None:
-        if len(asked):
-            bounds = surface.bounds(others[asked], found.costs[asked])
-            found.bounds[asked] = np.maximum(found.bounds[asked], bounds)
-
-    def _surface(self, end: Point, others: FloatArray) -> GoalSurface | CellSurface | None:
-        """Prepare a surface of costs-to-go; None where none proves anything."""
-        problem = self.map.problem
-        if not problem.field.is_proper:
-            return None
-        fewest = next((steps for count, steps in STEPS.items() if len(others) >= count), None)
-        if fewest is None:
-            return None
-        cells = CellSurface.towards(problem, end, usual_cells(problem))
-        if cells is not None and not cells.proof.loose:
-            return cells
-        most = int(math.sqrt(min(usual_cells(problem), MAX_CELLS)))
-        steps = min(max(round(fewest * math.sqrt(TOLERANCE / self.tolerance)), 128), most)
-        ground = self.map.ground(steps)
-        if ground is None:
-            return None
-        away = np.hypot(*(others - end).T)
-        farthest = tuple(others[int(np.argmax(away))].tolist())
-        return GoalSurface.towards(ground, end, farthest, WORTH * self.tolerance * float(np.median(away)))

@@ -285,7 +285,8 @@ def plan_pairs(scenario: Scenario, file: Path, proof: ProofOptions, output: Outp
         If the file or an option is not valid.
     """
     from cgla_graph.scenarios.pairs_reading import read_pairs
-    from cgla_graph.solvers.questions import TOLERANCE, Map
+    from cgla_graph.solvers.grouped_questions import TOLERANCE
+    from cgla_graph.solvers.questions import Map
 
     if proof.no_certificate or proof.tolerance == 0.0:
         msg = "--pairs proves each path; leave --no-certificate out, and give a --tolerance above 0"
