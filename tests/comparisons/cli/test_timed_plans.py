@@ -15,6 +15,8 @@ import cgla_graph as cg
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.solution import Status
 from cgla_graph.plots import timed
+from cgla_graph.solvers.timed.planning import plan_in_time
+from cgla_graph.solvers.timed.teams import solve_team
 from cgla_graph.timed.team_plan import TeamPlan
 from cgla_graph.timed.timed_plan import TimedPlan
 
@@ -36,9 +38,11 @@ vanishes = 1.5
 
 
 @pytest.fixture(autouse=True)
-def storm(cgla: Call) -> None:
-    """Write the file into the folder of the command."""
+def storm(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Write the file into the folder of the command, and plan on coarse grids."""
     del cgla
+    monkeypatch.setattr(plan_in_time, "__defaults__", (4_000,))
+    monkeypatch.setitem(solve_team.__kwdefaults__, "nodes", 4_000)
     Path("storm.toml").write_text(STORM, encoding="utf-8")
 
 
@@ -184,11 +188,11 @@ def test_each_uav_of_a_team_is_drawn_while_it_flies() -> None:
 
 
 def test_solvers_are_compared_as_in_python(cgla: Call) -> None:
-    words = ("compare", "storm.toml", "--no-certificate", "--solvers", "space-time-lattice,replanning")
+    words = ("compare", "storm.toml", "--no-certificate", "--solvers", "space-time-lattice,space-time")
     plans = cgla(*words, "--json").document()["plans"]
     problem = cg.load_scenario("storm.toml").timed
     assert problem is not None
-    found = cg.comparisons.compare_in_time(problem, ["space-time-lattice", "replanning"], tolerance=None)
+    found = cg.comparisons.compare_in_time(problem, ["space-time-lattice", "space-time"], tolerance=None)
     assert [one["cost"] for one in plans] == [one.cost for one in found]
     assert "space-time-lattice" in cgla(*words).out
     for more in (("--out", "out"), ("--refine",), ("--solvers", "cgla")):
