@@ -294,6 +294,7 @@ def test_an_interrupt_leaves_numbas_lock_free(tmp_path: Path, monkeypatch: pytes
     assert compiled(2.0) == 6.0
 
 
+@pytest.mark.slow
 def test_compiling_is_announced_once(tmp_path: Path) -> None:
     """Later runs find the code on disk."""
     environment = kept_but_for("certificate_kernels.steepness", at=tmp_path / "kernels")

@@ -101,7 +101,7 @@ def cut_within(
     >>> problem = Problem((0.1, 0.5), (0.9, 0.5), RiskField([Threat(0.5, 0.5, 0.1)]))
     >>> around = np.array([(0.1, 0.5), (0.5, 0.7), (0.9, 0.5)])
     >>> judged = problem.evaluate(around)
-    >>> found = cut_within(problem, "risk", judged.risk, judged.length, 1.0, [around])
+    >>> found = cut_within(problem, "risk", judged.risk, judged.length, 1.0, [around], tolerance=0.05)
     >>> bool(0.8 < found.lower_bound <= judged.length)
     True
     """

@@ -125,6 +125,7 @@ def paths_of(problem: Problem, found: Solution) -> Iterator[FloatArray]:
             yield path
 
 
+@pytest.mark.slow
 @examples(8)
 @given(problem=problems())
 def test_no_bound_of_any_function_is_above_a_path_on_the_earth(problem: Problem) -> None:

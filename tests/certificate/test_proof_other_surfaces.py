@@ -30,6 +30,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
+@pytest.mark.slow
 def test_a_surface_of_a_linear_program_is_verified(file: Path) -> None:
     found = cg.verify_proof(file, PROBLEM)
     best = cg.solve(PROBLEM, "hybrid").cost

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import shapely
 import strategies
 from hypothesis import given
@@ -81,6 +82,7 @@ def test_without_joints_times_jump() -> None:
     assert jump(problem, replace(mesh, joints=joints_of(NO_PAIRS, mesh.spacing, mesh.n_nodes))) > MOST
 
 
+@pytest.mark.slow
 @given(walled())
 @strategies.usual
 def test_every_joint_is_listed(drawn: tuple[shapely.Geometry, Point, tuple[int, int]]) -> None:

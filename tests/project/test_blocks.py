@@ -9,7 +9,7 @@ from pages import BLOCKS, PAGES, Block, agrees, calls, put_files
 
 
 def chosen(language: str) -> list[Any]:
-    """Give the blocks of one language to a test: those that are slow, and all beyond the tutorials, with the marker."""
+    """Give the blocks of one language to a test: those that are slow, and all of the manual, with the marker."""
     return [
         pytest.param(block, id=block.place, marks=[pytest.mark.slow] if is_slow(block) else [])
         for block in BLOCKS
@@ -18,8 +18,8 @@ def chosen(language: str) -> list[Any]:
 
 
 def is_slow(block: Block) -> bool:
-    """Tell whether a block is left to `make check`: entrance and tutorials are not."""
-    return block.note("slow") is not None or (block.page != PAGES[0] and block.page.parent.name != "tutorials")
+    """Tell whether a block is left to `make check`: those of the entrance are not, but for some."""
+    return block.note("slow") is not None or block.page != PAGES[0]
 
 
 @pytest.mark.parametrize("block", chosen("python"))

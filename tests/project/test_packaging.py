@@ -29,6 +29,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return next((copy / "dist").glob("*.whl"))
 
 
+@pytest.mark.slow
 def test_the_wheel_holds_the_tree(wheel: Path) -> None:
     """Every module, scenario and marker file is in the wheel once, and nothing else is."""
     expected = set()

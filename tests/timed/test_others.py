@@ -77,6 +77,7 @@ def test_costs_next_to_one_that_stands_are_exact(separation: float) -> None:
     assert waited == pytest.approx(0.8 + 0.3 * (0.8 + separation), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_traffic_is_evaded_and_what_passes_elsewhere_is_not() -> None:
     problem = level(others=[Trajectory([0, 0.8], [EAST, WEST])])
     head_on = planned(problem)

@@ -175,6 +175,7 @@ def test_gate_that_opens_is_waited_for() -> None:
     assert late.cost == pytest.approx(0.8, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_goal_inside_of_an_area_is_reached_once_it_opens() -> None:
     gate = cg.TimedArea(shapely.box(0.7, 0.3, 1.0, 0.7), appears=0, vanishes=2.0)
     problem = cg.TimedProblem((0.1, 0.5), (0.9, 0.5), areas=[gate], speed=1.0, waiting=0.5)

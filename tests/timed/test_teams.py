@@ -34,6 +34,7 @@ def sampled_distance(a: cg.TimedPlan, b: cg.TimedPlan) -> float:
     return float(np.hypot(*np.subtract(*places)).min())
 
 
+@pytest.mark.slow
 def test_both_share_the_detour() -> None:
     """If one alone made way, as in each order that is not polite, the team would cost 1.6248."""
     west_east = flight((0.1, 0.5), (0.9, 0.5)), flight((0.9, 0.5), (0.1, 0.5))

@@ -112,6 +112,7 @@ def test_options_that_do_not_go_together(options: list[str], words: str, cgla: C
     assert words in called.err
 
 
+@pytest.mark.slow
 def test_solvers_are_compared_under_one_objective(folder: Path, cgla: Call) -> None:
     """Rows are those of `cg.solve`, gaps are to one bound for each alpha, and the paths are drawn."""
     asked = ("compare", "map.toml", "--scenarios", "drawn.toml", "--objective", "cvar", "--alpha", "0,0.9")

@@ -66,7 +66,12 @@ def test_cells_wider_than_high_count_as_what_they_are() -> None:
 
 @pytest.mark.parametrize(
     ("shape", "cells", "count"),
-    [((9, 12), None, 9 * 12), ((9, 12), 20, 15 * 20), ((9, 12), 2, 2 * 2), ((3, 9000), None, 4096)],
+    [
+        ((9, 12), None, 9 * 12),
+        ((9, 12), 20, 15 * 20),
+        ((9, 12), 2, 2 * 2),
+        pytest.param((3, 9000), None, 4096, marks=pytest.mark.slow),
+    ],
 )
 def test_cells_are_those_of_the_raster_or_as_many_as_asked_for(
     shape: tuple[int, int], cells: int | None, count: int
