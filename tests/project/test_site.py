@@ -6,8 +6,6 @@ import tomllib
 from pathlib import Path
 
 import matplotlib as mpl
-import numpy as np
-import pytest
 from PIL import Image
 
 import cgla_graph as cg
@@ -50,16 +48,6 @@ def test_every_figure_is_drawn_and_shown() -> None:
             assert picture.text["Source"] == manual_figures.digest(script), f"make figures FIGURES={script.stem}"  # type: ignore[attr-defined]
         assert f"figures/{script.stem}.png)" in pages
     assert {path.with_suffix(".py") for path in (DOCS / "figures").glob("*.png")} == {*SCRIPTS}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
-def test_a_figure_shows_what_its_script_draws_now(script: Path, tmp_path: Path) -> None:
-    """The library may have changed; other versions of matplotlib move lines by a pixel."""
-    manual_figures.draw(script, tmp_path / "now.png")
-    with Image.open(tmp_path / "now.png") as now, Image.open(script.with_suffix(".png")) as kept:
-        small = [np.asarray(one.convert("RGB").resize((48, 32)), dtype=float) for one in (now, kept)]
-    assert np.abs(small[0] - small[1]).mean() < 2.0, f"make figures FIGURES={script.stem}"
 
 
 def test_sections_of_the_index_have_all_pages_once() -> None:

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from command_line import Call
 from matplotlib.figure import Figure
 from random_problems import Rng, places, random_map
 from strategies import a_part_of
@@ -128,14 +127,3 @@ def test_answers_have_a_picture() -> None:
 def test_a_wrong_question_is_named(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(ProblemError, match=message):
         cg.Map(PAPER).isochrones(**arguments)
-
-
-@pytest.mark.slow
-def test_the_command_writes_what_python_finds(cgla: Call, tmp_path: Path) -> None:
-    found = cgla("plan", "paper", "--isochrones", "0.5,1", "--out", "out", "--json").document()
-    assert found["isochrones"] == cg.Map(PAPER).isochrones([0.5, 1.0]).document()["isochrones"]
-    names = sorted(file.name for file in (tmp_path / "out").iterdir())
-    assert names == ["paper-isochrones.geojson", "paper-isochrones.png"]
-    cgla("plan", "paper", "--isochrones", "near").refused("--isochrones is 'near'", "give one cost or several")
-    cgla("plan", "paper", "--isochrones", "1", "--via", "0.2,0.2").refused("--isochrones with --via", "leave one out")
-    cgla("plan", "paper", "--isochrones", "1", "--pairs", "x.csv").refused("--pairs with --isochrones")

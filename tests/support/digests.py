@@ -34,7 +34,7 @@ BROWSER = tuple(f"tests/support/{name}.py" for name in ("chromium", "live_page",
 OF_PAGES = ("tests/comparisons/report/test_report_browser.py", "tests/comparisons/live/test_live_browser.py")
 #: Tests of lower bounds in the plane, and of what else is said of all paths.
 OF_PROOFS = tuple(f"tests/{name}" for name in ("certificate", "eikonal", "regions", "restricted"))
-#: Tests of solvers; those that look at the command line and at studies are not among them.
+#: Tests of solvers, and of flights in time; those that look at the command line and at studies are not among them.
 OF_SOLVERS = (
     *(
         f"tests/solvers/{name}"
@@ -45,13 +45,17 @@ OF_SOLVERS = (
     *(
         f"tests/solvers/test_{name}.py"
         for name in (
-            "budget", "every_solver", "hostile_maps", "questions", "random_problems", "rasters",
+            "budget", "every_solver", "hostile_maps", "isochrones", "questions", "random_problems", "rasters",
             "settings", "solver_contract",
         )
     ),
+    *(
+        f"tests/timed/test_{name}.py"
+        for name in ("others", "planning", "space_time_proof", "teams", "timed_peers", "timed_problem")
+    ),
 )  # fmt: skip
-#: The blocks of the README and the manual.
-OF_BLOCKS = "tests/project/test_blocks.py"
+#: The blocks of the README and the manual, and its pictures.
+OF_MANUAL = ("tests/project/test_blocks.py", "tests/project/test_figures.py")
 NUMERICS = ("numba", "numpy", "scipy", "shapely")
 LIBRARY = ("cgla_graph/**/*", "solvers/**/*")
 #: Parts of these that neither a comparison of planners nor a claim runs.
@@ -125,9 +129,12 @@ CHECKS: Mapping[str, Check] = {
         without=NOT_SOLVED,
     ),
     "manual": Check(
-        (*LIBRARY, "comparisons/**/*", "docs/**/*.md", "README.md", OF_BLOCKS, "tests/support/**/*"),
-        (OF_BLOCKS,),
-        packages=NUMERICS,
+        (
+            *(*LIBRARY, "comparisons/**/*", "docs/**/*.md", "README.md", "tests/support/**/*", *OF_MANUAL),
+            *("docs/_extensions/manual_figures.py", "docs/figures/*"),
+        ),
+        OF_MANUAL,
+        packages=(*NUMERICS, "matplotlib"),
     ),
     "comparison": Check(
         (*LIBRARY, "comparisons/study/**/*", "comparisons/plots/**/*"), ("make", "compare"), without=NOT_COMPARED
