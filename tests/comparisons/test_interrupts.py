@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from command_line import Call, without_compiling
 from programs import program
+from strategies import a_part_of
 
 from cgla_graph.comparisons.interrupts import is_interrupt
 from cgla_graph.comparisons.study.store import load
@@ -118,7 +119,7 @@ def interrupted(words: list[str], seconds: float, folder: Path) -> tuple[int, st
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seconds", [0.0, 0.05, 0.2, 0.4, 0.7, 1.2])
+@pytest.mark.parametrize("seconds", a_part_of([0.0, 0.05, 0.2, 0.7, 1.2, 0.4]))
 @pytest.mark.parametrize(
     "words",
     [["plan", "one-threat", "--solver", "dijkstra"], ["fly", "swap"], ["scenarios"]],

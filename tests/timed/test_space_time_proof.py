@@ -60,7 +60,8 @@ def test_no_flight_undercuts_the_bound_and_it_is_close(seed: int) -> None:
     plan = cg.solve(problem, nodes=10_000 if seed == 3 else 100_000, tolerance=None)
     # held against a flight that costs more, so that the bound is not that of this one
     line = _by_line(problem, 1.06 * plan.cost, 1e-9)
-    found = _Search(problem, line, 60_000 if seed == 3 else 400_000).run(lambda _: None)
+    # (cells in wind that changes cost more)
+    found = _Search(problem, line, 60_000 if seed == 3 or seed % 6 == 4 else 400_000).run(lambda _: None)
     assert found.lower_bound <= plan.cost * (1.0 + 1e-9)
     assert found.lower_bound >= plan.cost * (0.85 if seed == 3 else 0.95)
     rng = np.random.default_rng(seed)

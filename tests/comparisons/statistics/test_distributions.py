@@ -57,7 +57,7 @@ def test_a_comparison_does_not_import_what_is_slow_to_import() -> None:
         "compare",
         "one-threat",
         "--solvers",
-        "cgla,rrt-star",
+        "cgla,rrt-star:iterations=50",
         "--resolution",
         "5",
         "--seeds",
