@@ -153,6 +153,7 @@ class Map(ShortRepr):
 
         Examples
         --------
+        >>> import math
         >>> import cgla_graph as cg
         >>> found = cg.Map(cg.Problem((0.5, 0.5), (0.5, 0.5))).isochrones([0.2, 0.4])
         >>> [bool(row["certain_area"] <= math.pi * row["cost"] ** 2 <= row["possible_area"]) for row in found.rows()]
