@@ -3,15 +3,14 @@ Check a proof file: a lower bound of the cost of all paths, and an upper bound o
 
 This is one file, which needs Python and NumPy alone: copy it anywhere. It believes nothing that a proof file says. Such
 a file holds a problem, a path and the values of surfaces; grids are laid here, and all that is printed is computed
-here, in interval arithmetic. ``docs/how-it-works/proof-files.md`` states the argument and the format, and this file
-follows its sections.
+here, with errors of rounding bounded. ``docs/how-it-works/proof-files.md`` states the argument and the format, and this
+file follows its sections.
 
 Usage: ``python check_proof.py NAME.proof [--most-work N]``. It prints what is proven (exit 0), or what is wrong (exit
 1). A file that asks for more than N numbers to be computed is refused before that is done.
 """
 
 import hashlib
-import io
 import json
 import math
 import sys
@@ -20,7 +19,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import reduce
-from itertools import pairwise, permutations, product
+from itertools import pairwise, product
 from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
@@ -33,17 +32,17 @@ Point: TypeAlias = tuple[float, float]
 #: Reads an array of a proof file: name, ``f`` for floats or ``i`` for whole numbers, number of axes.
 Reader: TypeAlias = Callable[[str, str, int], Any]
 
-FORMAT, VERSION = "path-cost-proof", 3
-#: Bytes of the description, of one array, and of all that is read, uncompressed.
-MOST_TEXT, MOST_BYTES, MOST_IN_ALL = 1 << 24, 1 << 28, 1 << 30
+FORMAT, VERSION = "path-cost-proof", 4
+#: Bytes of the description, and of all that is read, uncompressed.
+MOST_TEXT, MOST_IN_ALL = 1 << 24, 1 << 30
 #: Surfaces inside surfaces; cells of a grid; parts of cells; parts of a path; and numbers that are computed in all.
 MOST_LEVELS, MOST_CELLS, MOST_PARTS, MOST_STEPS, MOST_WORK = 8, 1 << 21, 1 << 24, 1_000_000, 1e10
-#: Boxes in one batch; parts of each part of a rim around an end.
-BATCH, RIM_PARTS = 1 << 14, 32
+#: Boxes in one batch.
+BATCH = 1 << 14
 #: Risk below this part of a unit of cost is not looked at, which lowers the cost.
 FAINT = 1e-8
 #: Patches of a raster along the side of a box, at most, for which more than a constant is computed.
-FEW_PATCHES = 4
+FEW_PATCHES = 5
 #: Half of the minor axis of WGS84, metres.
 POLAR_RADIUS = 6356752.314245
 
@@ -130,10 +129,6 @@ class Interval:
         """Return the square roots of numbers of at least 0."""
         return Interval(np.maximum(down(np.sqrt(np.maximum(self.lo, 0.0))), 0.0), up(np.sqrt(self.hi)))
 
-    def within(self, least: float, most: float) -> "Interval":
-        """Return the parts between two numbers: those of numbers that are known to be there."""
-        return Interval(np.clip(self.lo, least, most), np.clip(self.hi, least, most))
-
 
 def enclosed(x: "Interval | ArrayLike") -> Interval:
     """Turn numbers into intervals."""
@@ -186,14 +181,13 @@ class Problem:
     """
 
     def __init__(self, described: dict[str, Any], array: Reader, most_work: float = MOST_WORK) -> None:
-        self.start, self.goal = point_of(described["start"]), point_of(described["goal"])
-        self.bounds = [number_of(one) for one in described["bounds"]]
-        self.k = number_of(described["k"])
+        self.start, self.goal = (numbers_of(described[name], 2) for name in ("start", "goal"))
+        self.bounds: list[float] = numbers_of(described["bounds"], 4)
+        (self.k,) = numbers_of([described["k"]], 1)
         x_min, y_min, x_max, y_max = self.bounds
-        demand(x_min < x_max and y_min < y_max, "the bounds are empty")
+        demand(x_min < x_max and y_min < y_max and self.k >= 0.0, "the bounds are empty, or k is negative")
         for x, y in (self.start, self.goal):
             demand(x_min <= x <= x_max and y_min <= y <= y_max, "an end is outside of the bounds")
-        demand(self.k >= 0.0, "k is negative")
         self.threats: list[list[float]] = array(described["threats"], "f", 2).tolist()
         for _, _, spread, peak in self.threats:
             demand(spread > 0.0 and 0.0 <= peak <= 1.0, "a spread is not above 0, or a peak not between 0 and 1")
@@ -215,56 +209,34 @@ class Problem:
         """Return nine numbers for each box of a grid, of which the cost there is at least the mean (Bernstein)."""
         self.spend(len(sides[0]), 10 + len(self.threats))
         x, y = grid.places(sides)
-        middle_x, middle_y = ((side[0] + side[1]) * 0.5 for side in (x, y))
-        half_x, half_y = ((side[1] - side[0]) * 0.5 for side in (x, y))
-        reach = length_of(half_x, half_y).hi
-        risk, slope_x, slope_y, bend = self._risk(middle_x, middle_y, reach)
-        lost = Interval(reach).square() * bend * 0.5
-        rise_x, rise_y, place = slope_x * half_x, slope_y * half_y, np.array([-1.0, 0.0, 1.0])
-        each = np.s_[:, None, None]
-        total = (risk - lost)[each] + rise_x[each] * place + rise_y[each] * place[:, None]
+        risk = self._risk(x, y) if self.threats else np.zeros((len(sides[0]), 3, 3))
         for raster in self.rasters:
-            total = total + raster.floor(grid, sides)
-        scale = self._scale(x, y) if self.on_earth else Interval(np.ones(len(reach)))
-        found = ((total * self.k + 1.0) * scale[each]).lo
-        found[np.isnan(found)] = -np.inf
-        # where much is lost, a constant may be the better bound
-        (poor,) = np.nonzero(~((lost * self.k * scale).hi < 0.1 * found.min(axis=(1, 2))))
-        constant = self._constant_costs(grid, [side[poor] for side in sides], scale[poor])
-        least, most = found[poor].min(axis=(1, 2)), found[poor].max(axis=(1, 2))
-        better = (constant > found[poor, 1, 1]) | (constant * constant > least * most)
-        found[poor[better]] = constant[better, None, None]
-        return found
+            risk = down(risk + raster.floor(grid, sides))
+        costs: Floats = down(1.0 + down(self.k * risk))
+        if self.on_earth:
+            # a unit of the plane is ``sin t / t > 1 - t^2 / 6`` on the Earth, or more, at t times the polar radius
+            far = [Interval(np.maximum(np.abs(side[0].lo), np.abs(side[1].hi))) / POLAR_RADIUS for side in (x, y)]
+            scale = (1.0 - (far[0].square() + far[1].square()) / 6.0).lo
+            costs = down(costs * np.maximum(scale, 0.0)[:, None, None])
+        return np.where(np.isnan(costs), -np.inf, costs)
 
-    def _constant_costs(self, grid: "Grid", sides: list[Wholes], scale: Interval) -> Floats:
-        """Bound the cost from below on boxes by constants, shape (n,)."""
-        x, y = grid.places(sides)
-        clear = Interval(np.ones(len(x[0].lo)))
-        for at_x, at_y, spread, peak in self.threats:
-            far = [Interval(np.maximum((side[1] - at).hi, (at - side[0]).hi)) for side, at in ((x, at_x), (y, at_y))]
-            square = (far[0].square() + far[1].square()) / Interval(spread).square()
-            clear = clear * (1.0 - exp(square * -0.5) * peak)
-        risk = Interval(np.maximum((1.0 - clear).lo, 0.0))
-        for raster in self.rasters:
-            risk = risk + raster.floor(grid, sides).min(axis=(1, 2))
-        return ((risk * self.k + 1.0) * scale).lo
-
-    def _risk(self, x: Interval, y: Interval, reach: Floats) -> tuple[Interval, Interval, Interval, Floats]:
+    def _risk(self, x: list[Interval], y: list[Interval]) -> Floats:
         """
-        Enclose the risk of threats and its slopes at points, and bound how much it bends down within reach of them.
+        Return nine numbers for each box, of which the risk of threats is at least the mean; 0 where they are negative.
 
-        With ``q = 1 / s^2``, at d from a point, ``1 - f_i <= u_i = 1 - f_i(0) + f_i(0) q_i (r_i . d + d^2 / 2)``, as
+        With ``q = 1 / s^2``, at d from the middle, ``1 - f_i <= u_i = 1 - f_i(0) + f_i(0) q_i (r_i . d + d^2 / 2)``, as
         ``exp t >= 1 + t``; values and slopes of both sides are equal at d = 0. So ``F(d) >= F(0) + grad F(0) . d - M
         d^2 / 2``, where no eigenvalue of the Hessian of ``prod u_i`` is above ``M = prod u_i (sum f_i q_i / u_i + sum
-        |grad u_i| |grad u_j| / (u_i u_j))`` over all i and j that differ, with the greatest values within reach.
+        |grad u_i| |grad u_j| / (u_i u_j))`` over all i and j that differ, with the greatest values in the box.
         """
-        n = len(reach)
-        risk, slope_x, slope_y, clear = (Interval(np.full(n, one), np.full(n, one)) for one in (0.0, 0.0, 0.0, 1.0))
+        (middle_x, half_x), (middle_y, half_y) = (((a + b) * 0.5, (b - a) * 0.5) for a, b in (x, y))
+        reach, n = length_of(half_x, half_y).hi, len(half_x.lo)
+        slope_x, slope_y, clear = (Interval(np.full(n, one), np.full(n, one)) for one in (0.0, 0.0, 1.0))
         shares, slopes, squares, product = (np.full(n, one) for one in (0.0, 0.0, 0.0, 1.0))
-        far = math.sqrt(-2.0 * math.log(FAINT / max(self.k, 1.0) / max(len(self.threats), 1)))
+        far = math.sqrt(-2.0 * math.log(FAINT / max(self.k, 1.0) / len(self.threats)))
         for at_x, at_y, spread, peak in self.threats:
-            (near,) = np.nonzero(np.hypot(x.lo - at_x, y.lo - at_y) < spread * far)
-            dx, dy, around = x[near] - at_x, y[near] - at_y, Interval(reach[near])
+            (near,) = np.nonzero(np.hypot(middle_x.lo - at_x, middle_y.lo - at_y) < spread * far)
+            dx, dy, around = middle_x[near] - at_x, middle_y[near] - at_y, Interval(reach[near])
             q, square, before = Interval(1.0) / Interval(spread).square(), dx.square() + dy.square(), clear[near]
             value = exp(square * q * -0.5) * peak
             share, away, rest = value * q, square.root(), 1.0 - value
@@ -274,22 +246,12 @@ class Problem:
             squares[near], product[near] = down(squares[near] + down(slope * slope)), up(product[near] * factor)
             slope_x.put(near, slope_x[near] * rest - share * dx * before)
             slope_y.put(near, slope_y[near] * rest - share * dy * before)
-            risk.put(near, risk[near] + before * value)
             clear.put(near, before * rest)
-        pairs = np.maximum(up(up(slopes * slopes) - squares), 0.0)
-        return risk, slope_x, slope_y, up(product * up(shares + pairs))
-
-    @staticmethod
-    def _scale(x: list[Interval], y: list[Interval]) -> Interval:
-        """
-        Bound the length on the Earth of a unit of the plane, from below.
-
-        It is ``sin t / t >= 1 - t^2 / 6 + t^4 / 120 - t^6 / 5040`` or more, at t times the polar radius.
-        """
-        far = [Interval(np.maximum(np.abs(side[0].lo), np.abs(side[1].hi))) for side in (x, y)]
-        t = (far[0].square() + far[1].square()) / Interval(POLAR_RADIUS).square()
-        series = 1.0 - t / 6.0 * (1.0 - t / 20.0 * (1.0 - t / 42.0))
-        return Interval(np.maximum(series.lo, 0.0))
+        bend = up(product * up(shares + np.maximum(up(up(slopes * slopes) - squares), 0.0)))
+        level = 1.0 - clear - Interval(reach).square() * bend * 0.5
+        each, place = np.s_[:, None, None], np.array([-1.0, 0.0, 1.0])
+        found = (level[each] + (slope_x * half_x)[each] * place + (slope_y * half_y)[each] * place[:, None]).lo
+        return np.where(found.min(axis=(1, 2), keepdims=True) >= 0.0, found, 0.0)
 
 
 def bilinear(s: Any, t: Any, corners: Any) -> Any:
@@ -307,48 +269,38 @@ class Raster:
 
     def __init__(self, described: dict[str, Any], array: Reader) -> None:
         values: Floats = array(described["values"], "f", 2)
-        bounds = [number_of(one) for one in described["bounds"]]
+        bounds = numbers_of(described["bounds"], 4)
         self.is_flat = described["interpolation"] == "nearest"
         demand(self.is_flat or described["interpolation"] == "bilinear", "an interpolation is not known")
-        demand(values.size > 0 and (values >= 0.0).all(), "a raster is empty, or negative somewhere")
-        demand(max(values.shape) < 1 << 18, "a raster has too many rows or columns")
+        demand(values.size > 0 and max(values.shape) < 1 << 18, "a raster is empty, or has too many rows or columns")
         demand(bounds[0] < bounds[2] and bounds[1] < bounds[3], "the bounds of a raster are empty")
+        demand((values >= 0.0).all(), "a raster is negative somewhere")
         self.knots: list[list[Fraction]] = []
         for axis in range(2):
             n, low, high = values.shape[1 - axis], Fraction(bounds[axis]), Fraction(bounds[axis + 2])
-            middles = [0, *(2 * i + 1 for i in range(n)), 2 * n]
-            halves = range(0, 2 * n + 1, 2) if self.is_flat else middles
+            halves = range(0, 2 * n + 1, 2) if self.is_flat else [0, *range(1, 2 * n, 2), 2 * n]
             self.knots.append([low + (high - low) * step / (2 * n) for step in halves])
         self.floats = [np.array([float(one) for one in knots]) for knots in self.knots]
         self.enclosed = [Interval(down(one), up(one)) for one in self.floats]
-        self.corners = [values] * 4
-        if not self.is_flat:
-            wide = np.pad(values, 1, mode="edge")
-            self.corners = [wide[:-1, :-1], wide[:-1, 1:], wide[1:, :-1], wide[1:, 1:]]
-
-    def patches(self, grid: "Grid", sides: list[Wholes]) -> tuple[list[tuple[Wholes, Wholes]], Truths]:
-        """Return the first and last patch along each axis that each box meets, and whether no other risk does."""
-        found, inside = [], np.ones(len(sides[0]), dtype=np.bool_)
-        for axis in range(2):
-            low, high = sides[2 * axis], sides[2 * axis + 1]
-            (below, above), most = grid.around(axis, self.knots[axis]), len(self.knots[axis]) - 2
-            first = np.searchsorted(above, low, side="right") - 1
-            last = np.searchsorted(below, high, side="left") - 1
-            inside &= (first >= 0) & (last <= most)
-            # on the border of the map, a patch beyond it may be the lesser one, and no other box meets it
-            beyond = np.searchsorted(above, low, side="left") - 1, np.searchsorted(below, high, side="right") - 1
-            first = np.where(low <= 0, np.maximum(beyond[0], 0), first)
-            last = np.where(high >= grid.units[axis], np.minimum(beyond[1], most), last)
-            found.append((first, last))
-        return [(np.where(inside, first, 0), np.where(inside, last, 0)) for first, last in found], inside
+        wide = np.pad(values, 1, mode="edge")
+        self.corners = [values] * 4 if self.is_flat else [wide[:-1, :-1], wide[:-1, 1:], wide[1:, :-1], wide[1:, 1:]]
 
     def floor(self, grid: "Grid", sides: list[Wholes]) -> Floats:
         """
         Return nine numbers for each box, of which the risk is at least the mean (Bernstein), shape (n, 3, 3).
 
-        A patch has such numbers on the whole box. The least ones of all patches that the box meets will do.
+        A patch has such numbers on the whole box. The least ones of all patches that the box meets will do. On the
+        border of the map, a patch beyond it may be the lesser one, and no other box meets it.
         """
-        (columns, rows), inside = self.patches(grid, sides)
+        spans, inside = [], np.ones(len(sides[0]), dtype=np.bool_)
+        for axis in range(2):
+            begin, end = sides[2 * axis : 2 * axis + 2]
+            (below, above), most = grid.around(axis, self.knots[axis]), len(self.knots[axis]) - 2
+            inside &= (above[0] <= begin) & (below[-1] >= end)
+            first = np.searchsorted(above, begin - (begin <= 0), side="right") - 1
+            last = np.searchsorted(below, end + (end >= grid.units[axis])) - 1
+            spans.append((np.clip(first, 0, most), np.clip(last, 0, most)))
+        columns, rows = ((np.where(inside, first, 0), np.where(inside, last, 0)) for first, last in spans)
         across, along = (int((last - first).max(initial=0)) + 1 for first, last in (columns, rows))
         # (a step of the loop takes as long as many numbers)
         grid.problem.spend(len(inside) + 1000, across, along)
@@ -357,7 +309,7 @@ class Raster:
         for i, j in offsets(columns, rows):
             corners = [corner[j, i] for corner in self.corners]
             least = np.minimum(least, np.min(corners, axis=0)[:, None, None])
-            if self.is_flat or max(across, along) > FEW_PATCHES + 1:
+            if self.is_flat or max(across, along) > FEW_PATCHES:
                 continue
             s, t = (
                 [(one - knots[n]) / (knots[n + 1] - knots[n]) for one in side]
@@ -366,9 +318,8 @@ class Raster:
             low, high = (_with_middle(*(bilinear(p, q, corners).lo for p in s)) for q in t)
             found = np.minimum(found, _with_middle(low, high))
         # (where several patches meet, a constant may be better)
-        poor = ~(found.mean(axis=(1, 2)) >= least[:, 0, 0]) | np.isinf(found[:, 0, 0])
-        found = np.where(poor[:, None, None], least, found)
-        return np.where(inside[:, None, None], found, 0.0)
+        poor = ~(found.mean(axis=(1, 2), keepdims=True) >= least) | np.isinf(found[:, :1, :1])
+        return np.where(inside[:, None, None], np.where(poor, least, found), 0.0)
 
     def exact(self, points: list[list[Fraction]], place: list[Fraction]) -> list[Fraction]:
         """Return the risk at points of the patch that holds a place, exactly; of several ones, the least."""
@@ -412,14 +363,6 @@ def batches(n: int, size: int = 1) -> list[slice]:
     """Return slices of n items of a size."""
     step = max(BATCH // size, 1)
     return [slice(first, min(first + step, n)) for first in range(0, n, step)]
-
-
-def all_cells(west: int, east: int, south: int, north: int) -> tuple[Wholes, Wholes]:
-    """Return columns and rows of all cells of a rectangle, row by row."""
-    demand(west <= east and south <= north, "a box ends before it begins")
-    demand((east - west + 1) * (north - south + 1) < MOST_CELLS, "a grid or a block is too large")
-    columns, rows = np.meshgrid(np.arange(west, east), np.arange(south, north))
-    return columns.ravel(), rows.ravel()
 
 
 def joined(n: int, one: Wholes, other: Wholes) -> Wholes:
@@ -486,14 +429,13 @@ class Grid:
     """
 
     def __init__(self, problem: Problem, last: list[int], parts: int, columns: Wholes, rows: Wholes) -> None:
-        demand(all(2 <= one < 1 << 30 for one in last), "a grid has too few cells, or too many")
         demand(0 <= parts <= 1 << 12 and parts % 2 == 0, "the parts of a cell are not an even number")
+        demand(all(2 <= one < (1 << 30) // (parts or 2) for one in last), "a grid has too few cells, or too many")
         self.problem, self.last, self.parts = problem, last, parts or 2
         self.grids: dict[Any, Grid] = {}
         self.knots: dict[int, tuple[Wholes, Wholes]] = {}
         #: The units of the map along each axis.
         self.units = [one * self.parts for one in last]
-        demand(max(self.units) < 1 << 30, "a grid is too fine")
         order = np.unique(rows * (last[0] + 1) + columns)
         demand(len(order) < MOST_CELLS, "a grid has too many cells")
         problem.spend(len(order), 100)
@@ -504,10 +446,38 @@ class Grid:
         touching = self._cut() if parts and len(problem.edges) and len(order) else None
         #: The numbers of the control values around each piece, and the places of those that come first.
         self.controls, self.uncut_places = self._numbered(touching)
-        #: The pieces in boxes, which hold what is open of them, and nine numbers for the cost there.
-        self.in_box, self.boxes = self._boxes()
-        costs = [problem.lower_costs(self, self.box(some)) for some in batches(len(self.in_box))]
+        #: Boxes around what is open of each piece, and nine numbers for the cost there.
+        _, self.boxes = extents(self.owners, self.rectangles)
+        costs = [problem.lower_costs(self, [side[some] for side in self.boxes]) for some in batches(len(self.columns))]
         self.costs: Floats = np.concatenate([np.empty((0, 3, 3)), *costs])
+        self.least_cost = max(float(self.costs.min(initial=math.inf)), 0.0)
+
+    @classmethod
+    def over(cls, problem: Problem, last: list[int], parts: int, box: list[int]) -> "Grid":
+        """Lay a grid over all cells of a rectangle: west, east, south, north."""
+        west, east, south, north = (min(max(side, 0), last[n // 2] + 1) for n, side in enumerate(box))
+        demand(west <= east and south <= north, "a box ends before it begins")
+        demand((east - west + 1) * (north - south + 1) < MOST_CELLS, "a grid or a block is too large")
+        columns, rows = np.meshgrid(np.arange(west, east), np.arange(south, north))
+        return cls(problem, last, parts, columns.ravel(), rows.ravel())
+
+    def inside_block(self, finer: int, parts: int, box: list[int]) -> "Grid":
+        """Lay a grid inside of this one, over the cells of a box on the map; the same one for both surfaces."""
+        key = finer, parts, *box
+        if key not in self.grids:
+            demand(finer % 2 == 1 and 1 < finer < 100, "a grid inside is not an odd number of times as fine")
+            self.grids[key] = Grid.over(self.problem, [one * finer for one in self.last], parts, box)
+        return self.grids[key]
+
+    def finer(self, kept: Truths, parts: int) -> "Grid":
+        """Lay a grid twice as fine over the cells of some pieces."""
+        demand(kept.sum() < MOST_CELLS, "a grid has too many cells")
+        last, step = [2 * one for one in self.last], np.arange(9)
+        columns, rows = (
+            np.clip(2 * index[kept, None] + by, 0, most).ravel()
+            for index, by, most in zip((self.columns, self.rows), (step % 3 - 1, step // 3 - 1), last, strict=True)
+        )
+        return Grid(self.problem, last, parts, columns, rows)
 
     def unit_of(self, axis: int, place: Fraction) -> Fraction:
         """Return a place along an axis in units, exactly."""
@@ -525,28 +495,23 @@ class Grid:
         """Enclose the length of a unit along an axis."""
         return (Interval(self.problem.bounds[axis + 2]) - self.problem.bounds[axis]) / float(self.units[axis])
 
-    def place(self, axis: int, units: ArrayLike) -> Interval:
-        """Enclose the place of units along an axis."""
-        return Interval(units) * self.step(axis) + self.problem.bounds[axis]
-
     def places(self, sides: list[Wholes]) -> tuple[list[Interval], list[Interval]]:
         """Enclose the sides of boxes in map units: west and east, and south and north."""
-        west, east, south, north = (self.place(n // 2, side) for n, side in enumerate(sides))
+        west, east, south, north = (
+            Interval(side) * self.step(n // 2) + self.problem.bounds[n // 2] for n, side in enumerate(sides)
+        )
         return [west, east], [south, north]
 
     def lines(self, axis: int, first: int, count: int, size: int) -> Interval:
         """Enclose what is on the map of some parts along an axis, of so many units each, from a unit on."""
         demand(count < MOST_CELLS, "a grid is too fine")
-        places = self.place(axis, np.clip(first + size * np.arange(count + 1), 0, self.units[axis]))
+        units = np.clip(first + size * np.arange(count + 1), 0, self.units[axis])
+        places = Interval(units) * self.step(axis) + self.problem.bounds[axis]
         return Interval(places.lo[:-1], places.hi[1:])
 
     def name(self, piece: int) -> str:
         """Name the cell of a piece in a message."""
         return f"cell ({self.columns[piece]}, {self.rows[piece]}) of {self.last[0]}"
-
-    def box(self, some: Any) -> list[Wholes]:
-        """Return some of the boxes."""
-        return [side[some] for side in self.boxes]
 
     def numbers(self, columns: Wholes, rows: Wholes) -> Wholes:
         """Return numbers of cells, row by row; those just outside of the map have some as well."""
@@ -559,17 +524,20 @@ class Grid:
 
     def _sides(self, columns: Wholes, rows: Wholes) -> list[Wholes]:
         """Return the sides of cells on the map, in units."""
-        half, found = self.parts // 2, []
-        for units, index in zip(self.units, (columns, rows), strict=True):
-            found += [np.clip(index * self.parts + side, 0, units) for side in (-half, half)]
-        return found
+        half = self.parts // 2
+        return [
+            np.clip(index * self.parts + side, 0, units)
+            for units, index in zip(self.units, (columns, rows), strict=True)
+            for side in (-half, half)
+        ]
 
-    def _cut(self) -> Wholes | None:
+    def _cut(self) -> tuple[Wholes, Wholes] | None:
         """Replace cells by the pieces that areas leave of them; return pairs that touch, None if no cell is cut."""
-        low, lines = (int(self.columns.min()), int(self.rows.min())), []
-        for axis, index in enumerate((self.columns, self.rows)):
-            count = int(index.max()) + 1 - low[axis]
-            lines.append(self.lines(axis, low[axis] * self.parts - self.parts // 2, count, self.parts))
+        low = int(self.columns.min()), int(self.rows.min())
+        lines = [
+            self.lines(axis, low[axis] * self.parts - self.parts // 2, int(index.max()) + 1 - low[axis], self.parts)
+            for axis, index in enumerate((self.columns, self.rows))
+        ]
         row, first, after, inside = gaps(self.problem, *lines)
         cells = self.numbers(self.columns, self.rows)
         begin, end = (np.append(-1, self.numbers(low[0] + column, low[1] + row)) for column in (first, after))
@@ -580,10 +548,10 @@ class Grid:
         self.owners, self.rectangles = np.arange(len(cells)), self._sides(self.columns, self.rows)
         if not self.is_cut.any():
             return None
-        # cells beside those that are cut are taken apart as well
-        apart = np.isin(cells, self.around_cells(cells[self.is_cut]))
-        cell, *squares = self._rows_of_squares(np.flatnonzero(apart))
-        one, other = touching_rows(*squares)
+        # cells up to two beside those that are cut are taken apart as well: all that share their control values
+        apart = np.isin(cells, self.around_cells(np.unique(self.around_cells(cells[self.is_cut]))))
+        cell, v, start, stop = self._rows_of_squares(np.flatnonzero(apart))
+        one, other = touching_rows(v, start, stop)
         own = cell[one] == cell[other]
         root = joined(len(cell), one[own], other[own])
         # pieces are in the order of cells, then of their first row
@@ -592,25 +560,21 @@ class Grid:
         some, piece = self.is_cut[cell], piece[len(whole) :]
         self.columns, self.rows, self.is_cut = (one[found // many] for one in (self.columns, self.rows, self.is_cut))
         (uncut,) = np.nonzero(~self.is_cut)
-        sides, (v, start, stop) = self._sides(self.columns[uncut], self.rows[uncut]), (one[some] for one in squares)
+        sides = self._sides(self.columns[uncut], self.rows[uncut])
         self.owners = np.append(uncut, piece[some])
         order = np.argsort(self.owners, kind="stable")
         self.owners = self.owners[order]
-        self.rectangles = [np.append(*both)[order] for both in zip(sides, (start, stop, v, v + 1), strict=True)]
-        pairs, cells = [(piece[one[~own]], piece[other[~own]])], self.numbers(self.columns[uncut], self.rows[uncut])
-        for beside in self.around_cells(cells).T[5:] if len(cells) else ():
-            at = np.minimum(np.searchsorted(cells, beside), len(cells) - 1)
-            (hit,) = np.nonzero(cells[at] == beside)
-            pairs.append((uncut[hit], uncut[at[hit]]))
-        return np.concatenate(pairs, axis=1)
+        squares = (one[some] for one in (start, stop, v, v + 1))
+        self.rectangles = [np.append(*both)[order] for both in zip(sides, squares, strict=True)]
+        return np.divmod(np.unique(piece[one[~own]] * len(found) + piece[other[~own]]), len(found))
 
     def _rows_of_squares(self, cells: Wholes) -> tuple[Wholes, Wholes, Wholes, Wholes]:
         """Return open squares: their cells, rows, first columns and columns after the last, in order of rows."""
         west, east, south, north = self._sides(self.columns[cells], self.rows[cells])
         left, bottom = int(west.min()), int(south.min())
         columns, rows = (
-            self.lines(0, left, int(east.max()) - left, 1),
-            self.lines(1, bottom, int(north.max()) - bottom, 1),
+            self.lines(axis, first, int(after.max()) - first, 1)
+            for axis, (first, after) in enumerate(((left, east), (bottom, north)))
         )
         row, first, after, inside = gaps(self.problem, columns, rows)
         # numbers of squares, row by row: open ones are between closed ones
@@ -626,39 +590,23 @@ class Grid:
         v, part = v[part[order]], part[order]
         return cells[which[part]], v, start[order] - v * width, stop[order] - v * width
 
-    def _numbered(self, touching: Wholes | None) -> tuple[Wholes, Wholes]:
+    def _numbered(self, touching: tuple[Wholes, Wholes] | None) -> tuple[Wholes, Wholes]:
         """Return the numbers of control values around pieces, shape (m, 9): what touches shares those around both."""
-        at, n_shared = self.around_cells(self.numbers(self.columns, self.rows)), None
+        at = self.around_cells(self.numbers(self.columns, self.rows))
+        n_shared = int(at.max(initial=0)) + 1
         if touching is not None:
             # (where no cell around a place is cut, all share the value there)
             near, links = np.isin(at, np.unique(at[self.is_cut])), []
             which = np.cumsum(near).reshape(at.shape) - 1
-            beside = np.asarray(near.any(axis=1))
             one, other = touching
-            both = beside[one] & beside[other]
-            one, other = one[both], other[both]
             across, along = self.columns[other] - self.columns[one], self.rows[other] - self.rows[one]
             for n in range(9):
                 a, b = n % 3 - across, n // 3 - along
                 some = near[one, n] & (a >= 0) & (a < 3) & (b >= 0) & (b < 3)
                 links.append((which[one[some], n], which[other[some], (3 * b + a)[some]]))
-            n_shared = at.max() + 1
             at[near] = n_shared + joined(int(near.sum()), *map(np.concatenate, zip(*links, strict=True)))
         places, numbers = np.unique(at, return_inverse=True)
-        return numbers.reshape(at.shape), places if n_shared is None else places[places < n_shared]
-
-    def _boxes(self) -> tuple[Wholes, list[Wholes]]:
-        """Return boxes around what is open of pieces: rasters may have lines through the middles of cells."""
-        pieces, sides = extents(self.owners, self.rectangles)
-        for axis in range(2) if self.problem.rasters else ():
-            middle = (self.columns, self.rows)[axis][pieces] * self.parts
-            halves = [side.copy() for side in sides], [side.copy() for side in sides]
-            halves[0][2 * axis + 1] = np.minimum(sides[2 * axis + 1], middle)
-            halves[1][2 * axis] = np.maximum(sides[2 * axis], middle)
-            sides, pieces = [np.append(*both) for both in zip(*halves, strict=True)], np.append(pieces, pieces)
-            real = sides[2 * axis] < sides[2 * axis + 1]
-            sides, pieces = [side[real] for side in sides], pieces[real]
-        return pieces, sides
+        return numbers.reshape(at.shape), places[places < n_shared]
 
     def pieces_at(self, point: Point) -> Wholes:
         """List the pieces that hold a point."""
@@ -682,37 +630,13 @@ class Grid:
     def rim(self, west: int, east: int, south: int, north: int) -> tuple[Wholes, list[Wholes]]:
         """Return the pieces that touch a rectangle of cells from outside, and the boxes without area where they do."""
         beside = self.within(west - 1, east + 1, south - 1, north + 1) & ~self.within(west, east, south, north)
-        some, half = beside[self.owners], self.parts // 2
-        low, high = (np.array([one, other]) * self.parts - half for one, other in ((west, south), (east, north)))
+        some = beside[self.owners]
+        limits = (np.array([west, east, south, north]) * self.parts - self.parts // 2).tolist()
         left, right, bottom, top = (
-            (np.minimum(side[some], high[n // 2]) if n % 2 else np.maximum(side[some], low[n // 2]))
-            for n, side in enumerate(self.rectangles)
+            (np.minimum if n % 2 else np.maximum)(side[some], limits[n]) for n, side in enumerate(self.rectangles)
         )
         seen = (left <= right) & (bottom <= top)
         return extents(self.owners[some][seen], [side[seen] for side in (left, right, bottom, top)])
-
-    def inside_block(self, finer: int, parts: int, box: tuple[int, ...]) -> "Grid":
-        """Lay a grid inside of this one, over the cells of a box on the map; the same one for both surfaces."""
-        key = finer, parts, box
-        if key not in self.grids:
-            demand(finer % 2 == 1 and 1 < finer < 100, "a grid inside is not an odd number of times as fine")
-            last = [one * finer for one in self.last]
-            sides = [min(max(side, 0), last[n // 2] + 1) for n, side in enumerate(box)]
-            self.grids[key] = Grid(self.problem, last, parts, *all_cells(*sides))
-        return self.grids[key]
-
-    def finer(self, kept: Truths, last: list[int], parts: int) -> "Grid":
-        """Lay a finer grid over the cells of some pieces."""
-        first, final = [], []
-        for axis, index in enumerate((self.columns[kept], self.rows[kept])):
-            demand(self.last[axis] <= last[axis] <= 4 * self.last[axis], "a grid is not finer, or by too much")
-            size, side = 2 * self.last[axis], last[axis]
-            first.append(np.maximum(((2 * index - 1) * side + self.last[axis]) // size, 0))
-            final.append(np.minimum(-((-(2 * index + 1) * side - self.last[axis]) // size) - 1, side))
-        demand(len(first[0]) < MOST_CELLS, "a grid has too many cells")
-        some = list(offsets((first[0], final[0]), (first[1], final[1])))
-        columns, rows = (np.concatenate([one[axis] for one in some]) for axis in range(2))
-        return Grid(self.problem, last, parts, columns, rows)
 
 
 def extents(owners: Wholes, rectangles: list[Wholes]) -> tuple[Wholes, list[Wholes]]:
@@ -736,22 +660,9 @@ def touching_rows(v: Wholes, start: Wholes, stop: Wholes) -> tuple[Wholes, Whole
 # --- Surfaces ---------------------------------------------------------------------------------------------------------
 
 
-def columns_of(grid: Grid) -> tuple[Wholes, Wholes]:
-    """Return the order by columns of control values at places without cuts, and where in it a column begins."""
-    places, width = grid.uncut_places, grid.last[0] + 3
-    order = np.lexsort((places, places % width))
-    return order, np.flatnonzero(np.diff(places[order], prepend=-1 - width) != width)
-
-
-def summed(steps: Wholes, grid: Grid, axes: int) -> Wholes:
-    """Return control values from their second differences along rows, and along columns for two axes."""
-    if axes == 2:
-        order, begin = columns_of(grid)
-        for _ in range(2):
-            total = np.cumsum(steps[order])
-            before = np.append(0, total)[begin]
-            steps[order] = total - np.repeat(before, np.diff(np.append(begin, len(order))))
-    return np.cumsum(np.cumsum(steps))
+def by_columns(grid: Grid) -> Wholes:
+    """Return the order by columns of the control values at places that are around no cell that an edge meets."""
+    return np.lexsort((grid.uncut_places, grid.uncut_places % (grid.last[0] + 3)))
 
 
 def doubled(controls: Wholes, axis: int) -> Wholes:
@@ -765,26 +676,23 @@ def bezier(controls: Wholes) -> Wholes:
     return doubled(doubled(controls, 2), 1)
 
 
-def restricted(values: Floats, ends: list[Interval]) -> Interval:
+def restricted(values: Wholes, ends: Floats) -> Interval:
     """
     Turn Bernstein values on cells, shape (n, 3, 3), into those on boxes in the cells.
 
     `ends` are west, east, south and north of each box, in cells from the corner. The values on [s, t] are those of the
-    polar form ``(1 - s) (1 - t) b_0 + ((1 - s) t + s (1 - t)) b_1 + s t b_2`` at (s, s), (s, t) and (t, t).
+    polar form ``(1 - s) (1 - t) b_0 + ((1 - s) t + s (1 - t)) b_1 + s t b_2`` at (s, s), (s, t) and (t, t). Weights are
+    off by less than ``6 * 2^-53`` and sums by less than ``42 * 2^-53`` of the greatest value.
     """
-    whole = Interval(values.copy(), values.copy())
-    (part,) = np.nonzero((ends[0].lo > 0.0) | (ends[1].hi < 1.0) | (ends[2].lo > 0.0) | (ends[3].hi < 1.0))
-    found = Interval(values[part])
-    for axis in (2, 1):
-        s, t = (one[part, None] for one in ends[4 - 2 * axis : 6 - 2 * axis])
-        b = [found[:, :, n] if axis == 2 else found[:, n] for n in range(3)]
-        new = [
-            (1.0 - p) * (1.0 - q) * b[0] + ((1.0 - p) * q + p * (1.0 - q)) * b[1] + p * q * b[2]
-            for p, q in ((s, s), (s, t), (t, t))
-        ]
-        found = Interval(np.stack([one.lo for one in new], axis=axis), np.stack([one.hi for one in new], axis=axis))
-    whole.put(part, found)
-    return whole
+    found, off = values.astype(np.float64), np.zeros((len(values), 1, 1))
+    (part,) = np.nonzero((ends != [0.0, 1.0, 0.0, 1.0]).any(axis=1))
+    across, along = (
+        np.array([[(1 - p) * (1 - q), (1 - p) * q + p * (1 - q), p * q] for p, q in ((s, s), (s, t), (t, t))])
+        for s, t in (ends[part, :2].T, ends[part, 2:].T)
+    )
+    off[part] = 2.0**-47 * np.abs(found[part]).max(axis=(1, 2), keepdims=True)
+    found[part] = along.transpose(2, 0, 1) @ found[part] @ across.transpose(2, 1, 0)
+    return Interval(found - off, found + off)
 
 
 class Surface:
@@ -797,30 +705,29 @@ class Surface:
 
     def __init__(self, described: dict[str, Any], array: Reader, grid: Grid, end: Point | None, level: int = 0) -> None:
         demand(level < MOST_LEVELS, "too many surfaces are inside one another")
-        grid.problem.spend(len(grid.in_box), 100)
-        self.grid = grid
-        exponent = whole_of(described["exponent"])
+        grid.problem.spend(len(grid.columns), 100)
+        self.grid, self.end = grid, end
+        exponent, axes = numbers_of([described["exponent"], described.get("axes", 1)], 2, whole=True)
         demand(abs(exponent) < 1 << 9, "an exponent is out of range")
+        demand(axes in (1, 2), "axes are neither 1 nor 2")
         #: One unit of `bezier`.
         self.unit = math.ldexp(0.25, -exponent)
-        steps = array(described["values"], "i", 1)
-        demand(len(steps) == grid.controls.max(initial=-1) + 1, "there are more or fewer control values than needed")
-        axes = whole_of(described.get("axes", 1))
-        demand(axes in (1, 2), "axes are neither 1 nor 2")
-        values = summed(steps, grid, axes)
+        values = array(described["values"], "i", 1)
+        demand(len(values) == grid.controls.max(initial=-1) + 1, "there are more or fewer control values than needed")
+        if axes == 2:
+            order = by_columns(grid)
+            values[order] = np.cumsum(np.cumsum(values[order]))
+        values = np.cumsum(np.cumsum(values))
         demand((np.abs(values.astype(np.float64)) < 2.0**46).all(), "a control value is too great")
-        self.controls = values[grid.controls].reshape(-1, 3, 3)
-        self.in_block = np.zeros(len(grid.columns), dtype=np.bool_)
+        self.controls: Wholes = values[grid.controls].reshape(-1, 3, 3)
+        self.in_block, self.in_end = (np.zeros(len(grid.columns), dtype=np.bool_) for _ in range(2))
         #: What a difference of two values may be above the cost of a path between the places or, with an end, what a
         #: value may be above the cost of a path to the end.
         self.loss = 0.0
         #: What most is charged for.
         self.fault, most = "it is not higher", 0.0
-        around = [(one, None) for one in described["blocks"]] + ([(described["end"], end)] if end else [])
-        for one, its_end in around:
-            pieces, charge = block(one, array, self, level, its_end)
-            demand(not self.in_block[pieces].any(), "two blocks overlap")
-            self.in_block[pieces] = True
+        for one in [*described["blocks"], *([described["end"]] if end else [])]:
+            charge = self._charge_block(one, array, level, end if one is described.get("end") else None)
             self.loss = float(up(self.loss + charge))
             if charge > most:
                 most, self.fault = charge, f"the block of cells {one['cells']} of {grid.last[0]} loses {charge:.3g}"
@@ -829,160 +736,132 @@ class Surface:
     def _charge_steep(self) -> None:
         """Measure how steep the surface is against the cost on each piece outside of blocks, and charge for that."""
         grid = self.grid
-        self.steepness = np.zeros(len(grid.columns))
-        for part in batches(len(grid.in_box)):
-            pieces, costs = grid.in_box[part], grid.costs[part]
-            with np.errstate(divide="ignore"):
-                ratio = up(self._squared_slopes(pieces, grid.box(part)) / down(costs * costs)).max(axis=(1, 2))
-            ratio[~(costs > 1e-100).all(axis=(1, 2))] = np.inf
-            np.maximum.at(self.steepness, pieces, up(np.sqrt(ratio)))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            parts = [self._squared_ratio(part).max(axis=(1, 2)) for part in batches(len(grid.columns))]
+        #: (roundings of fewer than 16 products, sums and roots are less than 2^-48)
+        self.steepness: Floats = np.sqrt(np.concatenate([np.empty(0), *parts])) * (1.0 + 2.0**-48)
+        self.steepness[(grid.costs <= 1e-100).any(axis=(1, 2))] = np.inf
         self.steepness[self.in_block] = 0.0
         wrong = ~np.isfinite(self.steepness)
         demand(not wrong.any(), lambda: f"the slope has no bound in {grid.name(int(wrong.argmax()))}")
         steepest, (steep,) = self.steepness.max(initial=0.0), np.nonzero(self.steepness > 1.0)
         if len(steep):
-            values = bezier(self.controls[steep])
-            spans = (values.max(axis=(1, 2)) - values.min(axis=(1, 2))) * self.unit
-            lost = (Interval(up(math.fsum(up(spans).tolist()))) * (1.0 - Interval(1.0) / steepest)).hi
+            spans = np.ptp(bezier(self.controls[steep]).reshape(-1, 9), axis=1) * self.unit
+            lost = (Interval(up(math.fsum(spans.tolist()))) * (1.0 - Interval(1.0) / steepest)).hi
             self.loss = float(up(self.loss + lost))
             name = f"{grid.name(int(self.steepness.argmax()))} is {steepest:.12g} times as steep as the cost"
             self.fault = f"{name}, and {len(steep)} such cells lose {lost:.3g}; {self.fault}"
 
-    def _squared_slopes(self, pieces: Wholes, sides: list[Wholes]) -> Floats:
+    def _squared_ratio(self, part: slice) -> Floats:
         """
-        Bound the squares of the lengths of the Bernstein vectors of the gradient from above, on boxes in pieces.
+        Compare the squares of the lengths of the Bernstein vectors of the gradient with those of costs, on boxes.
 
-        Those on whole cells are means of differences of neighbouring control values: whole numbers.
+        Vectors on whole cells are means of differences of neighbouring control values: whole numbers.
         """
-        grid, u = self.grid, self.controls[pieces]
-        total, ends = np.zeros(u.shape), self._ends(pieces, sides, [1, 1])
+        grid, u, total = self.grid, self.controls[part], np.zeros((1, 1, 1))
+        ends = self._ends(np.arange(part.start, part.stop), [side[part] for side in grid.boxes], 1)
         for axis in range(2):
             # (the gradient is linear along its own axis: the middle value is the mean)
             first, last = np.moveaxis(2 * doubled(np.diff(u, axis=2 - axis), 1 + axis), 2 - axis, 0)
-            vectors = np.stack([first, (first + last) // 2, last], axis=2 - axis)
-            values = restricted(vectors.astype(np.float64), ends)
-            most, size = np.maximum(values.hi, -values.lo), Interval(self.unit) / (grid.step(axis) * float(grid.parts))
-            total = up(total + up(up(most * most) * size.square().hi))
-        return total
+            values = restricted(np.stack([first, (first + last) // 2, last], axis=2 - axis), ends)
+            size = (Interval(self.unit) / (grid.step(axis) * float(grid.parts))).hi
+            total = total + (np.maximum(values.hi, -values.lo) * size) ** 2
+        return np.asarray(total / grid.costs[part] ** 2)
 
-    def _ends(self, pieces: Wholes, sides: list[Any], times: list[int]) -> list[Interval]:
-        """Return sides, in so many times finer units, in cells from the corner of the cell of pieces."""
+    def _ends(self, pieces: Wholes, sides: list[Wholes], times: int) -> Floats:
+        """Return sides of boxes, in so many times finer units, in cells from the corner of the cell of pieces."""
         found = []
         for n, side in enumerate(sides):
-            size = self.grid.parts * times[n // 2]
+            size = self.grid.parts * times
             corner = (self.grid.columns, self.grid.rows)[n // 2][pieces] * size - size // 2
-            found.append(((enclosed(side) - corner) / float(size)).within(0.0, 1.0))
-        return found
+            found.append(np.clip((side - corner) / size, 0.0, 1.0))
+        return np.stack(found, axis=1)
 
-    def on(self, pieces: Wholes, sides: list[Any], times: list[int]) -> Interval:
+    def on(self, pieces: Wholes, sides: list[Wholes], times: int = 1) -> Interval:
         """Return the Bernstein values of the surface on boxes in pieces, whose sides are in finer units."""
-        values = bezier(self.controls[pieces]).astype(np.float64)
-        return restricted(values, self._ends(pieces, sides, times)) * self.unit
-
-    def least(self) -> Floats:
-        """Bound the surface from below by its Bernstein values on each piece, shape (m, 3, 3)."""
-        found: Floats = down(bezier(self.controls) * self.unit)
-        return found
+        return restricted(bezier(self.controls[pieces]), self._ends(pieces, sides, times)) * self.unit
 
     def bound(self, point: Point) -> float:
-        """Bound the cost of a path from a point to the end of the surface; a point in a block has no bound."""
-        pieces, sides = self.grid.pieces_at(point), []
+        """Bound the cost of a path from a point to the end of the surface."""
+        grid, pieces, found = self.grid, self.grid.pieces_at(point), math.inf
+        if self.end and (self.in_end[pieces] >= self.in_block[pieces]).all() and self.in_end[pieces].any():
+            return self._bound_in_end(point)
         if self.in_block[pieces].any():
             return -math.inf
-        for axis in range(2):
-            low, high = self.grid.problem.bounds[axis], self.grid.problem.bounds[axis + 2]
-            place = (Interval(point[axis]) - low) / (Interval(high) - low) * float(self.grid.units[axis])
-            sides += [Interval(np.full(len(pieces), place.lo), np.full(len(pieces), place.hi))] * 2
-        return float(down(self.on(pieces, sides, [1, 1]).lo.min(initial=math.inf) - self.loss))
+        places = [grid.unit_of(axis, Fraction(one)) / grid.parts + Fraction(1, 2) for axis, one in enumerate(point)]
+        for piece in pieces.tolist():
+            s, t = (float(place - int(at[piece])) for place, at in zip(places, (grid.columns, grid.rows), strict=True))
+            ends = np.clip(np.array([[s, s, t, t]]), 0.0, 1.0)
+            value = restricted(bezier(self.controls[[piece]]), ends) * self.unit
+            found = min(found, float(value.lo.min()))
+        return float(down(found - self.loss))
 
+    def _bound_in_end(self, point: Point) -> float:
+        """Bound the cost of a path from a point in the block around the end: it stays in the box, or leaves it."""
+        if self.inner:
+            return min(self.inner.bound(point), self.leaving)
+        far = length_of(*(Interval(one) - other for one, other in zip(point, self.end or point, strict=True)))
+        return float((far * self.grid.least_cost).lo)
 
-def block(
-    described: dict[str, Any], array: Reader, outer: Surface, level: int, end: Point | None
-) -> tuple[Wholes, float]:
-    """
-    Return the pieces in a block, and by how much more a surface falls from a place on its rim than a way through costs.
+    def _charge_block(self, described: dict[str, Any], array: Reader, level: int, end: Point | None) -> float:
+        """
+        Return by how much more the surface falls from a place on the rim of a block than a way through costs.
 
-    In the block, a rectangle of cells, the surface may be anything. Another surface, on a finer grid over a box around
-    the block, bounds the cost of ways from rim to rim or, in a block around an end, from the rim to the end. It may be
-    anything in blocks of its own, none of which is beside the rim from outside.
-    """
-    grid, cells = outer.grid, [whole_of(one) for one in described["cells"]]
-    demand(len(cells) == 4 and cells[0] < cells[1] and cells[2] < cells[3], "a block is empty")
-    grid.problem.spend(len(grid.columns), 5)
-    (pieces,) = np.nonzero(grid.within(*cells))
-    for axis, at in enumerate(end or ()):
-        place = grid.unit_of(axis, Fraction(at)) / grid.parts + Fraction(1, 2)
-        demand(cells[2 * axis] <= place <= cells[2 * axis + 1], "the end is not in the block around it")
-    if end and "inside" not in described:
-        return pieces, above_cone(outer, cells, end)
-    inside = described["inside"]
-    finer, parts, box = whole_of(inside["finer"]), whole_of(inside["parts"]), [whole_of(one) for one in inside["box"]]
-    demand(len(box) == 4, "a box has other sides than four")
-    within = grid.inside_block(finer, parts, tuple(box))
-    inner = Surface(inside["surface"], array, within, end, level + 1)
-    # the rectangle in cells of the grid inside, and its margin to the sides of the box that are not beyond the map
-    same = [one * finer - finer // 2 for one in cells]
-    margins = [same[0] - box[0], box[1] - same[1], same[2] - box[2], box[3] - same[3]]
-    is_open = [box[0] > 0, box[1] <= within.last[0], box[2] > 0, box[3] <= within.last[1]]
-    demand(all(margin > 0 or not way for margin, way in zip(margins, is_open, strict=True)), "a block leaves its box")
-    (one, its), (other, others) = grid.rim(*cells), within.rim(*same)
-    # all of that in common units
-    times = finer * within.parts, grid.parts
-    its, others = ([side * by for side in sides] for sides, by in zip((its, others), times, strict=True))
-    grid.problem.spend(len(one), len(other), 10)
-    low, high = (
-        [way(its[n][:, None], others[n]) for n in sides] for way, sides in ((np.maximum, (0, 2)), (np.minimum, (1, 3)))
-    )
-    p, q = np.nonzero((low[0] <= high[0]) & (low[1] <= high[1]))
-    demand(not inner.in_block[other[q]].any(), "a block inside a block is across its rim")
-    if not len(p):
-        return pieces, 0.0
-    both = [side[p, q] for side in (low[0], high[0], low[1], high[1])]
-    phi, psi = (
-        surface.on(some, both, [by, by])
-        for surface, some, by in ((outer, one[p], times[0]), (inner, other[q], times[1]))
-    )
-    more = phi - psi
-    charge = more.hi.max() if end else up(more.hi.max() - more.lo.min())
-    # a way that leaves the box pays for the margin twice
-    steps = [within.step(n // 2) * (float(within.parts) * margin) for n, margin in enumerate(margins) if is_open[n]]
-    least = max(float(within.costs.min()), 0.0)
-    beyond = max((up(phi.hi.max() - phi.lo.min()) - (step * (2.0 * least)).lo for step in steps), default=0.0)
-    return pieces, float(up(up(charge + inner.loss) + up(max(beyond, 0.0))))
-
-
-def least_cost_around(grid: Grid, end: Point, radius: float) -> float:
-    """Bound the cost from below in a square around an end that holds a circle, in 16 x 16 boxes."""
-    lines = []
-    for axis in range(2):
-        first, last = (grid.unit_of(axis, Fraction(end[axis]) + sign * Fraction(radius)) for sign in (-1, 1))
-        span = max(math.floor(first), 0), min(math.ceil(last), grid.units[axis])
-        lines.append(np.unique(np.linspace(*span, 17).astype(np.int64)))
-    i, j = all_cells(0, len(lines[0]) - 1, 0, len(lines[1]) - 1)
-    return float(grid.problem.lower_costs(grid, [lines[0][i], lines[0][i + 1], lines[1][j], lines[1][j + 1]]).min())
-
-
-def above_cone(outer: Surface, cells: list[int], end: Point) -> float:
-    """
-    Bound by how much a surface is above the least cost nearby times the distance to its end, on the rim of a block.
-
-    Nearby is what is as near to the end as the rim: a way that leaves that is longer than the distance as well.
-    """
-    grid = outer.grid
-    pieces, sides = grid.rim(*cells)
-    demand(len(pieces) > 0, "no cell is beside the block around an end")
-    # each part of the rim in many, whose distance is that of their nearest point
-    n, sides = np.arange(RIM_PARTS), [side[:, None] for side in sides]
-    sides = [(sides[m - m % 2] * RIM_PARTS + (sides[m | 1] - sides[m - m % 2]) * (n + m % 2)).ravel() for m in range(4)]
-    near, far = [], []
-    for axis in range(2):
-        low, high = (grid.place(axis, side / RIM_PARTS) - end[axis] for side in sides[2 * axis : 2 * axis + 2])
-        near.append(Interval(np.maximum(np.maximum(low.lo, -high.hi), 0.0)))
-        far.append(Interval(np.maximum(high.hi, -low.lo)))
-    least = least_cost_around(grid, end, float(length_of(*far).hi.max()))
-    demand(least > 0.0, "the cost around an end is not above 0")
-    phi = outer.on(np.repeat(pieces, RIM_PARTS), sides, [RIM_PARTS] * 2).hi.max(axis=(1, 2))
-    return float((phi - length_of(*near) * least).hi.max())
+        In the block, a rectangle of cells, the surface may be anything. Another surface, on a finer grid over a box
+        around the block, bounds the cost of ways from rim to rim or, in a block around an end, from the rim to the end.
+        It may be anything in blocks of its own, none of which is beside the rim from outside. In the innermost block
+        around an end, that is the distance to the end times the least cost on the grid.
+        """
+        grid, cells = self.grid, numbers_of(described["cells"], 4, whole=True)
+        demand(cells[0] < cells[1] and cells[2] < cells[3], "a block is empty")
+        grid.problem.spend(len(grid.columns), 5)
+        within, (one, its) = grid.within(*cells), grid.rim(*cells)
+        demand(not (self.in_block & within).any(), "two blocks overlap")
+        self.in_block |= within
+        for axis, at in enumerate(end or ()):
+            place = grid.unit_of(axis, Fraction(at)) / grid.parts + Fraction(1, 2)
+            demand(cells[2 * axis] <= place <= cells[2 * axis + 1], "the end is not in the block around it")
+        if end:
+            self.in_end, self.inner = within, None
+        if end and "inside" not in described:
+            apart = [
+                Interval(np.maximum(np.maximum((low - at).lo, (at - high).lo), 0.0))
+                for (low, high), at in zip(grid.places(its), end, strict=True)
+            ]
+            above = self.on(one, its).hi.max(axis=(1, 2)) - length_of(*apart) * grid.least_cost
+            return float(above.hi.max()) if len(one) else 0.0
+        inside = described["inside"]
+        finer, parts = numbers_of([inside["finer"], inside["parts"]], 2, whole=True)
+        box = numbers_of(inside["box"], 4, whole=True)
+        around = grid.inside_block(finer, parts, box)
+        inner = Surface(inside["surface"], array, around, end, level + 1)
+        # the rectangle in cells of the grid inside, and its margin to the sides of the box that are not beyond the map:
+        # a way that leaves the box pays for that twice
+        same, leaving = [one * finer - finer // 2 for one in cells], math.inf
+        for n, most in enumerate((around.last[0], around.last[0], around.last[1], around.last[1])):
+            if box[n] <= most if n % 2 else box[n] > 0:
+                margin = abs(box[n] - same[n])
+                demand(same[n] < box[n] if n % 2 else same[n] > box[n], "a block leaves its box")
+                step = around.step(n // 2) * float(around.parts * margin)
+                leaving = min(leaving, float((step * (2.0 * around.least_cost)).lo))
+        if end:
+            self.inner, self.leaving = inner, leaving
+        # pairs of boxes on the rim that meet, all in common units
+        other, others = around.rim(*same)
+        times = finer * around.parts, grid.parts
+        its, others = ([side * by for side in sides] for sides, by in zip((its, others), times, strict=True))
+        grid.problem.spend(len(one), len(other), 10)
+        west, east, south, north = ((np.minimum if n % 2 else np.maximum)(its[n][:, None], others[n]) for n in range(4))
+        p, q = np.nonzero((west <= east) & (south <= north))
+        demand(not inner.in_block[other[q]].any(), "a block inside a block is across its rim")
+        if not len(p):
+            return 0.0
+        both = [side[p, q] for side in (west, east, south, north)]
+        phi = self.on(one[p], both, times[0])
+        more = phi - inner.on(other[q], both, times[1])
+        charge = more.hi.max() if end else up(more.hi.max() - more.lo.min())
+        beyond = max(up(phi.hi.max() - phi.lo.min()) - leaving, 0.0)
+        return float(up(up(charge + inner.loss) + up(beyond)))
 
 
 # --- Cells of constant cost -------------------------------------------------------------------------------------------
@@ -992,22 +871,26 @@ class Cells:
     """
     Rectangles between lines, the least cost of a unit of length in each, and the least one along each side.
 
-    A line is a strip ``[a, b]``, most often of no width. The map is drawn together across all strips; sizes of cells
-    are rounded down, so that no path gets longer by that. From here on, they are exact.
+    A line is a strip ``[a, b]``, most often of no width. Start and goal are on lines along both axes. The map is drawn
+    together across all strips; sizes of cells are rounded down, so that no path gets longer by that. From here on, they
+    are exact.
     """
 
     def __init__(self, described: dict[str, Any], array: Reader, problem: Problem) -> None:
-        demand(
-            not problem.threats and not problem.on_earth and all(one.is_flat for one in problem.rasters),
-            "the cost is not constant on cells",
-        )
+        is_flat = not problem.threats and not problem.on_earth and all(one.is_flat for one in problem.rasters)
+        demand(is_flat, "the cost is not constant on cells")
         self.problem = problem
         self.lines: list[Floats] = [array(described[name], "f", 2) for name in ("x", "y")]
+        #: Columns and rows of the corners that are start and goal.
+        self.ends = np.zeros((2, 2), dtype=np.int64)
         for axis, line in enumerate(self.lines):
             low, high = problem.bounds[axis], problem.bounds[axis + 2]
-            demand(line.shape[1] == 2 and len(line) > 1, "lines are not begin, end")
-            demand((line[:, 0] <= line[:, 1]).all() and (line[1:, 0] > line[:-1, 1]).all(), "lines are not in order")
+            demand(line.shape[1] == 2 and len(line) > 1 and (np.diff(line) >= 0.0).all(), "lines are not begin, end")
+            demand((line[1:, 0] > line[:-1, 1]).all(), "lines are not in order")
             demand(line[0, 0] <= low and line[-1, 1] >= high, "lines do not go around the map")
+            at = np.array([problem.start[axis], problem.goal[axis]])
+            self.ends[:, axis] = np.searchsorted(line[:, 0], at, side="right") - 1
+            demand((at <= line[self.ends[:, axis], 1]).all(), "start or goal is not on a line")
         self.shape = len(self.lines[1]) - 1, len(self.lines[0]) - 1
         demand(self.shape[0] * self.shape[1] < MOST_CELLS, "there are too many cells")
         self.sizes = [down(line[1:, 0] - line[:-1, 1]) for line in self.lines]
@@ -1021,19 +904,17 @@ class Cells:
         around = [Interval(line[:-1, 0], line[1:, 1]) for line in self.lines]
         for row, first, after, is_inside in zip(*gaps(problem, *around), strict=True):
             self.closed[row, first:after] = is_inside
-        self.ends = [[self._place(axis, end[axis]) for axis in range(2)] for end in (problem.start, problem.goal)]
 
     def _costs(self, *is_line: int) -> Floats:
         """Bound the cost from below between lines along x and y, or on them."""
-        shape = [self.shape[1 - axis] + is_line[axis] for axis in (1, 0)]
-        risk = Interval(np.zeros(shape))
+        risk: Any = np.zeros([self.shape[1 - axis] + is_line[axis] for axis in (1, 0)])
         for raster in self.problem.rasters:
             values = np.pad(raster.corners[0], 1)
-            self.problem.spend(values.size + risk.lo.size, 10)
+            self.problem.spend(values.size + risk.size, 10)
             columns, rows = (self._touched(raster, axis, is_line[axis]) for axis in range(2))
             across = np.stack([values[:, some].min(axis=1) for some in columns], axis=1)
-            risk = risk + np.stack([across[some].min(axis=0) for some in rows])
-        return (risk * self.problem.k + 1.0).lo
+            risk = down(risk + np.stack([across[some].min(axis=0) for some in rows]))
+        return np.asarray(np.maximum(down(1.0 + down(self.problem.k * risk)), 1.0))
 
     def _touched(self, raster: "Raster", axis: int, is_line: int) -> list[slice]:
         """List the columns or rows of a raster, counted from 1, that have a place between lines, or touch a line."""
@@ -1047,40 +928,30 @@ class Cells:
             for low, high in line.tolist()
         ]
 
-    def _place(self, axis: int, at: float) -> tuple[int, float]:
-        """Return the cell of a coordinate and where in it, or the line, and -1."""
-        line = self.lines[axis]
-        n = int(np.searchsorted(line[:, 0], at, side="right")) - 1
-        return (n, -1.0) if at <= line[n, 1] else (n, min(at - float(line[n, 1]), float(self.sizes[axis][n])))
-
 
 class Net:
     """
-    Points on the sides of cells that paths may enter, in order: start, goal, corners, horizontal and vertical sides.
+    Points on the sides of cells that paths may enter, in order: corners, those on horizontal, and on vertical sides.
 
     Sides of a cell are the lower, upper, left and right one.
     """
 
-    def __init__(self, described: dict[str, Any], array: Reader, cells: Cells, needed: Truths) -> None:
-        self.cells, parts = cells, array(described["parts"], "f", 1)
+    def __init__(self, parts: Floats, cells: Cells, is_open: Truths) -> None:
+        self.cells, self.is_open = cells, is_open
         demand(len(parts) < 1 << 10 and (np.diff(parts, prepend=0.0, append=1.0) > 0.0).all(), "parts are not in order")
         self.parts: Floats = np.concatenate([[0.0], parts, [1.0]])
-        self.is_open = np.zeros(cells.shape, dtype=np.bool_)
-        for row, first, end in array(described["runs"], "i", 2).tolist():
-            demand(0 <= row < cells.shape[0] and 0 <= first < end <= cells.shape[1], "a run leaves the map")
-            cells.problem.spend(end - first)
-            self.is_open[row, first:end] = True
-        lacking = np.argwhere(needed & ~self.is_open)
-        demand(not len(lacking), lambda: f"cell ({lacking[0][1]}, {lacking[0][0]}) is missing")
-        wide, m = np.pad(self.is_open, 1), len(parts)
+        wide = np.pad(self.is_open, 1)
         has_side = wide[1:, 1:-1] | wide[:-1, 1:-1], wide[1:-1, 1:] | wide[1:-1, :-1]
         is_corner = np.pad(has_side[0], ((0, 0), (1, 0))) | np.pad(has_side[0], ((0, 0), (0, 1)))
-        self.count, numbers = 2, []
-        for has, size in ((is_corner, 1), (has_side[0], m), (has_side[1], m)):
+        self.count, numbers = 0, []
+        for has, size in ((is_corner, 1), (has_side[0], len(parts)), (has_side[1], len(parts))):
             numbers.append(np.where(has, self.count + size * (np.cumsum(has).reshape(has.shape) - 1), -1))
             self.count += size * int(has.sum())
         demand(self.count < MOST_PARTS, "there are too many points")
         self.corner, self.side = numbers[0], numbers[1:]
+        #: The points at the start and the goal.
+        self.ends = self.corner[cells.ends[:, 1], cells.ends[:, 0]]
+        demand((self.ends >= 0).all(), "an end is beside cells that are missing")
         self.rows, self.columns = np.nonzero(self.is_open)
         # (no path that costs less than what is claimed gets to the border of a cell that is not open)
         inside = np.pad(self.is_open, 1, constant_values=True)
@@ -1105,191 +976,123 @@ class Net:
 
 
 class Heights:
-    """
-    Values ``W`` at the points of a net, linear in between, which no path falls along faster than it costs.
+    """Values ``W`` at the points of a net, linear in between, which no path falls along faster than it costs."""
 
-    Paths begin at one end, 0 for the start or 1 for the goal, and lead to the other one.
-    """
-
-    def __init__(self, described: dict[str, Any], array: Reader, net: Net, begin: int) -> None:
-        self.begin = begin
-        self.net, exponent = net, whole_of(described["exponent"])
-        demand(-200 <= exponent <= 200, "an exponent is too great")
-        self.whole: Wholes = np.cumsum(array(described["values"], "i", 1))
-        demand(len(self.whole) == net.count, "values do not fit the points")
-        demand((np.abs(self.whole) < 1 << 50).all(), "a value is too great")
-        self.unit = 2.0**-exponent
+    def __init__(self, described: dict[str, Any], array: Reader, net: Net) -> None:
+        (exponent,) = numbers_of([described["exponent"]], 1, whole=True)
+        demand(abs(exponent) <= 200, "an exponent is too great")
+        self.net, self.unit, self.whole = net, 2.0**-exponent, np.cumsum(array(described["values"], "i", 1))
+        demand(len(self.whole) == net.count, "there are more or fewer values than points")
+        demand((np.abs(self.whole.astype(np.float64)) < 2.0**50).all(), "a value is too great")
         #: Whether the values are the same on the whole border of each cell.
         self.is_flat = True
         for part in batches(len(net.rows), len(net.parts)):
             self._check(part)
 
-    def at(self, end: int) -> Interval:
-        """Enclose the value at the start, 0, or the goal, 1."""
-        net, ((i, x), (j, y)) = self.net, self.net.cells.ends[end]
-        if x >= 0.0 and y >= 0.0:
-            demand(net.is_open[j, i], "an end is in a cell that is missing")
-            return Interval(self.whole[end] * self.unit)
-        demand(net.corner[j, i] >= 0, "an end is on a line that is missing")
-        if x < 0.0 and y < 0.0:
-            return Interval(self.whole[net.corner[j, i]] * self.unit)
-        axis, offset = (0, x) if x >= 0.0 else (1, y)
-        first, inner = net.side[axis][j, i], np.arange(len(net.parts) - 2)
-        demand(first >= 0, "an end is on a line that is missing")
-        values = self.whole[[net.corner[j, i], *(first + inner), net.corner[j + axis, i + 1 - axis]]] * self.unit
-        places = net.parts * net.cells.sizes[axis][(i, j)[axis]]
-        # (the place is off by less than 2^-50 of the side)
-        steepest = float(np.abs(np.diff(values) / np.diff(places)).max())
-        off = 2.0**-46 * (float(np.abs(values).max()) + steepest * float(places[-1]))
-        value = float(np.interp(offset, places, values))
-        return Interval(value - off, value + off)
-
-    def above(self, end: int) -> Interval:
-        """Enclose by how much the values at all points are above that at an end."""
-        return self.whole * self.unit - self.at(end)
-
     def _check(self, part: slice) -> None:
         """
         Check that ``W(p) - W(q) <= c |p - q|`` for all p and q on the border of some cells.
 
-        Values and places are relative to the lower left corner; all of them are exact but for those of ends.
+        Values and places are relative to the lower left corner; all of them are exact.
         """
         net, cells = self.net, self.net.cells
         j, i, numbers = net.rows[part], net.columns[part], net.points(part)
         cells.problem.spend(numbers.size, 100)
-        width, height = cells.sizes[0][i], cells.sizes[1][j]
+        sizes = np.stack([cells.sizes[0][i], cells.sizes[1][j]], axis=1)
         costs, (up, right) = cells.costs[j, i], net.along
         along = np.stack([up[j, i], up[j + 1, i], right[j, i], right[j, i + 1]], axis=1)
-        base = self.whole[numbers[:, 0, 0]]
-        values: Floats = (self.whole[numbers] - base[:, None, None]).astype(np.float64) * self.unit
+        values: Floats = (self.whole[numbers] - self.whole[numbers[:, :1, :1]]) * self.unit
         self.is_flat &= not values.any()
-        places = net.parts * np.stack([width, width, height, height], axis=1)[:, :, None]
+        places = net.parts * sizes[:, [0, 0, 1, 1], None]
         steps, rises = down(np.diff(places)), np.diff(values)
         steep = ~(np.abs(rises) <= down(np.minimum(costs[:, None], along)[:, :, None] * steps)).all(axis=(1, 2))
         # at a corner: p at s on one side and q at t on the other, s and t from there
+        slopes = Interval(rises) / Interval(steps)
         for one, other, a, b in ((0, 2, 0, 0), (0, 3, -1, 0), (1, 2, 0, -1), (1, 3, -1, -1)):
-            alpha, beta = (
-                Interval(rises[:, side, end] * (1.0 + 2.0 * end)) / Interval(steps[:, side, end])
-                for side, end in ((one, a), (other, b))
-            )
-            for p, q in ((alpha, -beta), (-alpha, beta)):
-                total = p.within(0.0, np.inf).square() + q.within(0.0, np.inf).square()
-                steep |= ~(total.hi <= down(costs * costs))
-        border, n = Border(values, places, width, height, costs), np.arange(len(i))
-        sides = [(side, n) for side in range(4)]
-        for end, ((column, x), (row, y)) in enumerate(cells.ends):
-            (inside,) = np.nonzero((i == column) & (j == row) & (x >= 0.0) & (y >= 0.0))
-            value = (self.whole[end] - base[inside]) * self.unit
-            self.is_flat &= not value.any()
-            border.put(4 + end, inside, x, y, value)
-            sides.append((4 + end, inside))
-        pairs = [
-            np.column_stack(np.broadcast_arrays(np.intersect1d(held, also), one, 0, other, 0))
-            for (one, held), (other, also) in permutations(sides, 2)
-            if other != 4 + self.begin and one != 5 - self.begin
-        ]
-        steep[border.steep(np.concatenate(pairs), cells.problem)] = True
+            alpha, beta = slopes[:, one, a] * (1.0 + 2.0 * a), slopes[:, other, b] * (1.0 + 2.0 * b)
+            for p, q in ((alpha.hi, -beta.lo), (-alpha.lo, beta.hi)):
+                most = (Interval(np.maximum(p, 0.0)).square() + Interval(np.maximum(q, 0.0)).square()).hi
+                steep |= ~(most <= down(costs * costs))
+        steep[unclear_cells(places, sizes, values, costs, cells.problem)] = True
         demand(
             not steep.any(),
             lambda: f"cell ({i[steep.argmax()]}, {j[steep.argmax()]}): values fall faster than the cost",
         )
 
 
-class Border:
+def unclear_cells(places: Floats, sizes: Floats, values: Floats, costs: Floats, problem: Problem) -> Wholes:
     """
-    Points of cells, shape (n, 6, 2^k + 1): x, y and values on the four sides, and at start and goal inside a cell.
+    Return the cells in which values may fall faster than the cost from a place on one side to one on another side.
 
-    The last point of a side, and start and goal, are repeated.
+    Whole sides are compared first. Pairs of runs of points of which that is not clear are halved, down to intervals, of
+    which those that meet in a corner have been looked at. The last point of a side is repeated.
     """
-
-    def __init__(self, values: Floats, places: Floats, width: Floats, height: Floats, costs: Floats) -> None:
-        self.size, m = 1, values.shape[2] - 1
-        while self.size < m:
-            self.size *= 2
-        some = np.minimum(np.arange(self.size + 1), m)
-        shape = len(values), 6, self.size + 1
-        self.x, self.y, self.values = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-        self.values[:, :4] = values[:, :, some]
-        self.x[:, :2], self.y[:, 2:4] = places[:, :2, some], places[:, 2:, some]
-        self.x[:, 3], self.y[:, 1] = width[:, None], height[:, None]
-        #: Sums are off by less than 2^-49 of their parts, and places of ends by less than 2^-50 of a side.
-        self.off = 2.0**-46 * (np.abs(values).max(axis=(1, 2)) + costs * (width + height))
-        self.costs = costs
-
-    def put(self, side: int, cells: Wholes, x: float, y: float, values: Floats) -> None:
-        """Put an end into cells."""
-        self.x[cells, side], self.y[cells, side], self.values[cells, side] = x, y, values[:, None]
-        self.off[cells] += 2.0**-46 * np.abs(values)
-
-    def steep(self, pairs: Wholes, problem: Problem) -> Wholes:
-        """
-        Return the cells in which values may fall faster than the cost from one run of points to another one.
-
-        Pairs are rows: cell, side and number of the run, side and number of the other one. Those of which that is not
-        clear are halved, down to intervals, of which those that meet in a corner have been looked at.
-        """
-        length = self.size
-        while len(pairs):
-            problem.spend(len(pairs), length + 20)
-            demand(len(pairs) < MOST_CELLS, "values fall faster than the cost, or too nearly so, at many places")
-            unclear = [self._unclear(pairs[part], length) for part in batches(len(pairs), length)]
-            pairs = pairs[np.concatenate(unclear)]
-            if length == 1:
-                break
-            length //= 2
-            pairs = np.concatenate([pairs * [1, 1, 2, 1, 2] + [0, 0, a, 0, b] for a in range(2) for b in range(2)])
-        return pairs[:, 0]
-
-    def _unclear(self, pairs: Wholes, length: int) -> Truths:
-        """
-        Tell of which pairs of runs it is not clear that ``W(p) - W(q) <= c |p - q|`` for all p in one, q in the other.
-
-        It is if some vector g of length c has ``W(p) - g . p <= W(q) - g . q`` for all points p and q of them.
-        """
-        cell, *runs = pairs.T
-        costs, inner, n = self.costs[cell], np.arange(length + 1)[:, None], self.size + 1
-        at = [(cell * 6 + side) * n + number * length + inner for side, number in (runs[:2], runs[2:])]
-        (x, to_x), (y, to_y), (value, other) = ([of.ravel()[one] for one in at] for of in (self.x, self.y, self.values))
-        # (any direction would do: this one is in the middle of those that serve the ends of both)
-        dx, dy, fall = (
-            one[[0, 0, -1, -1]] - two[[0, -1, 0, -1]] for one, two in ((x, to_x), (y, to_y), (value, other))
-        )
-        far, mean_x, mean_y = np.hypot(dx, dy), dx.mean(axis=0), dy.mean(axis=0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            reach = np.arccos(np.where(far > 0.0, np.clip(fall / (costs * far), -1.0, 1.0), -1.0))
-        turn = np.arctan2(mean_x * dy - mean_y * dx, mean_x * dx + mean_y * dy)
-        turn = np.arctan2(mean_y, mean_x) + 0.5 * ((turn - reach).max(axis=0) + (turn + reach).min(axis=0))
-        size = costs * (1.0 - 2.0**-45)
-        g_x, g_y = size * np.cos(turn), size * np.sin(turn)
-        is_short = up(up(g_x * g_x) + up(g_y * g_y)) <= down(costs * costs)
-        highest = (value - (g_x * x + g_y * y)).max(axis=0)
-        lowest = (other - (g_x * to_x + g_y * to_y)).min(axis=0)
-        clear = is_short & (highest + self.off[cell] <= lowest)
-        meet = (far == 0.0).any(axis=0) & (runs[0] < 4) & (runs[2] < 4) & (length == 1)
-        return ~np.asarray(clear | meet)
+    length = 1 << max(places.shape[2] - 2, 0).bit_length()
+    some = np.minimum(np.arange(length + 1), places.shape[2] - 1)
+    x, y = np.zeros((2, len(values), 4, length + 1))
+    x[:, :2], y[:, 2:], x[:, 3], y[:, 1] = places[:, :2, some], places[:, 2:, some], sizes[:, :1], sizes[:, 1:]
+    #: Sums are off by less than 2^-49 of their parts.
+    off = 2.0**-46 * (np.abs(values).max(axis=(1, 2)) + costs * sizes.sum(axis=1))
+    border = x, y, values[:, :, some], costs, off
+    cell, one, other = np.indices((len(values), 4, 4)).reshape(3, -1)
+    pairs = np.column_stack([cell, one, 0 * cell, other, 0 * cell])[one != other]
+    while len(pairs):
+        problem.spend(len(pairs), length + 20)
+        demand(len(pairs) < MOST_CELLS, "values fall faster than the cost, or too nearly so, at many places")
+        pairs = pairs[np.concatenate([unclear(pairs[part], length, *border) for part in batches(len(pairs), length)])]
+        if length == 1:
+            break
+        length //= 2
+        pairs = np.concatenate([pairs * [1, 1, 2, 1, 2] + [0, 0, a, 0, b] for a in range(2) for b in range(2)])
+    return np.asarray(pairs[:, 0])
 
 
-def bound_over_cells(described: dict[str, Any], array: Reader, problem: Problem, claimed: float) -> float:
-    """Return the bound of the cost of all paths that cost less than what is claimed; infinite if there are none."""
-    cells, bound = Cells(described, array, problem), 0.0
-    needed = ~cells.closed
+def unclear(pairs: Wholes, length: int, x: Floats, y: Floats, values: Floats, costs: Floats, off: Floats) -> Truths:
+    """
+    Tell of which pairs of runs it is not clear that ``W(p) - W(q) <= c |p - q|`` for all p in one, q in the other.
+
+    It is if some vector g of length c has ``W(p) - g . p <= W(q) - g . q`` for all points p and q of them. Pairs are
+    rows: cell, side and number of the run, side and number of the other one.
+    """
+    cell, *runs = pairs.T
+    costs, inner = costs[cell], np.arange(length + 1)[:, None]
+    at = [(cell, side, number * length + inner) for side, number in (runs[:2], runs[2:])]
+    (x, to_x), (y, to_y), (value, other) = ([of[one] for one in at] for of in (x, y, values))
+    # (any direction would do: this one is in the middle of those that serve the ends of both)
+    dx, dy, fall = (one[[0, 0, -1, -1]] - two[[0, -1, 0, -1]] for one, two in ((x, to_x), (y, to_y), (value, other)))
+    far, mean_x, mean_y = np.hypot(dx, dy), dx.mean(axis=0), dy.mean(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = np.arccos(np.where(far > 0.0, np.clip(fall / (costs * far), -1.0, 1.0), -1.0))
+    turn = np.arctan2(mean_x * dy - mean_y * dx, mean_x * dx + mean_y * dy)
+    turn = np.arctan2(mean_y, mean_x) + 0.5 * ((turn - reach).max(axis=0) + (turn + reach).min(axis=0))
+    size = costs * (1.0 - 2.0**-45)
+    g_x, g_y = size * np.cos(turn), size * np.sin(turn)
+    is_short = up(up(g_x * g_x) + up(g_y * g_y)) <= down(costs * costs)
+    highest = (value - (g_x * x + g_y * y)).max(axis=0)
+    lowest = (other - (g_x * to_x + g_y * to_y)).min(axis=0)
+    meet = (far == 0.0).any(axis=0) & (length == 1)
+    return ~np.asarray((is_short & (highest + off[cell] <= lowest)) | meet)
+
+
+def bound_over_cells(described: dict[str, Any], array: Reader, problem: Problem) -> float:
+    """
+    Return a bound of the cost of all paths, infinite if there are none.
+
+    From each level to the next, cells are left out that no path enters that costs less than the limit.
+    """
+    cells, most, bound = Cells(described, array, problem), math.inf, 0.0
+    is_open, limit = ~cells.closed, limit_of(described)
     demand(0 < len(described["levels"]) < 1 << 6, "there are no points on cells, or too many levels")
     for one in described["levels"]:
-        net = Net(one["points"], array, cells, needed)
-        total = Interval(np.zeros(net.count))
-        ways = [way for way in (("to_goal", 0, 1), ("to_start", 1, 0)) if way[0] in one]
-        demand(ways, "points on cells have no values")
-        for name, begin, end in ways:
-            heights = Heights(one[name], array, net, begin)
-            height = float((heights.at(begin) - heights.at(end)).lo)
-            if heights.is_flat and height > 0.0:
-                return math.inf
-            bound, total = max(bound, height), total + heights.above(end)
-        is_left_out = (net.least(total.lo) >= claimed) & (len(ways) == 2)
-        for (i, x), (j, y) in cells.ends:
-            if x >= 0.0 and y >= 0.0:
-                is_left_out[j, i] = False
-        needed = net.is_open & ~is_left_out
+        net = Net(array(one["parts"], "f", 1), cells, is_open)
+        total, ways = np.zeros(net.count), [name for name in ("to_goal", "to_start") if name in one]
+        for name in ways:
+            heights, (begin, end) = Heights(one[name], array, net), net.ends[:: 1 if name == "to_goal" else -1]
+            above = (heights.whole - heights.whole[end]) * heights.unit
+            if heights.is_flat and above[begin] > 0.0:
+                return most
+            bound, total = max(bound, min(most, float(above[begin]))), down(total + above)
+        most, is_open = limit, is_open & ~((net.least(total) >= limit) & (len(ways) == 2))
     return bound
 
 
@@ -1302,19 +1105,19 @@ def lower_bound(described: dict[str, Any], array: Reader, problem: Problem) -> t
 
     From each grid to the next, pieces are dropped that no path passes that costs less than the limit.
     """
-    limit = math.inf if described["limit"] is None else number_of(described["limit"])
+    limit = limit_of(described)
     demand(described["grids"], "there is no grid")
-    most, grid = math.inf, None
+    most, bound, fault = math.inf, 0.0, "no surface says more"
+    grid: Grid | None = None
     surfaces: list[Surface] = []
     for number, one in enumerate(described["grids"], 1):
-        last, parts = [whole_of(side) for side in one["last"]], whole_of(one["parts"])
-        demand(len(last) == 2, "a grid has other sides than two")
+        (parts,) = numbers_of([one["parts"]], 1, whole=True)
         if grid is None:
-            grid = Grid(problem, last, parts, *all_cells(0, last[0] + 1, 0, last[1] + 1))
-            bound, fault = straight(grid), "the distance of the ends, times the least cost near the goal"
+            last = numbers_of(one["last"], 2, whole=True)
+            grid = Grid.over(problem, last, parts, [0, last[0] + 1, 0, last[1] + 1])
         else:
             demand(len(surfaces) == 2, "a grid that is made finer has one surface")
-            most, grid = limit, grid.finer(kept(surfaces[0], surfaces[1], limit), last, parts)
+            most, grid = limit, grid.finer(kept(surfaces[0], surfaces[1], limit), parts)
         if not grid.leads():
             return most, "the limit is less"
         surfaces = []
@@ -1327,16 +1130,9 @@ def lower_bound(described: dict[str, Any], array: Reader, problem: Problem) -> t
     return bound, fault
 
 
-def straight(grid: Grid) -> float:
-    """Bound the cost of all paths by the distance of the ends, times the least cost as near to the goal as that."""
-    start, goal = grid.problem.start, grid.problem.goal
-    far = length_of(*(Interval(one) - other for one, other in zip(start, goal, strict=True)))
-    return float((far * max(least_cost_around(grid, goal, float(far.hi)), 0.0)).lo)
-
-
 def kept(to_goal: Surface, to_start: Surface, limit: float) -> Truths:
     """Tell which pieces a path that costs less than a limit may pass; those in blocks are kept."""
-    total = down(to_goal.least() + to_start.least()).min(axis=(1, 2))
+    total = down(bezier(to_goal.controls) * to_goal.unit + bezier(to_start.controls) * to_start.unit).min(axis=(1, 2))
     passes = ~(down(down(total - to_goal.loss) - to_start.loss) >= limit)
     return np.asarray(passes | to_goal.in_block | to_start.in_block)
 
@@ -1350,44 +1146,42 @@ def check_free(problem: Problem, path: Floats) -> None:
 
     Between places where a segment meets edges, it is inside or outside as a whole. All of this is exact.
     """
-    edges, ends = problem.edges, [(Fraction(x), Fraction(y)) for x, y in path.tolist()]
-    demand(not is_inside(problem, ends[0]), "the path begins inside an area")
-    for n, ((x, y), (to_x, to_y)) in enumerate(pairwise(ends)):
-        problem.spend(len(edges) + 100)
-        low, high = np.minimum(path[n], path[n + 1]), np.maximum(path[n], path[n + 1])
-        apart = (np.minimum(edges[:, :2], edges[:, 2:]) > high) | (np.maximum(edges[:, :2], edges[:, 2:]) < low)
-        dx, dy, near = to_x - x, to_y - y, edges[~apart.any(axis=1)]
+    low, high = (way(problem.edges[:, :2], problem.edges[:, 2:]) for way in (np.minimum, np.maximum))
+    demand(not is_inside(problem, *exact(path[0])), "the path begins inside an area")
+    for n, (begin, end) in enumerate(pairwise(path)):
+        near = (low <= np.maximum(begin, end)) & (high >= np.minimum(begin, end))
+        (x, y), (dx, dy) = exact(begin), exact(end) - exact(begin)
+        edges = problem.edges[near.all(axis=1)]
+        problem.spend(len(near) + 1000 * len(edges) + 100)
+        ax, ay, bx, by = exact(edges.T)
         # (without any edge near, a segment is where its begin is)
-        if not len(near) or not (dx or dy):
+        if not len(ax) or not (dx or dy):
             continue
-        problem.spend(len(near), 1000)
-        cuts = {Fraction(0), Fraction(1)}
-        for ax, ay, bx, by in (map(Fraction, edge) for edge in near.tolist()):
-            across = dx * (by - ay) - dy * (bx - ax)
-            if across:
-                cuts.add(((ax - x) * (by - ay) - (ay - y) * (bx - ax)) / across)
-            else:
-                cuts |= {((p - x) * dx + (q - y) * dy) / (dx * dx + dy * dy) for p, q in ((ax, ay), (bx, by))}
+        across, to_edge = dx * (by - ay) - dy * (bx - ax), (ax - x) * (by - ay) - (ay - y) * (bx - ax)
+        some = across != 0
+        along = [((p - x) * dx + (q - y) * dy)[~some] / (dx * dx + dy * dy) for p, q in ((ax, ay), (bx, by))]
+        cuts = {Fraction(0), Fraction(1), *(to_edge[some] / across[some]), *np.concatenate(along)}
         for first, last in pairwise(sorted(t for t in cuts if 0 <= t <= 1)):
             t = (first + last) / 2
-            demand(not is_inside(problem, (x + t * dx, y + t * dy)), f"the path crosses an area after waypoint {n}")
+            demand(not is_inside(problem, x + t * dx, y + t * dy), f"the path crosses an area after waypoint {n}")
 
 
-def is_inside(problem: Problem, point: tuple[Fraction, Fraction]) -> bool:
+def exact(numbers: Floats) -> Any:
+    """Return floats as fractions."""
+    return np.array([Fraction(one) for one in numbers.ravel().tolist()], dtype=object).reshape(numbers.shape)
+
+
+def is_inside(problem: Problem, x: Fraction, y: Fraction) -> bool:
     """Tell whether a point is inside of areas, and not on an edge."""
-    (x, y), inside, edges = point, False, problem.edges
-    near, margin = float(y), 2.0**-40 * max(1.0, abs(float(y)))
-    low, high = np.minimum(edges[:, 1], edges[:, 3]), np.maximum(edges[:, 1], edges[:, 3])
-    some = edges[(low <= near + margin) & (high >= near - margin)].tolist()
-    problem.spend(len(edges) + 1000 * len(some))
-    for edge in some:
-        ax, ay, bx, by = map(Fraction, edge)
-        side = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
-        if side == 0 and min(ax, bx) <= x <= max(ax, bx) and min(ay, by) <= y <= max(ay, by):
-            return False
-        if (ay > y) != (by > y):
-            inside ^= (side > 0) == (by > ay)
-    return inside
+    edges, margin = problem.edges, 2.0**-40 * max(1.0, abs(float(y)))
+    below, above = edges[:, [1, 3]].min(axis=1) - margin, edges[:, [1, 3]].max(axis=1) + margin
+    near = edges[(below <= float(y)) & (above >= float(y))]
+    problem.spend(len(edges) + 1000 * len(near))
+    ax, ay, bx, by = exact(near.T)
+    side = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+    is_on = (side == 0) & ((ax - x) * (bx - x) <= 0) & ((ay - y) * (by - y) <= 0)
+    crosses = ((ay > y) != (by > y)) & ((side > 0) == (by > ay))
+    return bool(not is_on.any() and crosses.sum() % 2 == 1)
 
 
 def upper_bound(problem: Problem, path: Floats) -> float:
@@ -1396,42 +1190,44 @@ def upper_bound(problem: Problem, path: Floats) -> float:
 
     The rule of Gauss with two places is off by at most ``l^5 / 4320 max |F''''|`` on a part of length l. The latter is
     at most ``s_4 + 4 s_3 s_1 + 3 s_2^2 + 6 s_2 s_1^2 + s_1^4``, where s_n sums up the greatest n-th derivatives of all
-    f_i: p / s^n times 0.607, 1, 1.381 and 3 for n from 1 to 4. For rasters, see `risk_of_raster`.
+    f_i: p / s^n times 0.607, 1, 1.381 and 3 for n from 1 to 4. With ``s_n <= r^n``, that is at most ``15 r^4``. For
+    rasters, see `risk_of_raster`.
     """
     demand(path.shape[1] == 2 and len(path) > 0, "a path is not a list of points")
-    demand(tuple(path[0]) == problem.start and tuple(path[-1]) == problem.goal, "the path does not join start and goal")
-    inside = (path >= problem.bounds[:2]) & (path <= problem.bounds[2:])
-    demand(inside.all(), "the path leaves the map")
+    demand(
+        path[0].tolist() == problem.start and path[-1].tolist() == problem.goal, "the path does not join start and goal"
+    )
+    demand(((path >= problem.bounds[:2]) & (path <= problem.bounds[2:])).all(), "the path leaves the map")
     check_free(problem, path)
     sides = [Interval(path[1:, axis]) - path[:-1, axis] for axis in range(2)]
     length = length_of(*sides).hi
     total = cost = float(up(math.fsum(length.tolist())))
-    if problem.k == 0.0:
-        return total
-    one, two, three, four = (
-        sum(most * peak / spread**n for _, _, spread, peak in problem.threats)
-        for n, most in enumerate((0.607, 1.0, 1.381, 3.0), 1)
-    )
-    bend = (four + 4.0 * three * one + 3.0 * two**2 + 6.0 * two * one**2 + one**4) * (1.0 + 1e-9)
-    # so fine that the error is a part of 1e-7 of the length
-    finest = max((4320e-7 / max(problem.k * bend, 1e-300)) ** 0.25, total / MOST_STEPS)
-    counts = np.maximum(np.ceil(length / finest), 1.0)
-    problem.spend(counts.sum(), 10 + 2 * len(problem.threats))
-    which, number = ranges(np.zeros(len(counts)), counts - 1.0)
-    for part in batches(len(which)):
-        segment, n = which[part], counts[which[part]]
-        step, risk = Interval(length[segment]) / n, Interval(0.0)
-        for place in (0.5 - GAUSS, 0.5 + GAUSS):
-            t, clear = (Interval(number[part].astype(np.float64)) + place) / n, Interval(np.ones(len(segment)))
-            x, y = (t * side[segment] for side in sides)
-            for at_x, at_y, spread, peak in problem.threats:
-                # (the difference of two places is closer than a place, on a small map far from (0, 0))
-                dx, dy = x + (Interval(path[segment, 0]) - at_x), y + (Interval(path[segment, 1]) - at_y)
-                square = dx.square() + dy.square()
-                clear = clear * (1.0 - exp(square / Interval(spread).square() * -0.5) * peak)
-            risk = risk + (1.0 - clear).within(0.0, 1.0) * 0.5
-        risk = risk + step.square().square() * bend / 4320.0
-        cost = float(up(cost + math.fsum((risk * step * problem.k).hi.tolist())))
+    if problem.threats and problem.k > 0.0:
+        # (the rate of change: no n-th root of s_n is greater)
+        rate = max(
+            sum(most * peak / spread**n for _, _, spread, peak in problem.threats) ** (1.0 / n)
+            for n, most in enumerate((0.607, 1.0, 1.381, 3.0), 1)
+        )
+        bend = 15.0 * rate**4 * (1.0 + 1e-9)
+        # so fine that the error is a part of 1e-7 of the length
+        finest = max((4320e-7 / max(problem.k * bend, 1e-300)) ** 0.25, total / MOST_STEPS)
+        counts = np.maximum(np.ceil(length / finest), 1.0)
+        problem.spend(counts.sum(), 10 + 2 * len(problem.threats))
+        which, number = ranges(np.zeros(len(counts)), counts - 1.0)
+        for part in batches(len(which)):
+            segment, n = which[part], counts[which[part]]
+            step = Interval(length[segment]) / n
+            risk = step.square().square() * bend / 4320.0
+            for place in (0.5 - GAUSS, 0.5 + GAUSS):
+                t, clear = (Interval(number[part].astype(np.float64)) + place) / n, Interval(np.ones(len(segment)))
+                x, y = (t * side[segment] for side in sides)
+                for at_x, at_y, spread, peak in problem.threats:
+                    # (the difference of two places is closer than a place, on a small map far from (0, 0))
+                    dx, dy = x + (Interval(path[segment, 0]) - at_x), y + (Interval(path[segment, 1]) - at_y)
+                    square = (dx.square() + dy.square()) / Interval(spread).square()
+                    clear = clear * (1.0 - exp(square * -0.5) * peak)
+                risk = risk + (1.0 - clear) * 0.5
+            cost = float(up(cost + math.fsum((risk * step * problem.k).hi.tolist())))
     for raster in problem.rasters:
         cost = float(up(cost + risk_of_raster(problem, raster, path, length) * problem.k * (1.0 + 4.0 * ULP)))
     return cost
@@ -1468,26 +1264,18 @@ class Result(TypedDict):
     problem: str
 
 
-def number_of(x: object) -> float:
-    """Return a finite number of a file."""
-    demand(isinstance(x, int | float) and not isinstance(x, bool), "a number is none")
-    found = float(x)  # type: ignore[arg-type]
-    demand(abs(found) < 1e120, "a number is not finite, or too great")
-    return found
+def numbers_of(x: Any, count: int, *, whole: bool = False) -> Any:
+    """Return so many numbers of a file, whole ones or finite floats."""
+    demand(isinstance(x, list) and len(x) == count, "there are more or fewer numbers than needed")
+    for one in x:
+        demand(isinstance(one, int if whole else int | float) and not isinstance(one, bool), "a number is none")
+        demand(abs(one) < (1 << 50 if whole else 1e120), "a number is not finite, or too great")
+    return x if whole else [float(one) for one in x]
 
 
-def whole_of(x: object) -> int:
-    """Return a whole number of a file."""
-    if not isinstance(x, int) or isinstance(x, bool) or abs(x) >= 1 << 50:
-        msg = "a whole number is none"
-        raise Refused(msg)
-    return x
-
-
-def point_of(x: Any) -> Point:
-    """Return two numbers of a file."""
-    demand(isinstance(x, list) and len(x) == 2, "a point is not two numbers")
-    return number_of(x[0]), number_of(x[1])
+def limit_of(described: dict[str, Any], name: str = "limit") -> float:
+    """Return a number of a file; null stands for infinity."""
+    return math.inf if described[name] is None else float(numbers_of([described[name]], 1)[0])
 
 
 def check(file: Any, most_work: float = MOST_WORK) -> Result:
@@ -1509,8 +1297,8 @@ def check(file: Any, most_work: float = MOST_WORK) -> Result:
     try:
         with zipfile.ZipFile(file) as archive:
             demand(sum(one.file_size for one in archive.infolist()) < MOST_IN_ALL, "the file is too large")
-            text = _part_of(archive, "proof.json", MOST_TEXT)
-            return proven(json.loads(text), _reader(archive), most_work)
+            demand(archive.getinfo("proof.json").file_size < MOST_TEXT, "the description is too large")
+            return proven(json.loads(archive.read("proof.json")), _reader(archive), most_work)
     except Refused:
         raise
     except Exception as error:  # any error that a file leads to is a fault of the file
@@ -1518,30 +1306,20 @@ def check(file: Any, most_work: float = MOST_WORK) -> Result:
         raise Refused(msg) from error
 
 
-def _part_of(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
-    # (a name goes into messages)
-    demand(name.isascii() and name.isprintable(), "a name of an array is not plain")
-    demand(archive.getinfo(name).file_size < most, f"{name} is too large")
-    with archive.open(name) as stream:
-        return stream.read(most)
-
-
 def _reader(archive: zipfile.ZipFile) -> Reader:
-    read = 0
+    left = [MOST_IN_ALL]
 
     def array(name: str, kind: str, axes: int) -> Any:
-        nonlocal read
-        found = np.lib.format.read_array(io.BytesIO(_part_of(archive, name, MOST_BYTES)), allow_pickle=False)
-        demand(8 * found.size <= MOST_BYTES, f"{name} is too large")
-        # (a file may name an array as often as it likes)
-        read += 8 * found.size
-        demand(read < MOST_IN_ALL, "the arrays that are named are too large together")
+        # (a name goes into messages; and a file may name an array as often as it likes)
+        demand(name.isascii() and name.isprintable(), "a name of an array is not plain")
+        with archive.open(name) as stream:
+            found = np.lib.format.read_array(stream, allow_pickle=False)
+        left[0] -= 8 * found.size
+        demand(left[0] > 0, "the arrays that are named are too large together")
         demand(found.ndim == axes and found.dtype.kind in kind, f"{name} is of another kind")
-        if kind == "i":
-            return found.astype(np.int64)
-        floats = found.astype(np.float64)
-        demand((np.abs(floats) < 1e120).all(), f"{name} is not finite, or too great")
-        return floats
+        numbers = found.astype(np.float64 if kind == "f" else np.int64)
+        demand(kind == "i" or (np.abs(numbers) < 1e120).all(), f"{name} is not finite, or too great")
+        return numbers
 
     return array
 
@@ -1551,10 +1329,10 @@ def proven(described: dict[str, Any], array: Reader, most_work: float = MOST_WOR
     known = described.get("format") == FORMAT and described.get("version") == VERSION
     demand(known, f"the format is not {FORMAT} of version {VERSION}")
     problem = Problem(described["problem"], array, most_work)
-    lower = math.inf if described["lower"] is None else number_of(described["lower"])
+    lower = limit_of(described, "lower")
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         if "cells" in described:
-            bound, fault = bound_over_cells(described["cells"], array, problem, lower), "the values are not higher"
+            bound, fault = bound_over_cells(described["cells"], array, problem), "the values are not higher"
         else:
             bound, fault = lower_bound(described, array, problem)
         demand(bound >= lower, lambda: f"the surfaces prove {bound!r}, which is less than {lower!r}: {fault}")
@@ -1563,16 +1341,16 @@ def proven(described: dict[str, Any], array: Reader, most_work: float = MOST_WOR
 
 
 def digest(described: dict[str, Any], array: Reader) -> str:
-    """Return a digest of a problem: that of its numbers and arrays."""
-    found = hashlib.sha256()
-    arrays = [described["threats"], *described["rings"], *(one["values"] for one in described["rasters"])]
-    bare = {name: one for name, one in described.items() if name not in {"threats", "rings", "rasters"}}
-    rasters = [{name: one for name, one in raster.items() if name != "values"} for raster in described["rasters"]]
-    found.update(json.dumps([bare, rasters], sort_keys=True).encode())
-    for name in arrays:
+    """Return a digest of a problem: of its description, with digests instead of the names of arrays."""
+
+    def named(name: str) -> str:
         values = array(name, "f", 2)
-        found.update(repr(values.shape).encode() + values.astype("<f8").tobytes())
-    return found.hexdigest()
+        return hashlib.sha256(repr(values.shape).encode() + values.astype("<f8").tobytes()).hexdigest()
+
+    rings = [named(one) for one in described["rings"]]
+    rasters = [one | {"values": named(one["values"])} for one in described["rasters"]]
+    whole = described | {"threats": named(described["threats"]), "rings": rings, "rasters": rasters}
+    return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()
 
 
 def main(arguments: list[str]) -> int:

@@ -31,7 +31,7 @@ from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
 from cgla_graph.certificate.finer import seeds_beyond
 from cgla_graph.certificate.proof_of_cells import beside_lines, describe_cells
 from cgla_graph.certificate.proof_target import ON_EARTH, is_on_earth, proof_target, require_provable
-from cgla_graph.certificate.subsolution import Level, Subsolution, first_grid, least_loss, next_grid
+from cgla_graph.certificate.subsolution import Level, Subsolution, first_grid, least_loss
 from cgla_graph.eikonal import cell_runs, marching_kernels
 from cgla_graph.eikonal.marching import march
 from cgla_graph.eikonal.mesh import SplineMesh
@@ -41,7 +41,7 @@ from cgla_graph.model.problem import Problem, problem_wanted
 #: Columns or rows of a rectangle of cells: the first ones and those after the last, west, east, south, north.
 Rectangle: TypeAlias = list[int]
 #: Grids inside blocks are so many times as fine, an odd number, and go so many levels deep.
-FINER, AROUND_ENDS, AROUND_CORNERS = 5, 2, 2
+FINER, AROUND_ENDS, AROUND_CORNERS = 5, 3, 2
 #: Differences of control values are along rows, 1, or along rows and columns, 2, which takes a fourth less.
 AXES = 2
 #: A step of control values, in spacings times the tolerance, and cells of a grid, at most.
@@ -368,12 +368,11 @@ class _Writer:
             worth = 0.05 * max(self.tolerance * best, most - best) if math.isfinite(most) else math.inf
             level = Level.lay(problem, last, runs, worth, path, widest=1.0)
             parts = parts_of(level.mesh)
-            one: dict[str, Any] = {"last": list(last), "parts": parts}
+            one: dict[str, Any] = {"parts": parts} if described else {"last": list(last), "parts": parts}
             if grid is None:
-                grid = checker.Grid(self.checked, list(last), parts, *checker.all_cells(0, last[0] + 1, 0, last[1] + 1))
-                best = min(cost, checker.straight(grid))
+                grid = checker.Grid.over(self.checked, list(last), parts, [0, last[0] + 1, 0, last[1] + 1])
             else:
-                grid = grid.finer(kept, list(last), parts)
+                grid = grid.finer(kept, parts)
             sheet = _Sheet.on(level.mesh, grid)
             found = level.both(
                 0.05 * self.tolerance, charge=True, known=cost, wanted=cost / (1.0 + 0.5 * self.tolerance)
@@ -390,7 +389,7 @@ class _Writer:
             best = max(best, bound)
             if not best * (1.0 + self.tolerance) < cost < math.inf:
                 return whole, best
-            finer = next_grid(problem, last)
+            finer = 2 * last[0], 2 * last[1]
             kept = checker.kept(surfaces["to_goal"][1], surfaces["to_start"][1], cost)
             columns, rows = grid.columns[kept].astype(np.int32), grid.rows[kept].astype(np.int32)
             runs = cell_runs.clipped(cell_runs.refined(cell_runs.runs_of(columns, rows), last, finer), finer)
@@ -476,7 +475,7 @@ class _Writer:
         first = [one + (one > 0) for one in low]
         final = [one - (one < most) for one, most in zip(high, last, strict=True)]
         box = [first[0], final[0] + 1, first[1], final[1] + 1]
-        sheet = _Sheet.on(level.mesh, outer.grid.inside_block(FINER, 0, tuple(box)), low)
+        sheet = _Sheet.on(level.mesh, outer.grid.inside_block(FINER, 0, box), low)
         centre = level.goal_block.centre[0] + low[0], level.goal_block.centre[1] + low[1]
         block: dict[str, Any] = {"cells": _around(centre, level.reach)}
         if levels > 1 and self.floats_across() >= LEAST_FLOATS * FINER * max(last):
@@ -517,7 +516,7 @@ class _Writer:
         away = np.minimum.reduce([columns - low[0], high[0] - columns, rows - low[1], high[1] - rows])
         keep = (away >= 0) & mesh.matters
         box = [low[0], high[0] + 1, low[1], high[1] + 1]
-        sheet = _Sheet.on(mesh, outer.grid.inside_block(FINER, parts_of(mesh), tuple(box)), first)
+        sheet = _Sheet.on(mesh, outer.grid.inside_block(FINER, parts_of(mesh), box), first)
         is_finer = levels > 1 and self.floats_across() >= LEAST_FLOATS * FINER * max(last)
         laid = corners_of(problem, mesh, LEAST_REACH, [])[0] if is_finer else []
         # (further blocks need a box of their own inside this one, and are not across the rim)
@@ -570,12 +569,8 @@ def differences(numbers: WholeArray, grid: checker.Grid, axes: int) -> WholeArra
     """Return the second differences of control values along rows, and along columns for two axes."""
     steps = np.diff(numbers, 2, prepend=[0, 0])
     if axes == 2:  # noqa: PLR2004 - rows and columns
-        order, begin = checker.columns_of(grid)
-        for _ in range(2):
-            some = steps[order]
-            lower = np.append(0, some[:-1])
-            lower[begin] = 0
-            steps[order] = some - lower
+        order = checker.by_columns(grid)
+        steps[order] = np.diff(steps[order], 2, prepend=[0, 0])
     return steps
 
 

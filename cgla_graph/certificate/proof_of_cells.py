@@ -18,7 +18,6 @@ from scipy import ndimage
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.certificate import check_proof as checker
 from cgla_graph.certificate.cell_proof import CellProof
-from cgla_graph.eikonal import cell_runs
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster_kernels import NEAR_X
 from cgla_graph.regions import bound
@@ -29,14 +28,12 @@ from cgla_graph.regions.arrangement import SAME
 STEP, LESS = 1.0 / 128.0, (1.0 / 40.0, 1.0 / 8.0, 1.0)
 #: Cells inside of areas, and their neighbours, corners included.
 AROUND = np.ones((3, 3), dtype=np.bool_)
-#: Lines as near as this part of the least cell belong to one strip.
-NEAR = 4.0 * SAME
+#: Lines as near as this part of the least cell belong to one strip; start and goal as near as this part of a cell.
+NEAR, NEAR_END = 4.0 * SAME, 1e-4
 #: Cells and points of the largest grid of a spline that this may take the place of.
 MAX_CELLS = 1_000_000
 #: Paths along lines are moved by up to so many ulps.
 BESIDE = 2
-#: Cells are left out if all paths there cost so many times as much as a known one, of which no more is claimed.
-MORE = 1.0 + 1e-12
 #: A level has to close so much of the gap, or no further one is made.
 LEAST_GAIN = 0.1
 
@@ -82,7 +79,7 @@ def describe_cells(
     except checker.Refused:
         return None
     if apart := writer.apart():
-        return {**writer.lines, "levels": [apart]}, math.inf, False
+        return {**writer.lines, "limit": None, "levels": [apart]}, math.inf, False
     best, levels = 0.0, []
     while (level := writer.level(cost)) is not None:
         described, found, needed = level
@@ -93,7 +90,8 @@ def describe_cells(
         proof.cells = proof.cells.without(~needed)
         if proof.finer((cost / best - 1.0) / tolerance):
             break
-    return ({**writer.lines, "levels": levels}, best, proof.loose) if levels else None
+    limit = cost if math.isfinite(cost) else None
+    return ({**writer.lines, "limit": limit, "levels": levels}, best, proof.loose) if levels else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +110,12 @@ class _CellWriter:
         cls, problem: Problem, checked: checker.Problem, archive: Store, proof: CellProof, tolerance: float
     ) -> "_CellWriter":
         """Describe the lines, and take the costs and the closed cells that the checker finds."""
-        strips = [_strips(problem, checked, axis, lines) for axis, lines in enumerate((proof.cells.x, proof.cells.y))]
+        least = min(float(np.diff(lines).min()) for lines in (proof.cells.x, proof.cells.y))
+        # (start and goal are corners of cells)
+        x, y = np.array([problem.start, problem.goal]).T
+        proof.cells = proof.cells.with_lines(x, y, NEAR_END)
+        lines = proof.cells.x, proof.cells.y
+        strips = [_strips(problem, checked, axis, of, NEAR * least) for axis, of in enumerate(lines)]
         described = {name: archive.add(lines, name) for name, lines in zip("xy", strips, strict=True)}
         cells = checker.Cells(described, archive.array, checked)
         costs = np.where(cells.closed, math.inf, cells.costs)
@@ -128,13 +131,7 @@ class _CellWriter:
 
     def net(self, parts: FloatArray) -> tuple[dict[str, Any], checker.Net]:
         """Describe points on the sides of the open cells."""
-        is_open = self.proof.is_open
-        rows, columns = np.nonzero(is_open)
-        described = {
-            "parts": self.archive.add(parts, "parts"),
-            "runs": self.archive.add(cell_runs.runs_of(columns.astype(np.int32), rows.astype(np.int32)), "runs"),
-        }
-        return described, checker.Net(described, self.archive.array, self.cells, is_open)
+        return {"parts": self.archive.add(parts, "parts")}, checker.Net(parts, self.cells, self.proof.is_open)
 
     def apart(self) -> dict[str, Any]:
         """Describe values that tell the start from the goal if no cells that touch lead from one to the other."""
@@ -147,63 +144,47 @@ class _CellWriter:
             return {}
         described, net = self.net(np.empty(0))
         numbers = np.zeros(net.count, dtype=np.int64)
-        numbers[0] = 1
         numbers[net.points(slice(None))[~np.isin(part[net.rows, net.columns], list(goal))]] = 1
         values = self.values(numbers, 0)
-        is_flat = checker.Heights(values, self.archive.array, net, 0).is_flat
-        return {"points": described, "to_goal": values} if is_flat else {}
+        is_flat = checker.Heights(values, self.archive.array, net).is_flat
+        return described | {"to_goal": values} if is_flat else {}
 
     def level(self, cost: float) -> tuple[dict[str, Any], float, BoolArray] | None:
         """Describe values at points; return also the bound, and the cells that a path of less than a cost may enter."""
         points = bound.lay(self.proof.cells, self.proof.m)
         if points is None:
             return None
-        held, net = self.net(points.parts)
-        described: dict[str, Any] = {"points": held}
+        described, net = self.net(points.parts)
         reach = 1.01 * cost if math.isfinite(cost) else math.inf
-        best, total = 0.0, checker.Interval(np.zeros(net.count))
+        best, total = 0.0, np.zeros(net.count)
         ends = self.problem.goal, self.problem.start
-        for name, end, other, number in (("to_goal", *ends, 1), ("to_start", *ends[::-1], 0)):
+        for name, end, number in (("to_goal", ends[0], 1), ("to_start", ends[1], 0)):
             values = bound.values_to(points, end, reach)
-            height = bound.bound_at(points, values, other, end)
-            of_ends = (height, 0.0) if number else (0.0, height)
             corners = values[: points.n_corners][net.corner.ravel() >= 0]
-            whole = np.concatenate([of_ends, corners, values[points.n_corners :]])
-            found = self.heights(whole, net, number)
+            found = self.heights(np.concatenate([corners, values[points.n_corners :]]), net, number)
             if found is None:
                 return None
-            described[name], heights = found
-            best = max(best, float((heights.at(1 - number) - heights.at(number)).lo))
-            total = total + heights.above(number)
-        return described, best, (net.least(total.lo) < MORE * cost) | self.around_ends()
+            described[name], above = found
+            best, total = max(best, float(above[net.ends[1 - number]])), checker.down(total + above)
+        return described, best, net.least(total) < cost
 
-    def heights(self, values: FloatArray, net: checker.Net, end: int) -> tuple[dict[str, Any], checker.Heights] | None:
-        """Describe values at points and at both ends, as high as the checker takes them; None if it takes none."""
+    def heights(self, values: FloatArray, net: checker.Net, end: int) -> tuple[dict[str, Any], FloatArray] | None:
+        """Describe values at points as high as the checker takes them, and above the end's; None if it takes none."""
         least = float(np.diff(net.parts).min()) * min(float(size.min()) for size in self.cells.sizes)
         exponent = -math.floor(math.log2(least * self.tolerance * STEP))
         for less in LESS:
             numbers = np.rint(np.ldexp(values / (1.0 + less * self.tolerance), exponent)).astype(np.int64)
-            # (an end is not rounded the wrong way)
-            numbers[end] += 1
-            numbers[1 - end] -= 1
             described = self.values(numbers, exponent)
             try:
-                return described, checker.Heights(described, self.archive.array, net, 1 - end)
+                found = checker.Heights(described, self.archive.array, net)
             except checker.Refused:
                 continue
+            return described, (found.whole - found.whole[net.ends[end]]) * found.unit
         return None
 
     def values(self, numbers: WholeArray, exponent: int) -> dict[str, Any]:
         """Describe whole numbers as values."""
         return {"exponent": exponent, "values": self.archive.add(np.diff(numbers, prepend=0), "values")}
-
-    def around_ends(self) -> BoolArray:
-        """Return the cells that the start or the goal is in, or on the border of."""
-        found = np.zeros(self.cells.shape, dtype=np.bool_)
-        for end in (self.problem.start, self.problem.goal):
-            for cell in self.proof.cells.cells_of(end):
-                found[cell] = True
-        return found
 
 
 def beside_lines(path: FloatArray, checked: checker.Problem) -> FloatArray:
@@ -272,7 +253,7 @@ def _risk(checked: checker.Problem, point: list[Fraction]) -> Fraction:
     return sum((raster.exact([point], point)[0] for raster in checked.rasters), Fraction(0))
 
 
-def _strips(problem: Problem, checked: checker.Problem, axis: int, lines: FloatArray) -> FloatArray:
+def _strips(problem: Problem, checked: checker.Problem, axis: int, lines: FloatArray, near: float) -> FloatArray:
     """
     Return strips around lines, shape ``(n, 2)``, that hold the lines of rasters nearby.
 
@@ -285,12 +266,15 @@ def _strips(problem: Problem, checked: checker.Problem, axis: int, lines: FloatA
         held += [(float(place), float(place)) for place in (first, last)]
         held += [(_beside(place, -math.inf) - off, _beside(place, math.inf) + off) for place in inner]
     low, high = np.array(sorted(held)).T
-    near = NEAR * float(np.diff(lines).min()) + float((high - low).max())
+    near += float((high - low).max())
     first_held, last_held = np.searchsorted(low, [lines - near, lines + near])
     strips = np.column_stack([lines, lines])
     for n in np.flatnonzero(first_held < last_held).tolist():
         some = slice(int(first_held[n]), int(last_held[n]))
         strips[n] = min(float(low[some].min()), lines[n]), max(float(high[some].max()), lines[n])
+    for at in (problem.start[axis], problem.goal[axis]):
+        n = int(np.abs(lines - at).argmin())
+        strips[n] = min(strips[n, 0], at), max(strips[n, 1], at)
     return strips
 
 

@@ -143,15 +143,16 @@ class Arrangement:
         x, y = _in_parts(self.x, across), _in_parts(self.y, up)
         return Arrangement.laid(x, y, np.repeat(np.repeat(self.costs, up, axis=0), across, axis=1))
 
-    def with_lines(self, x: FloatArray, y: FloatArray) -> "Arrangement":
+    def with_lines(self, x: FloatArray, y: FloatArray, apart: float = APART) -> "Arrangement":
         """
         Divide cells at further lines, but for those beside others.
 
         Parameters
         ----------
         x, y
-            The lines, map units; those that are outside, or nearer to another line than `APART` of a cell, are left
-            out.
+            The lines, map units; those that are outside, or too near to another line, are left out.
+        apart
+            How far they have to be from other lines, as a part of a cell.
 
         Examples
         --------
@@ -160,7 +161,7 @@ class Arrangement:
         >>> more.x.tolist(), more.costs.tolist()
         ([0.0, 0.5, 1.0, 2.0], [[1.0, 1.0, 2.0]])
         """
-        (x, column), (y, row) = (_further(lines, more) for lines, more in ((self.x, x), (self.y, y)))
+        (x, column), (y, row) = (_further(lines, more, apart) for lines, more in ((self.x, x), (self.y, y)))
         costs = self.costs[np.ix_(row[:-1], column[:-1])]
         divided = Arrangement.laid(x, y, costs, self.block)
         if self.along is None:
@@ -408,14 +409,14 @@ def _in_parts(lines: FloatArray, times: int) -> FloatArray:
     return np.append(parts.ravel(), lines[-1])
 
 
-def _further(lines: FloatArray, more: FloatArray) -> tuple[FloatArray, IntArray]:
+def _further(lines: FloatArray, more: FloatArray, apart: float) -> tuple[FloatArray, IntArray]:
     """Return lines and some of `more` between them, and the number of the last old one up to each."""
     kept = lines.tolist()
     for at in np.sort(more).tolist():
         number = int(np.searchsorted(kept, at))
         if 0 < number < len(kept):
             low, high = kept[number - 1], kept[number]
-            step = APART * min(high - low, float(np.diff(lines)[np.searchsorted(lines, at) - 1]))
+            step = apart * min(high - low, float(np.diff(lines)[np.searchsorted(lines, at) - 1]))
             if low + step < at < high - step:
                 kept.insert(number, at)
     found = np.array(kept)

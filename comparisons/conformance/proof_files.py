@@ -170,7 +170,7 @@ def without_file(name: str) -> str:
 
 def main() -> None:
     """Write all proof files, store small ones in the folder that is given, and write the records there."""
-    home, made, total = Path(sys.argv[1]), list[ProofRecord](), 0
+    home, found, total = Path(sys.argv[1]), list[tuple[ProofRecord, bytes]](), 0
     stored = files.make_folder(home / FOLDER)
     for old in stored.glob("*.proof"):
         old.unlink()
@@ -180,20 +180,22 @@ def main() -> None:
             if proof.found is None:
                 continue
             data, lower = proof.file.read_bytes(), proof.found["lower"]
-            is_small = len(data) <= MOST_BYTES and total + len(data) <= MOST_IN_ALL
-            if is_small:
-                total += len(data)
-                files.write_bytes(stored / proof.file.name, data)
-            made.append(
-                ProofRecord(
-                    name=one.name,
-                    tolerance=tolerance_of(one),
-                    lower_bound=lower if math.isfinite(lower) else None,
-                    bytes=len(data),
-                    problem=proof.found["problem"],
-                    is_stored=is_small,
-                )
+            record = ProofRecord(
+                name=one.name,
+                tolerance=tolerance_of(one),
+                lower_bound=lower if math.isfinite(lower) else None,
+                bytes=len(data),
+                problem=proof.found["problem"],
+                is_stored=False,
             )
+            found.append((record, data))
+    # (the smallest ones first)
+    for record, data in sorted(found, key=lambda one: one[0].bytes):
+        total += record.bytes
+        record.is_stored = record.bytes <= MOST_BYTES and total <= MOST_IN_ALL
+        if record.is_stored:
+            files.write_bytes(stored / f"{record.name}.proof", data)
+    made = [record for record, _ in found]
     lines = ",\n".join(json.dumps(one.model_dump(mode="json"), separators=(",", ":")) for one in made)
     files.write_text(home / FILE, f'{{"proofs":[\n{lines}\n]}}\n')
 

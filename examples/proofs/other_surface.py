@@ -55,7 +55,7 @@ def rows(columns, weights, n):
 
 # The checker lays the grid: cells (0, 0) to (N, N) around nodes; 3 x 3 values around each, and lower costs at 3 x 3 places.
 problem = check_proof.Problem(json.loads(json.dumps(PROBLEM)), read)
-grid = check_proof.Grid(problem, [N, N], 0, *check_proof.all_cells(0, N + 1, 0, N + 1))
+grid = check_proof.Grid.over(problem, [N, N], 0, [0, N + 1, 0, N + 1])
 around, n = grid.controls, int(grid.controls.max()) + 1
 
 # Slopes at 3 x 3 places of a cell are means of differences of values, times N.

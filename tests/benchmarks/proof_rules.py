@@ -38,20 +38,14 @@ def bounds(problem: cg.Problem, cost: float, path: Any, count: int) -> tuple[lis
     described = proof_file.describe_problem(problem, archive)
     checked = checker.Problem(described, archive.array)
     writer = proof_file._Writer(problem, archive, checked, 1e-3)
-    grids, cells, laid = [], [], checker.Grid.finer
+    cells, laid = [], checker.Grid.finer
 
     def finer(grid: checker.Grid, *rest: Any) -> checker.Grid:  # noqa: ANN401 - passed on
+        if len(cells) + 1 == count:
+            raise StopIteration
         found = laid(grid, *rest)
         cells.append(len(found.columns) / ((found.last[0] + 1) * (found.last[1] + 1)))
         return found
-
-    original = proof_file.next_grid
-
-    def next_one(*rest: Any) -> tuple[int, int]:  # noqa: ANN401 - passed on
-        grids.append(1)
-        if len(grids) == count:
-            raise StopIteration
-        return original(*rest)
 
     found: list[float] = []
     bound = checker.Surface.bound
@@ -62,7 +56,6 @@ def bounds(problem: cg.Problem, cost: float, path: Any, count: int) -> tuple[lis
 
     with (
         patch.object(checker.Grid, "finer", finer),
-        patch.object(proof_file, "next_grid", next_one),
         patch.object(checker.Surface, "bound", noted),
         contextlib.suppress(StopIteration),
     ):

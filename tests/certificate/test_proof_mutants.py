@@ -115,7 +115,8 @@ def slit(described: Described, arrays: Arrays, draw: Draw) -> None:
         arrays[name] = shapely.get_coordinates(ring)[:-1]
     for grid in described.get("grids", []):
         grid["parts"] = int(draw.choice([0, 2, 16, 128]))
-        grid["last"] = [int(side * draw.uniform(0.1, 1.5)) for side in grid["last"]]
+        if "last" in grid:
+            grid["last"] = [int(side * draw.uniform(0.1, 1.5)) for side in grid["last"]]
 
 
 def no_path_or_refused(problem: cg.Problem, seed: int) -> bool:

@@ -81,8 +81,7 @@ def _relaid(one: Described, arrays: Arrays, before: tuple[Described, Arrays], dr
     new = one["grids"][0] = {"last": [side + cells for side in old["last"]], "parts": old["parts"]}
     one["grids"] = one["grids"][:1]
     problem = checker.Problem(one["problem"], archive_of(arrays).array)
-    columns, rows = checker.all_cells(0, new["last"][0] + 1, 0, new["last"][1] + 1)
-    laid = places_of(checker.Grid(problem, new["last"], new["parts"], columns, rows))
+    laid = places_of(checker.Grid.over(problem, new["last"], new["parts"], [0, 1 << 40, 0, 1 << 40]))
     for name in ("to_goal", "to_start"):
         surface = copy.deepcopy(old[name]) | {"blocks": [], "values": f"new-{name}.npy"}
         block = surface["end"]
@@ -308,7 +307,7 @@ def cells_dropped(one: Described, arrays: Arrays, draw: Draw, more: float) -> li
         )  # fmt: skip
     if draw.random() < 0.8:
         # (a grid on which no way leads from start to goal needs no surface)
-        one["grids"] = [first, {key: one["grids"][1][key] for key in ("last", "parts")}]
+        one["grids"] = [first, {"parts": one["grids"][1]["parts"]}]
     return []
 
 
@@ -368,7 +367,7 @@ def wall_across(one: Described, arrays: Arrays, draw: Draw, more: float) -> list
             column = int(laid.last[0] * draw.uniform(0.4, 0.6))
             cells = [column, column + 2, -1, laid.last[1] + 2]
             box = [finer * column - 2 * finer, finer * column + 4 * finer, -1, finer * laid.last[1] + 2]
-            block_laid = checker.Grid.inside_block(laid, finer, 0, tuple(box))
+            block_laid = laid.inside_block(finer, 0, box)
             height = draw.uniform(0.0, 1.0) * by
             places = places_of(block_laid)
             low, high = laid.problem.bounds[0], laid.problem.bounds[2]
@@ -480,8 +479,8 @@ def mutant(problem: cg.Problem, tolerance: float, change: Change, draw: Draw) ->
         return None
     claim = min(lower, cost * (1.0 + above)) if on_map else cost * (1.0 + above)
     described["lower"] = claim
-    if "limit" in described:
-        described["limit"] = max(claim, described["limit"])
+    limited = described if "limit" in described else described["cells"]
+    limited["limit"] = max(claim, limited["limit"])
     if on_map:
         arrays[described["path"]] = path
     return described, arrays, cost
