@@ -14,6 +14,7 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.timed.floor_kernels import moving_floor
+from cgla_graph.timed.frames import SmallArray
 from cgla_graph.timed.march_kernels import STEEPEST, WALL, Flow, burden, travel_time
 
 #: Bound of the relative rounding of what is lost.
@@ -102,8 +103,8 @@ def layer_excess(
     still: FloatArray,
     winds: FloatArray,
     flow: Flow,
-    excess: FloatArray,
-    least: FloatArray,
+    excess: SmallArray,
+    least: SmallArray,
 ) -> None:
     """
     Bound by how much a spline falls faster than the cost on the cells of one layer.
@@ -222,7 +223,7 @@ def layer_excess(
 
 
 @kernel
-def steepness(excess: FloatArray, least: FloatArray, begin: WholeArray, end: WholeArray, out: FloatArray) -> None:
+def steepness(excess: SmallArray, least: SmallArray, begin: WholeArray, end: WholeArray, out: SmallArray) -> None:
     """
     Raise `out` at the nodes around each cell of a layer that is too steep to what is lost there over the cost.
 
@@ -245,35 +246,45 @@ def steepness(excess: FloatArray, least: FloatArray, begin: WholeArray, end: Who
 
 
 @kernel
-def widest(values: FloatArray, begin: WholeArray, end: WholeArray, reach: int, out: FloatArray) -> None:
-    """Write the greatest value within so many cells along x and y, among the cells of `begin` and `end`, or 0."""
-    rows, columns = values.shape
-    along = np.zeros((rows, columns))
-    for j in range(rows):
+def widest(
+    values: FloatArray, begin: WholeArray, end: WholeArray, reach: int, shift: tuple[int, int], out: FloatArray
+) -> None:
+    """
+    Write the greatest value within so many cells along x and y, among the cells of `begin` and `end`, or 0.
+
+    Row and column 0 of `values` are those of `shift` in `out`.
+    """
+    rows, columns = out.shape
+    along = np.zeros((values.shape[0], columns))
+    for j in range(values.shape[0]):
         for i in range(begin[j], end[j]):
             if values[j, i] > 0.0:
-                for a in range(max(i - reach, 0), min(i + reach + 1, columns)):
+                for a in range(max(i + shift[1] - reach, 0), min(i + shift[1] + reach + 1, columns)):
                     along[j, a] = max(along[j, a], values[j, i])
     out[:] = 0.0
-    for j in range(rows):
-        for b in range(max(j - reach, 0), min(j + reach + 1, rows)):
+    for j in range(values.shape[0]):
+        for b in range(max(j + shift[0] - reach, 0), min(j + shift[0] + reach + 1, rows)):
             for i in range(columns):
                 out[b, i] = max(out[b, i], along[j, i])
 
 
 @kernel
 def charge(
-    excess: FloatArray,
-    least: FloatArray,
+    excess: SmallArray,
+    least: SmallArray,
     begin: WholeArray,
     end: WholeArray,
     reach: int,
     duration: float,
     scales: FloatArray,
+    later: FloatArray,
+    later_begin: WholeArray,
+    later_end: WholeArray,
+    shift: tuple[int, int],
     debts: FloatArray,
 ) -> None:
     """
-    Add what a path may owe within one layer to what it may owe in the layers after it, in place.
+    Add what a path may owe within one layer to what it may owe in the layers after it.
 
     With the spline multiplied by a scale ``a <= 1``, a cell's excess is at most ``a`` times its own, less ``1 - a``
     times the least cost. Within the layer, a path meets only cells within `reach` of the one where it begins.
@@ -290,21 +301,24 @@ def charge(
         Of the layer.
     scales
         Shape ``(m,)``.
+    later, later_begin, later_end
+        What a path may owe from the next layer on, shape ``(m, …, …)``, and its cells.
+    shift
+        Row and column of the first of those cells, counted from the first ones of this layer.
     debts
-        Shape ``(m, rows, columns)``.
+        What it may owe from this layer on, shape ``(m, rows, columns)``.
     """
     rows, columns = excess.shape
-    owed, most, later = np.zeros((rows, columns)), np.empty((rows, columns)), np.empty((rows, columns))
-    everything, nothing = np.zeros(rows, dtype=np.int64), np.full(rows, columns, dtype=np.int64)
+    owed, most, after = np.zeros((rows, columns)), np.empty((rows, columns)), np.empty((rows, columns))
     for m in range(scales.shape[0]):
         for j in range(rows):
             for i in range(begin[j], end[j]):
                 owed[j, i] = scales[m] * excess[j, i] - (1.0 - scales[m]) * least[j, i]
-        widest(owed, begin, end, reach, most)
-        widest(debts[m], everything, nothing, reach, later)
+        widest(owed, begin, end, reach, (0, 0), most)
+        widest(later[m], later_begin, later_end, reach, shift, after)
         for j in range(rows):
             for i in range(columns):
-                debts[m, j, i] = (later[j, i] + duration * most[j, i]) * (1.0 + 2.0**-50)
+                debts[m, j, i] = (after[j, i] + duration * most[j, i]) * (1.0 + 2.0**-50)
 
 
 @kernel
@@ -438,56 +452,53 @@ def rim_excess(
 
 @kernel
 def prolong(
-    coarse: FloatArray,
-    begins: WholeArray,
-    ends: WholeArray,
-    times: FloatArray,
+    before: FloatArray,
+    after: FloatArray,
+    late: float,
     coarse_place: tuple[float, float, float],
-    time: float,
     place: tuple[float, float, float],
     begin: WholeArray,
     end: WholeArray,
     out: FloatArray,
 ) -> None:
     """
-    Interpolate the values of a coarser grid at a time, at the nodes of each row from `begin` to `end`.
+    Interpolate the values of a coarser grid between two of its layers, at the nodes of each row from `begin` to `end`.
 
     Parameters
     ----------
-    coarse
-        Shape ``(layers, rows, columns)``.
-    begins, ends
-        Which of them are known, shape ``(layers, rows)``.
-    times
-        Of its layers, shape ``(layers,)``.
+    before, after
+        Values of both layers, shape ``(rows, columns)``; NaN where they are not known.
+    late
+        The share of the latter one.
     coarse_place, place
         Place of the first node, and the step, of both grids.
-    time, begin, end
+    begin, end
         See above.
     out
         Shape ``(rows, columns)``; `WALL` where nothing is known.
     """
     x0, y0, h = coarse_place
-    n = min(max(np.searchsorted(times, time) - 1, 0), times.shape[0] - 2)
-    late = min(max((time - times[n]) / (times[n + 1] - times[n]), 0.0), 1.0)
+    if before.shape[0] < 2 or before.shape[1] < 2:
+        return
     for j in range(out.shape[0]):
         if begin[j] >= end[j]:
             continue
         v = (place[1] + j * place[2] - y0) / h
-        b = min(max(math.floor(v), 0), coarse.shape[1] - 2)
+        b = min(max(math.floor(v), 0), before.shape[0] - 2)
         v = min(max(v - b, 0.0), 1.0)
         for i in range(begin[j], end[j]):
             u = (place[0] + i * place[2] - x0) / h
-            a = min(max(math.floor(u), 0), coarse.shape[2] - 2)
+            a = min(max(math.floor(u), 0), before.shape[1] - 2)
             u = min(max(u - a, 0.0), 1.0)
             total, known = 0.0, 0.0
             for corner in range(8):
-                m, q, p = n + corner // 4, b + corner // 2 % 2, a + corner % 2
+                q, p = b + corner // 2 % 2, a + corner % 2
                 weight = (late if corner // 4 else 1.0 - late) * (v if corner // 2 % 2 else 1.0 - v)
                 weight *= u if corner % 2 else 1.0 - u
-                if weight > 0.0 and begins[m, q] <= p < ends[m, q] and coarse[m, q, p] < STEEPEST:
+                value = after[q, p] if corner // 4 else before[q, p]
+                if weight > 0.0 and value < STEEPEST:
                     known += weight
-                    total += weight * coarse[m, q, p]
+                    total += weight * value
             # (beside the last known values, and walls, they go on)
             out[j, i] = min(total / known, WALL) if known > 0.0 else WALL
 
@@ -495,7 +506,7 @@ def prolong(
 @kernel
 def keep(
     here: tuple[FloatArray, FloatArray],
-    debts: tuple[FloatArray, FloatArray],
+    debts: tuple[SmallArray, SmallArray],
     blocks: tuple[BoolArray, BoolArray],
     closed: BoolArray,
     begin: WholeArray,

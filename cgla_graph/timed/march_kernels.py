@@ -14,6 +14,7 @@ import numpy as np
 
 from cgla_graph._kernel import inlined, kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
+from cgla_graph.timed.frames import SmallArray
 
 #: The cost-to-go where no path leads on.
 WALL = 1e30
@@ -265,7 +266,7 @@ def advance(
     values: FloatArray,
     rates: FloatArray,
     risks: tuple[FloatArray, FloatArray],
-    factors: tuple[FloatArray, FloatArray],
+    factors: tuple[SmallArray, SmallArray],
     winds: tuple[FloatArray, FloatArray],
     runs: tuple[WholeArray, WholeArray],
     walls: BoolArray,

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
+from scipy.ndimage import minimum_filter
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster_kernels import Rasters, add_densities, raster_floor
 from cgla_graph.timed.floor_kernels import VX, VY, end_formula, least_near, raster_floors
+from cgla_graph.timed.frames import Frame, Runs
 from cgla_graph.timed.march_kernels import Flow
 from cgla_graph.timed.wind import Wind
 from cgla_graph.timed.wind_kernels import wind_within, winds_within
@@ -171,7 +173,7 @@ class Grid:
         risk, floors = np.zeros(self.shape), np.zeros((0, 0, 5))
         field: RiskField = slab.field
         if field.raster_array is not None:
-            places = np.clip(self.places, *np.reshape(self.bounds, (2, 2)))
+            places = np.clip(self.places(self.whole), *np.reshape(self.bounds, (2, 2)))
             found = np.zeros(len(places))
             add_densities(places, field.raster_array, found)
             risk, floors = found.reshape(self.shape), np.zeros((*self.shape, 5))
@@ -179,7 +181,7 @@ class Grid:
         return Still(risk, floors, self._inside(slab), field.raster_array)
 
     def _inside(self, slab: "Slab") -> BoolArray:
-        x, y = self.places.T
+        x, y = self.places(self.whole).T
         half = 0.5 * self.step
         x_min, y_min, x_max, y_max = self.bounds
         closed = (x + half < x_min) | (x - half > x_max) | (y + half < y_min) | (y - half > y_max)
@@ -194,12 +196,19 @@ class Grid:
             closed |= shapely.contains_properly(narrow, boxes)
         return np.asarray(closed.reshape(self.shape))
 
-    @cached_property
-    def places(self) -> FloatArray:
-        """Places of all nodes, row by row, shape ``(rows * columns, 2)``."""
-        rows, columns = self.shape
-        x = self.origin[0] + np.arange(columns) * self.step
-        y = self.origin[1] + np.arange(rows) * self.step
+    @property
+    def whole(self) -> Frame:
+        """The frame of all nodes."""
+        return Frame(0, 0, *self.shape)
+
+    def place(self, frame: Frame) -> tuple[float, float, float]:
+        """Return the place of the first node of a frame, and the step."""
+        return self.origin[0] + frame.column * self.step, self.origin[1] + frame.row * self.step, self.step
+
+    def places(self, frame: Frame) -> FloatArray:
+        """Return the places of the nodes of a frame, row by row, shape ``(rows * columns, 2)``."""
+        x = self.origin[0] + (frame.column + np.arange(frame.columns)) * self.step
+        y = self.origin[1] + (frame.row + np.arange(frame.rows)) * self.step
         return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
 
     @cached_property
@@ -239,14 +248,14 @@ class Grid:
         """Whether the air moves."""
         return self.wind is not None or self.flow[1:3] != (0.0, 0.0)
 
-    def winds(self, n: int, begin: IntArray, end: IntArray) -> FloatArray:
-        """Return the wind on the cells of a layer, as `march_kernels.fall` takes it."""
+    def winds(self, n: int, frame: Frame, runs: Runs) -> FloatArray:
+        """Return the wind on the cells of a layer in a frame, as `march_kernels.fall` takes it."""
         if self.wind is None:
             return np.zeros((0, 0, 9))
         if len(self.wind.times) == 1:
-            return self._steady_winds
-        out, place = np.zeros((*self.shape, 9)), (*self.origin, self.step)
-        winds_within(begin, end, place, (float(self.knots[n]), float(self.knots[n + 1])), self.wind.arrays, out)
+            return frame.of(self._steady_winds)
+        out = np.zeros((*frame.size, 9))
+        winds_within(*runs, self.place(frame), (float(self.knots[n]), float(self.knots[n + 1])), self.wind.arrays, out)
         return out
 
     @cached_property
@@ -254,8 +263,7 @@ class Grid:
         """The wind on all cells, if it is the same at all times."""
         out, rows = np.zeros((*self.shape, 9)), np.zeros(self.shape[0], dtype=np.int64)
         if self.wind is not None:
-            place = (*self.origin, self.step)
-            winds_within(rows, rows + self.shape[1], place, (0.0, 1.0), self.wind.arrays, out)
+            winds_within(rows, rows + self.shape[1], self.place(self.whole), (0.0, 1.0), self.wind.arrays, out)
         return out
 
     @property
@@ -286,32 +294,48 @@ class Grid:
         column, row = (round((place[axis] - self.origin[axis]) / self.step) for axis in range(2))
         return column, row
 
-    def closed(self, n: int) -> BoolArray:
-        """Return the cells of a layer that no path enters on its way between the ends, ``(rows, columns)``."""
-        if n not in self._closed_in:
+    def closed(self, n: int, frame: Frame) -> BoolArray:
+        """Return the cells of a layer in a frame that no path enters on its way between the ends."""
+        if (n, frame) not in self._closed_in:
             since, left = float(self.knots[n + 1] - self.knots[0]), float(self.knots[-1] - self.knots[n])
-            late = self._out_of_reach(self.ends[0], since, 1.0) | self._out_of_reach(self.ends[1], left, -1.0)
-            self._closed_in[n] = self.still[n].closed | late
-        return self._closed_in[n]
+            late = self._out_of_reach(self.ends[0], since, 1.0, frame) | self._out_of_reach(
+                self.ends[1], left, -1.0, frame
+            )
+            self._closed_in[n, frame] = frame.of(self.still[n].closed) | late
+        return self._closed_in[n, frame]
 
     @cached_property
-    def _closed_in(self) -> dict[int, BoolArray]:
-        """The closed cells of the layers that were asked for."""
+    def _closed_in(self) -> dict[tuple[int, Frame], BoolArray]:
+        """The closed cells that were asked for."""
         return {}
 
-    def _out_of_reach(self, end: Point, lasts: float, sign: float) -> BoolArray:
+    def _out_of_reach(self, end: Point, lasts: float, sign: float, frame: Frame) -> BoolArray:
         """
-        Return the cells from which no path comes from (1), or leads to (-1), an end within a time, ``(rows, columns)``.
+        Return the cells from which no path comes from (1), or leads to (-1), an end within a time, in a frame.
 
         A wind that is stronger than the aircraft leaves out no cell.
         """
         _, wx, wy, _, _ = self.flow
         v = self.drift
         if math.hypot(wx, wy) > v or not math.isfinite(lasts):
-            return np.zeros(self.shape, dtype=np.bool_)
-        away = self.places - end - sign * lasts * np.array([wx, wy])
+            return np.zeros(frame.size, dtype=np.bool_)
+        away = self.places(frame) - end - sign * lasts * np.array([wx, wy])
         near = np.hypot(*away.T) - math.sqrt(0.5) * self.step
-        return np.asarray(near > v * lasts + 1e-9 * (v * lasts + self.step)).reshape(self.shape)
+        return np.asarray(near > v * lasts + 1e-9 * (v * lasts + self.step)).reshape(frame.size)
+
+    def walls(self, n: int) -> BoolArray:
+        """Return the nodes that no spline of a cell has that is open, of a layer of control values."""
+        layers = [self.still[m] for m in range(max(n - 2, 0), min(n + 1, self.count))]
+        key = tuple(dict.fromkeys(id(each) for each in layers))
+        if key not in self._walls_among:
+            closed = np.logical_and.reduce([each.closed for each in layers])
+            self._walls_among[key] = np.asarray(minimum_filter(closed, 3, mode="nearest"))
+        return self._walls_among[key]
+
+    @cached_property
+    def _walls_among(self) -> dict[tuple[int, ...], BoolArray]:
+        """The walls that were asked for."""
+        return {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -364,7 +388,7 @@ class Block:
         room = min(column, row, grid.shape[1] - 1 - column, grid.shape[0] - 1 - row) - 2
         room = min(room, max(abs(other[0] - column), abs(other[1] - row)) - 2)
         tried = [cls._within(grid, end, reach, holds, early) for reach in REACHES if reach <= max(room, 1)]
-        met = [n for n in np.nonzero(holds)[0].tolist() if not grid.closed(n)[row, column]]
+        met = [n for n in np.nonzero(holds)[0].tolist() if not grid.closed(n, Frame(row, column, 1, 1)).item()]
         truth = tried[0].on_rim(grid)[met] / tried[0].rim(grid)
 
         def lost(block: Block) -> float:
@@ -394,12 +418,18 @@ class Block:
         """Return the greatest value of the formula on the rim, about, in each layer."""
         return _at_most(self.prices[1:-1], self.rim(grid), grid)
 
-    def cells_of(self, grid: Grid) -> BoolArray:
-        """Mark its cells, shape ``(rows, columns)``."""
+    def within(self, frame: Frame) -> tuple[int, int, int]:
+        """Return column and row of its middle in a frame, and its reach."""
         column, row, reach = self.cells
-        marked = np.zeros(grid.shape, dtype=np.bool_)
-        marked[row - reach : row + reach + 1, column - reach : column + reach + 1] = True
-        return marked
+        return column - frame.column, row - frame.row, reach
+
+    def marked(self, frame: Frame) -> BoolArray:
+        """Mark its cells in a frame, shape ``(rows, columns)``."""
+        column, row, reach = self.within(frame)
+        rows, columns = (
+            np.abs(np.arange(count) - middle) <= reach for count, middle in zip(frame.size, (row, column), strict=True)
+        )
+        return np.asarray(rows[:, None] & columns)
 
 
 def _at_most(formulas: FloatArray, rim: float, grid: Grid) -> FloatArray:

@@ -9,7 +9,8 @@ the cost grows. A path costs at least ``W`` at its departure less ``W`` at its a
 
 Here ``W`` is a quadratic spline in the place and the time through the values of a march backwards in time
 (`march_kernels`). The proof does not use where the values come from: `excess_kernels` bounds on each whole cell by
-how much the inequality fails.
+how much the inequality fails. The left side is convex in the slopes, so values may be averaged with their neighbours:
+at a kink, as along flights that wait for an area to open, the spline of averages is far less steep (`Surface.smooth`).
 
 **Risk by the ground distance** is ``r = |g| F``, and depends on the heading. For each ``|u| <= 1``, ``|g| >= u . g``,
 so that ``- W_t - w . (grad W + k F u) + v |grad W + k F u| <= v`` is enough (`march_kernels.burden`). In still air
@@ -61,9 +62,10 @@ from cgla_graph._validate import instance, positive_number, whole_number
 from cgla_graph.certificate.certificate import prove
 from cgla_graph.errors import ProblemError
 from cgla_graph.timed import excess_kernels
+from cgla_graph.timed.frames import Frame, Runs
 from cgla_graph.timed.march_kernels import travel_time
 from cgla_graph.timed.space_time_grid import Block, Grid, flow_of
-from cgla_graph.timed.surface import Runs, Surface
+from cgla_graph.timed.surface import HALO, Surface
 from cgla_graph.timed.timed_evaluation import Timed, timed_rows
 from cgla_graph.timed.timed_problem import TimedProblem
 
@@ -71,12 +73,12 @@ from cgla_graph.timed.timed_problem import TimedProblem
 FIRST_CELLS, MOST_TIMES, LEAST_TIMES = 48, 2.0, 1.2
 #: The gap that a proof aims at by default.
 TOLERANCE = 0.01
-#: Cells of a grid, and nodes of its box, at most, by default and ever.
-MOST_CELLS, MOST_NODES = 4_000_000, 30_000_000
+#: Cells of a grid, and nodes of the frames around them, at most, by default and ever; places of all frames, at most.
+MOST_CELLS, MOST_NODES, MOST_PLACES = 4_000_000, 30_000_000, 1_000_000
 #: In wind, a cell whose risk counts by the ground distance takes as long as so many others.
 HEAVY = 8
-#: Nodes of its box, at most, for each cell.
-BOX = 50
+#: Nodes of the frames, at most, for each cell.
+FRAMES = 50
 #: Marches of a surface, at most; another one is made only if the last one gained this part of the gap.
 ROUNDS, LEAST_GAIN = 10, 0.03
 #: How steep the surface from the start begins, in least costs of a map unit.
@@ -313,11 +315,10 @@ class _Search:
                 message = "the gap is within the tolerance"
                 break
             kept = narrowed(to_goal, to_start, self.known * (1.0 + ROUNDING))
-            count = int((kept[1] - kept[0]).sum())
-            if not count:
+            if not (kept[0] < kept[1]).any():
                 self.best, message = self.known * (1.0 - ROUNDING), "no path is better"
                 break
-            times = self._times(count, grid)
+            times = self._times(kept, grid)
             if times < LEAST_TIMES:
                 message = f"the next grid would need more than {self.max_cells} cells, or too many nodes"
                 break
@@ -329,11 +330,13 @@ class _Search:
         proof = "space-time" if bound > self.line.lower_bound else self.line.proof
         return replace(self.line, lower_bound=bound, message=message, proof=proof, grids=tuple(self.grids))
 
-    def _times(self, count: int, grid: Grid) -> float:
+    def _times(self, kept: Runs, grid: Grid) -> float:
         """Choose how many times finer the next grid is."""
-        box = grid.count * grid.shape[0] * grid.shape[1]
-        nodes = min(MOST_NODES, BOX * self.max_cells)
-        return float(min(MOST_TIMES, (self.max_cells / count) ** (1.0 / 3.0), (nodes / box) ** (1.0 / 3.0)))
+        frames = [Frame.around(runs, HALO + 2, grid.shape) for runs in zip(*kept, strict=True)]
+        nodes = sum(frame.rows * frame.columns for frame in frames)
+        count, most = int((kept[1] - kept[0]).sum()), min(MOST_NODES, FRAMES * self.max_cells)
+        plane = math.sqrt(MOST_PLACES / (grid.shape[0] * grid.shape[1]))
+        return float(min(MOST_TIMES, (self.max_cells / count) ** (1 / 3), (most / nodes) ** (1 / 3), plane))
 
     def _bound(self, grid: Grid, to_goal: Surface, to_start: Surface) -> None:
         """Solve, check and soften both surfaces, and take the bound if it is better."""
@@ -350,8 +353,10 @@ class _Search:
         bounds = [-math.inf, -math.inf]
         for number in range(ROUNDS):
             surface.march()
-            surface.check()
-            bounds.append(max(bounds[-1], surface.charge(place, layers)))
+            # (on the first grid, threats are hardly wider than what is averaged)
+            first = number == 0 and surface.coarse is not None
+            bound = surface.smoothest(place, layers) if first else surface.bound(place, layers)
+            bounds.append(max(bounds[-1], bound))
             # (two marches may pass before costs are low enough; a bound of minus infinity gains nothing)
             if number > 1 and not bounds[-1] - bounds[-3] >= LEAST_GAIN * (self.known - bounds[-1]):
                 break
@@ -383,21 +388,22 @@ def narrowed(to_goal: Surface, to_start: Surface, limit: float) -> Runs:
     grid = to_goal.grid
     first = np.zeros((grid.count, grid.shape[0]), dtype=np.int64)
     last = first.copy()
-    for n in range(grid.count):
+    for n, frame in enumerate(to_goal.cells):
         back = grid.count - 1 - n
-        both = ((to_goal, n), (to_start, back))
         least, debts, blocks = [], [], []
-        for surface, layer in both:
+        for surface, layer in ((to_goal, n), (to_start, back)):
             least.append(surface.least_values(layer))
             debts.append(surface.debts[layer])
-            inside = surface.block.cells_of(grid)
-            blocks.append(inside if surface.block.holds[layer] else np.zeros_like(inside))
+            marked = surface.block.marked(frame)
+            blocks.append(marked if surface.block.holds[layer] else np.zeros_like(marked))
+        low, high = np.zeros(frame.rows, dtype=np.int64), np.zeros(frame.rows, dtype=np.int64)
         excess_kernels.keep(
-            (least[0], least[1]), (debts[0], debts[1]), (blocks[0], blocks[1]), grid.closed(n),
-            to_goal.kept[0][n], to_goal.kept[1][n], (to_goal.scale, to_start.scale),
-            (to_goal.shift, to_start.shift), limit, first[n], last[n],
+            (least[0], least[1]), (debts[0], debts[1]), (blocks[0], blocks[1]), grid.closed(n, frame),
+            *to_goal.runs(n), (to_goal.scale, to_start.scale), (to_goal.shift, to_start.shift), limit, low, high,
         )  # fmt: skip
-    return first, last
+        rows = slice(frame.row, frame.row + frame.rows)
+        first[n, rows], last[n, rows] = low + frame.column, high + frame.column
+    return np.where(first < last, first, 0), np.where(first < last, last, 0)
 
 
 def refined(kept: Runs, old: Grid, new: Grid) -> Runs:

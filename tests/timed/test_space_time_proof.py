@@ -145,6 +145,16 @@ def test_risk_by_the_ground_in_wind_counts() -> None:
     assert 0.95 * plan.cost < bounds[0] <= plan.cost
 
 
+@pytest.mark.slow
+def test_kinks_are_smoothed() -> None:
+    """Flights meet the gate as it opens, along a kink. With values as they are marched, the gap is twice as wide."""
+    storm = cg.MovingThreat([(0, 0.2, 0.8), (3, 0.8, 0.0)], spread=0.08, peak=0.9)
+    gate = cg.TimedArea(shapely.box(0.45, 0, 0.5, 0.9), appears=0, vanishes=1.5)
+    problem = cg.TimedProblem((0.1, 0.1), (0.9, 0.1), moving=[storm], areas=[gate], speed=0.5, k=10, departure=0.8)
+    plan = cg.solve(problem, nodes=30_000, tolerance=0.001, max_cells=20_000)
+    assert 0.0 < plan.gap < 0.035
+
+
 def test_closed_forms_are_taken_where_there_are_some() -> None:
     field = cg.RiskField([cg.Threat(0.5, 0.45, 0.18, 0.9)])
     timed = cg.TimedProblem(START, GOAL, field, k=3.0, speed=2.0)
