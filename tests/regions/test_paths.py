@@ -206,7 +206,7 @@ def test_hybrid_takes_the_better_of_both(seed: int, monkeypatch: pytest.MonkeyPa
     problem = several(seed)
     both = cg.solve(problem, tolerance=None).cost
     few = cg.solve(problem, "weighted-regions", points=7).cost
-    monkeypatch.setattr(hybrid, "refusal", lambda _: "not asked")
+    monkeypatch.setattr(hybrid, "has_cells", lambda _: False)
     before = cg.solve(problem, tolerance=None).cost
 
     assert both <= before
