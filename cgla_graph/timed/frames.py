@@ -83,6 +83,11 @@ class Frame(NamedTuple):
         return np.asarray((columns >= begin[:, None]) & (columns < end[:, None]))
 
 
+def in_layer(runs: Runs, n: int) -> Runs:
+    """Return the runs of one layer."""
+    return runs[0][n], runs[1][n]
+
+
 def widened(runs: Runs, by: int, shape: tuple[int, int]) -> Runs:
     """Widen runs of each layer along rows and columns, within the grid."""
     columns = shape[1]

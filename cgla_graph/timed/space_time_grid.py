@@ -298,10 +298,9 @@ class Grid:
         """Return the cells of a layer in a frame that no path enters on its way between the ends."""
         if (n, frame) not in self._closed_in:
             since, left = float(self.knots[n + 1] - self.knots[0]), float(self.knots[-1] - self.knots[n])
-            late = self._out_of_reach(self.ends[0], since, 1.0, frame) | self._out_of_reach(
-                self.ends[1], left, -1.0, frame
-            )
-            self._closed_in[n, frame] = frame.of(self.still[n].closed) | late
+            early = self._out_of_reach(self.ends[0], since, 1.0, frame)
+            late = self._out_of_reach(self.ends[1], left, -1.0, frame)
+            self._closed_in[n, frame] = frame.of(self.still[n].closed) | early | late
         return self._closed_in[n, frame]
 
     @cached_property
@@ -323,9 +322,13 @@ class Grid:
         near = np.hypot(*away.T) - math.sqrt(0.5) * self.step
         return np.asarray(near > v * lasts + 1e-9 * (v * lasts + self.step)).reshape(frame.size)
 
+    def layers_with(self, n: int) -> range:
+        """Return the layers whose splines have the control values of number `n`."""
+        return range(max(n - 2, 0), min(n + 1, self.count))
+
     def walls(self, n: int) -> BoolArray:
         """Return the nodes that no spline of a cell has that is open, of a layer of control values."""
-        layers = [self.still[m] for m in range(max(n - 2, 0), min(n + 1, self.count))]
+        layers = [self.still[m] for m in self.layers_with(n)]
         key = tuple(dict.fromkeys(id(each) for each in layers))
         if key not in self._walls_among:
             closed = np.logical_and.reduce([each.closed for each in layers])

@@ -394,8 +394,7 @@ def narrowed(to_goal: Surface, to_start: Surface, limit: float) -> Runs:
         for surface, layer in ((to_goal, n), (to_start, back)):
             least.append(surface.least_values(layer))
             debts.append(surface.debts[layer])
-            marked = surface.block.marked(frame)
-            blocks.append(marked if surface.block.holds[layer] else np.zeros_like(marked))
+            blocks.append(surface.in_block(layer))
         low, high = np.zeros(frame.rows, dtype=np.int64), np.zeros(frame.rows, dtype=np.int64)
         excess_kernels.keep(
             (least[0], least[1]), (debts[0], debts[1]), (blocks[0], blocks[1]), grid.closed(n, frame),

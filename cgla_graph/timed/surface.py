@@ -1,17 +1,16 @@
 """One surface over space and time that bounds the cost of all timed paths to one end: marched, checked and charged."""
 
 import math
-from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
-from cgla_graph._types import FloatArray, Point
+from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.timed import excess_kernels, march_kernels
 from cgla_graph.timed.floor_kernels import node_risks
-from cgla_graph.timed.frames import Frame, Runs, SmallArray, around_runs, joined, widened
+from cgla_graph.timed.frames import Frame, Runs, SmallArray, around_runs, in_layer, joined, widened
 from cgla_graph.timed.march_kernels import STEEPEST, WALL
 from cgla_graph.timed.space_time_grid import Block, Grid
 
@@ -75,9 +74,9 @@ class Surface:
     nodes: list[Frame] = field(init=False)
     values: list[FloatArray] = field(init=False)
     factors: list[SmallArray] = field(init=False)
-    excess: list[SmallArray] = field(init=False)
-    least: list[SmallArray] = field(init=False)
-    debts: list[SmallArray] = field(init=False)
+    excess: list[SmallArray] = field(init=False, default_factory=list)
+    least: list[SmallArray] = field(init=False, default_factory=list)
+    debts: list[SmallArray] = field(init=False, default_factory=list)
     stored: Runs = field(init=False)
     active: Runs = field(init=False)
 
@@ -90,9 +89,6 @@ class Surface:
         self.nodes = [Frame.around(runs, 0, shape) for runs in zip(*self.stored, strict=True)]
         self.values = [np.full(frame.size, math.nan) for frame in self.nodes]
         self.factors = [np.ones(frame.size, dtype=np.float32) for frame in self.nodes]
-        self.excess, self.least, self.debts = (
-            [np.zeros(frame.size, dtype=np.float32) for frame in self.cells] for _ in range(3)
-        )
 
     def march(self) -> None:
         """March the values from the last layer to the first one, and smooth them."""
@@ -119,20 +115,17 @@ class Surface:
         cells = block.within(frame) if block.holds[self._layer(n)] else (0, 0, -1)
         turns = max(1, math.ceil(duration * grid.fast / (COURANT * grid.step)))
         later, here = (each.cut(frame) for each in met)
-        factors = (
-            frame.cut(self.factors[n + 1], self.nodes[n + 1], fill=1.0),
-            frame.cut(self.factors[n], self.nodes[n], fill=1.0),
-        )
-        runs = frame.runs((self.active[0][on], self.active[1][on]))
+        factors = [frame.cut(self.factors[m], self.nodes[m], fill=1.0) for m in (n + 1, n)]
+        runs = frame.runs(in_layer(self.active, on))
         march_kernels.advance(
-            values, rates, (later.risks, here.risks), factors, (later.winds, here.winds), runs,
+            values, rates, (later.risks, here.risks), (factors[0], factors[1]), (later.winds, here.winds), runs,
             frame.of(grid.walls(n)), cells, block.off, block.prices[[n + 1, n]], grid.step, duration, turns, grid.flow,
         )  # fmt: skip
 
     def _weather(self, n: int) -> "Weather":
         """Return risk and wind at the nodes that are marched to a layer, and from it to the one before it."""
         before = max(n - 1, 0)
-        runs = joined((self.active[0][n], self.active[1][n]), (self.active[0][before], self.active[1][before]))
+        runs = joined(in_layer(self.active, n), in_layer(self.active, before))
         frame, layer = self.nodes[n].joined(self.nodes[before]), self._layer(n)
         return Weather(frame, self._risks(layer, frame, runs), self.grid.winds(layer, frame, frame.runs(runs)))
 
@@ -176,8 +169,8 @@ class Surface:
 
     def _values_for(self, n: int) -> FloatArray:
         """Return the values one layer later, of all nodes that the march to a layer needs."""
-        values = self.nodes[n].cut(self.values[n + 1], self.nodes[n + 1], fill=math.nan)
-        needed = self.nodes[n].inside((self.stored[0][n], self.stored[1][n]))
+        values = self.values_on(n + 1, self.nodes[n])
+        needed = self.nodes[n].inside(in_layer(self.stored, n))
         for time in () if self.coarse is None else self.grid.times[[n + 1, n]]:
             # (where the coarser grid ends at the one time, it may not at the other)
             unknown = needed & np.isnan(values)
@@ -195,8 +188,8 @@ class Surface:
             m = min(max(int(np.searchsorted(times, time)) - 1, 0), len(times) - 2)
             late = min(max((time - times[m]) / (times[m + 1] - times[m]), 0.0), 1.0)
             both = coarse.nodes[m].joined(coarse.nodes[m + 1])
-            layers = [both.cut(coarse.values[each], coarse.nodes[each], fill=math.nan) for each in (m, m + 1)]
-            runs = frame.runs((self.stored[0][n], self.stored[1][n]))
+            layers = [coarse.values_on(each, both) for each in (m, m + 1)]
+            runs = frame.runs(in_layer(self.stored, n))
             excess_kernels.prolong(
                 layers[0], layers[1], late, coarse.grid.place(both), self.grid.place(frame), *runs, values
             )
@@ -215,21 +208,21 @@ class Surface:
         return values if self.horizon is not None else self._settled(values, weather)
 
     def _store(self, n: int, values: FloatArray) -> None:
-        known = self.nodes[n].inside((self.stored[0][n], self.stored[1][n]))
+        known = self.nodes[n].inside(in_layer(self.stored, n))
         self.values[n] = np.where(known, values, math.nan)
 
     def smooth(self) -> None:
         """
         Average the values with their neighbours in time and place.
 
-        What is lost is convex in the slopes: a kink between two slopes that are no too steep is none either if the
-        slopes are averaged, along all axes alike.
+        What is lost is convex in the slopes. Where it is small on both sides of a kink, it is small for averages of
+        their slopes, if those along all axes are averaged alike; the wider the average, the more they are.
         """
         found = []
         for n, frame in enumerate(self.nodes):
             values = self.values[n].copy()
             if 0 < n < len(self.nodes) - 1:
-                before, after = (frame.cut(self.values[m], self.nodes[m], fill=math.nan) for m in (n - 1, n + 1))
+                before, after = (self.values_on(m, frame) for m in (n - 1, n + 1))
                 values = _averaged(before, values, after)
             values[1:-1] = _averaged(values[:-2], values[1:-1], values[2:])
             values[:, 1:-1] = _averaged(values[:, :-2], values[:, 1:-1], values[:, 2:])
@@ -238,8 +231,12 @@ class Surface:
 
     def layers(self, n: int, frame: Frame) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the control values of a layer in a frame, and of those before and after it."""
-        before, here, after = (frame.cut(self.values[m], self.nodes[m], fill=math.nan) for m in (n, n + 1, n + 2))
+        before, here, after = (self.values_on(m, frame) for m in (n, n + 1, n + 2))
         return before, here, after
+
+    def values_on(self, n: int, frame: Frame) -> FloatArray:
+        """Return the values of a layer of control values in a frame; NaN where they are not known."""
+        return frame.cut(self.values[n], self.nodes[n], fill=math.nan)
 
     def lasting(self, n: int) -> tuple[float, float, float]:
         """Return how long a layer is, and those before and after it."""
@@ -248,7 +245,12 @@ class Surface:
 
     def runs(self, n: int) -> Runs:
         """Return the kept cells of a layer in its frame."""
-        return self.cells[n].runs((self.kept[0][n], self.kept[1][n]))
+        return self.cells[n].runs(in_layer(self.kept, n))
+
+    def in_block(self, n: int) -> BoolArray:
+        """Mark the cells of the block in a layer, in its frame."""
+        marked = self.block.marked(self.cells[n])
+        return marked if self.block.holds[n] else np.zeros_like(marked)
 
     def check(self) -> None:
         """Bound by how much the surface is too steep on each kept cell."""
@@ -257,9 +259,7 @@ class Surface:
         for n, frame in enumerate(self.cells):
             runs, floors = self.runs(n), grid.still[n].floors
             # where the spline need not be a bound
-            skipped = grid.closed(n, frame)
-            if self.block.holds[n]:
-                skipped = skipped | self.block.marked(frame)
+            skipped = grid.closed(n, frame) | self.in_block(n)
             excess_kernels.layer_excess(
                 self.layers(n, frame), self.lasting(n), *runs, skipped, grid.place(frame)[:2], grid.step, grid.k,
                 grid.threats[n], frame.of(floors) if len(floors) else floors, grid.winds(n, frame, runs), grid.flow,
@@ -269,22 +269,20 @@ class Surface:
     def soften(self) -> None:
         """Lower the costs of the nodes around cells that are too steep."""
         grid = self.grid
-        found: deque[tuple[Frame, SmallArray]] = deque(maxlen=3)
         burdened = grid.windy and not grid.flow[3]
+        found = []
+        for n, frame in enumerate(self.cells):
+            least = self.least[n]
+            if burdened:
+                # (the least cost leaves out the risk, which counts as a gradient)
+                risks = self._risks(n, frame, in_layer(self.kept, n))
+                least = (least + grid.flow[0] * risks).astype(np.float32)
+            steep = np.ones(frame.size, dtype=np.float32)
+            excess_kernels.steepness(self.excess[n], least, *self.runs(n), steep)
+            found.append(steep)
         for n, frame in enumerate(self.nodes):
-            if n < grid.count:
-                least, cells = self.least[n], self.cells[n]
-                if burdened:
-                    # (the least cost leaves out the risk, which counts as a gradient)
-                    risks = self._risks(n, cells, (self.kept[0][n], self.kept[1][n]))
-                    least = (least + grid.flow[0] * risks).astype(np.float32)
-                steep = np.ones(cells.size, dtype=np.float32)
-                excess_kernels.steepness(self.excess[n], least, *self.runs(n), steep)
-                found.append((cells, steep))
-            elif len(found) > 1:
-                found.popleft()
-            # the control values of layer n are those of the cells of the layers n - 2 to n
-            self.factors[n] /= np.maximum.reduce([frame.cut(steep, cells, fill=1.0) for cells, steep in found])
+            steepest = [frame.cut(found[m], self.cells[m], fill=1.0) for m in grid.layers_with(n)]
+            self.factors[n] /= np.maximum.reduce(steepest)
 
     def rim(self) -> float:
         """Bound by how much the surface exceeds the cost to the end on the rim of its block."""
@@ -298,7 +296,7 @@ class Surface:
                 excess_kernels.rim_excess(
                     self.layers(n, frame), self.lasting(n), block.within(frame), block.off, grid.step,
                     block.prices[n + 1], float(block.most[n]), block.early if first else math.inf,
-                    grid.closed(n, frame), *frame.runs((self.kept[0][n], self.kept[1][n])),
+                    grid.closed(n, frame), *frame.runs(in_layer(self.kept, n)),
                 ),
             )  # fmt: skip
         return worst
@@ -312,18 +310,19 @@ class Surface:
         """
         grid, rim = self.grid, self.rim()
         column, row = grid.cell_of(place)
-        here = Frame(row, column, 1, 1)
         found = np.full(len(SCALES), math.inf)
         for n, debts in self._owed(SCALES):
             if n in layers and self.kept[0][n, row] <= column < self.kept[1][n, row]:
-                owed = [here.cut(one, self.cells[n], fill=math.inf).item() for one in debts]
-                found = np.minimum(found, SCALES * self._least_at(n, place) - np.array(owed))
+                owed = debts[:, row - self.cells[n].row, column - self.cells[n].column]
+                found = np.minimum(found, SCALES * self._least_at(n, place) - owed)
         found -= SCALES * max(rim, -1e300)
         best = int(np.argmax(np.nan_to_num(found, nan=-math.inf, posinf=math.inf)))
         self.scale, self.shift = float(SCALES[best]), float(SCALES[best]) * rim
-        owed = [(debts[0] * (1.0 + 2.0**-22)).astype(np.float32) for _, debts in self._owed(SCALES[best : best + 1])]
-        self.debts = owed[::-1]
-        inside = self.block.marked(here).item() and self.block.holds[layers.start : layers.stop].any()
+        rounded = [debts[0] * (1.0 + 2.0**-22) for _, debts in self._owed(SCALES[best : best + 1])]
+        self.debts = [debts.astype(np.float32) for debts in reversed(rounded)]
+        inside = (
+            self.block.marked(Frame(row, column, 1, 1)).item() and self.block.holds[layers.start : layers.stop].any()
+        )
         return -math.inf if inside else float(found[best])
 
     def bound(self, place: Point, layers: range) -> float:
