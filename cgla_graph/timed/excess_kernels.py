@@ -14,8 +14,7 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.timed.floor_kernels import moving_floor
-from cgla_graph.timed.frames import SmallArray
-from cgla_graph.timed.march_kernels import STEEPEST, WALL, Flow, burden, travel_time
+from cgla_graph.timed.march_kernels import STEEPEST, WALL, Flow, SmallArray, burden, travel_time
 
 #: Bound of the relative rounding of what is lost.
 ROUNDED = 2.0**-46

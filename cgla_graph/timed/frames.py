@@ -3,12 +3,10 @@
 from typing import NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray
+from cgla_graph.timed.march_kernels import SmallArray
 
-#: Of half the size, where a few digits are enough.
-SmallArray: TypeAlias = NDArray[np.float32]
 #: The first and the last column (exclusive) of each row: shape ``(rows,)``, or of all layers, ``(layers, rows)``.
 Runs: TypeAlias = tuple[IntArray, IntArray]
 AnyArray = TypeVar("AnyArray", FloatArray, SmallArray, BoolArray)

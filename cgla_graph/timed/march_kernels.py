@@ -11,15 +11,17 @@ import math
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cgla_graph._kernel import inlined, kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
-from cgla_graph.timed.frames import SmallArray
 
 #: The cost-to-go where no path leads on.
 WALL = 1e30
 #: Steeper than this is no slope, but the side of a wall.
 STEEPEST = 1e20
+#: Of half the size, where a few digits are enough.
+SmallArray: TypeAlias = NDArray[np.float32]
 #: Speed, wind, whether risk counts per unit of time, and the price of waiting (infinite: none).
 Flow: TypeAlias = tuple[float, float, float, bool, float]
 #: Turns of the search for the best heading where risk counts by the ground distance, and one that ends it.

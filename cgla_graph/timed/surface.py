@@ -10,8 +10,8 @@ import numpy as np
 from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.timed import excess_kernels, march_kernels
 from cgla_graph.timed.floor_kernels import node_risks
-from cgla_graph.timed.frames import Frame, Runs, SmallArray, around_runs, in_layer, joined, widened
-from cgla_graph.timed.march_kernels import STEEPEST, WALL
+from cgla_graph.timed.frames import Frame, Runs, around_runs, in_layer, joined, widened
+from cgla_graph.timed.march_kernels import STEEPEST, WALL, SmallArray
 from cgla_graph.timed.space_time_grid import Block, Grid
 
 #: Scales that are tried: what is still too steep then is charged for.
