@@ -75,8 +75,8 @@ FIRST_CELLS = 128
 FIRST_REACH = 3
 #: Directions in which the loss at an end is estimated.
 DIRECTIONS = 32
-#: The block is wider where that pays: up to so many times, and so many cells away from areas. In spacings times the
-#: cost: about how much is lost beside an end whose rim is a cell away.
+#: The block is wider where that pays in all directions: up to so many times, and so many cells away from areas. In
+#: spacings times the cost: about how much is lost beside an end whose rim is a cell away.
 MOST_WIDER, WIDER, AWAY, LOST_AT_END = 8.0, 1.4, 8, 0.6
 #: A box around an end is `BOX` times as wide as its block, and has `BOX_CELLS` cells along its longer side; gains below
 #: `BOX_AIM` of its bound do not pay for another round; no box is smaller than `LEAST_BOX` of the coordinates.
@@ -607,23 +607,23 @@ def _reach(level: Level, end: Point, step: float) -> tuple[int, EndFormula, floa
     while best is None or wide <= most:
         reach, wide = round(wide), WIDER * wide
         formula = EndFormula.at(problem, end, (reach + 1) * step)
-        loss = _loss_at_end(problem, end, formula, (reach + 1) * step)
-        total = loss + LOST_AT_END * min(level.mesh.spacing) * formula.least_cost / reach
+        loss, most_lost = _losses_at_end(problem, end, formula, (reach + 1) * step)
+        total = most_lost + LOST_AT_END * min(level.mesh.spacing) * formula.least_cost / reach
         if best is None or total < least:
             best, least = (reach, formula, loss), total
     return best
 
 
-def _loss_at_end(problem: Problem, end: Point, formula: EndFormula, rim: float) -> float:
-    """Estimate how much a bound loses to a formula: where a straight line to the end costs least."""
+def _losses_at_end(problem: Problem, end: Point, formula: EndFormula, rim: float) -> tuple[float, float]:
+    """Estimate what a bound loses to a formula: where a straight line to the end costs least, and in any direction."""
     turn = np.linspace(0.0, 2.0 * math.pi, DIRECTIONS, endpoint=False)
     points = np.clip(end + rim * np.column_stack([np.cos(turn), np.sin(turn)]), *np.reshape(problem.bounds, (2, 2)))
     away = points - end
-    costs = straight_costs(problem, points, end) * scale_at(problem, points)
     # (an end on the rim of the map is its own neighbour)
-    costs[np.hypot(*away.T) < 0.5 * rim] = math.inf
-    cheapest = int(np.argmin(costs))
-    return float(costs[cheapest] - formula.costs(away[cheapest : cheapest + 1])[0])
+    apart = np.hypot(*away.T) >= 0.5 * rim
+    costs = straight_costs(problem, points[apart], end) * scale_at(problem, points[apart])
+    lost = costs - formula.costs(away[apart])
+    return float(lost[np.argmin(costs)]), float(lost.max())
 
 
 def _end_grid(level: Level, end: Point, rim: float) -> EndGrid | None:

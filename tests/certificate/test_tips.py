@@ -56,6 +56,14 @@ def test_the_tip_is_of_third_order() -> None:
     assert 2.7 < oracles.rate(loss) < 3.5
 
 
+def test_a_block_is_wide_where_the_cost_is_even_on_all_sides() -> None:
+    even = cg.Problem((0.2, 0.2), (0.8, 0.8), cg.RiskField([cg.Threat(0.6, 0.9, 0.03)]), 10.0)
+    beside = replace(even, field=cg.RiskField([cg.Threat(0.3, 0.2, 0.03)]))
+    wide, narrow = (Block.around(whole(one, 128), one.start).reach for one in (even, beside))
+    assert narrow <= 4
+    assert wide >= 3 * narrow
+
+
 def rim_points(reach: int) -> FloatArray:
     """List points of the rim of a block, in spacings from its middle."""
     share = np.linspace(-1.0, 1.0, 400) * (reach + 0.5)
