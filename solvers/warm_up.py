@@ -28,13 +28,15 @@ _SMALL: Mapping[str, float] = {
     "resolution": 8,
     "tolerance": 0.1,
 }
+#: Without areas, any gap will do: `load_kernels` has all that a proof needs there.
+_ANY_GAP = 1e3
 #: Runs made in this process: class of solver, with refinement or not, and kind of map.
 _ready: set[tuple[type, bool, MapKind]] = set()
 
 
-def shortened(solver: SolverT) -> SolverT:
+def shortened(solver: SolverT, *, walls: bool = True) -> SolverT:
     """
-    Return a solver with small limits on its run, and its other settings as they are.
+    Return a solver with small limits on its run, on maps with areas or without, and its other settings as they are.
 
     Examples
     --------
@@ -45,7 +47,8 @@ def shortened(solver: SolverT) -> SolverT:
     names = {setting.name for setting in dataclasses.fields(cast("Any", solver))}
     # (without a tolerance, there is no proof)
     names -= {"tolerance"} if getattr(solver, "tolerance", None) is None else set()
-    small = {name: value for name, value in _SMALL.items() if name in names}
+    limits = _SMALL if walls else {**_SMALL, "tolerance": _ANY_GAP}
+    small = {name: value for name, value in limits.items() if name in names}
     return dataclasses.replace(cast("Any", solver), **small)  # type: ignore[no-any-return]
 
 
@@ -78,7 +81,7 @@ def warm_up(solver: Solver, kind: MapKind, *, refine: bool = False) -> None:
     problem = small_problem(kind)
     # errors of a solver are reported by its own run
     with suppress(Exception):
-        short: Any = shortened(solver)
+        short: Any = shortened(solver, walls=kind.walls)
         if solver.traits.domain == "graph":
             answer = short.solve(problem.on_lattice(2).with_weights_held())
         else:

@@ -51,7 +51,7 @@ from cgla_graph.certificate.subsolution import (
 )
 from cgla_graph.certificate.through import given_path
 from cgla_graph.eikonal import cell_runs
-from cgla_graph.eikonal.marching import descent
+from cgla_graph.eikonal.marching import around_corners, descent
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.clearance import GAP
 from cgla_graph.model.cost_model import MapKind
@@ -504,10 +504,11 @@ def load_kernels(kind: MapKind) -> None:
     level.load_checks()
     if kind.walls:
         corners.load_kernels()
-    held = _refined(problem, np.array(SMALL_PATH), 0.1)
-    if bounds := level.both(aim=0.0):
+        around_corners(problem, np.array(SMALL_PATH), 1.0)
+    _refined(problem, np.array(SMALL_PATH), 0.1)
+    # (one round)
+    if bounds := level.both(aim=math.inf):
         level.kept(*bounds, math.inf)
-        _Search(problem, 0.1, 0, held, keeps_path=False).improve(level, bounds[0])
 
 
 class _KnownPath(NamedTuple):
