@@ -49,7 +49,7 @@ from cgla_graph.certificate.subsolution import (
     first_grid,
     with_halo,
 )
-from cgla_graph.certificate.through import given_path
+from cgla_graph.certificate.through import given_path, kept
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import around_corners, descent
 from cgla_graph.errors import ProblemError
@@ -508,7 +508,7 @@ def load_kernels(kind: MapKind) -> None:
     _refined(problem, np.array(SMALL_PATH), 0.1)
     # (one round)
     if bounds := level.both(aim=math.inf):
-        level.kept(*bounds, math.inf)
+        kept(level, *bounds, math.inf)
 
 
 class _KnownPath(NamedTuple):
@@ -663,8 +663,10 @@ class _Search:
             if max(last) >= look:
                 look *= LOOKS_APART
             self.grids[-1] = replace(self.grids[-1], upper_bound=self.held.cost)
-            kept = level.kept(bounds[0], bounds[1], self.known.least / shrink)
-            last, runs = finer_grid(problem, last, kept, self._times(before, here), self.max_cells)
+            limit = (self.known.least + 2.0 * geodesic_error(problem)) / shrink
+            last, runs = finer_grid(
+                problem, last, kept(level, *bounds, limit), self._times(before, here), self.max_cells
+            )
             needed = with_halo(problem, runs, last)
             before = here
             if outcome := self._outcome() or self._limit(last, needed):

@@ -561,26 +561,6 @@ def box_excess(
 
 
 @kernel
-def within(
-    first: FloatArray, second: FloatArray, controls: WholeArray, checked: BoolArray, limit: float, out: BoolArray
-) -> None:
-    """Mark the checked pieces on which the sum of two splines may be below the limit: by its least control value."""
-    u = np.empty((3, 3))
-    for p in range(controls.shape[0]):
-        out[p] = False
-        if not checked[p]:
-            continue
-        for o in range(9):
-            q = controls[p, o]
-            u[o // 3, o % 3] = first[q] + second[q]
-        for b in range(3):
-            for a in range(3):
-                # (a sum that is undefined is no reason to leave a piece out)
-                if not 0.25 * (u[1, 1] + u[1, a] + u[b, 1] + u[b, a]) >= limit:
-                    out[p] = True
-
-
-@kernel
 def least_sums(first: FloatArray, second: FloatArray, controls: WholeArray, out: FloatArray) -> None:
     """Bound the sum of two splines on pieces from below, by its least control value: -infinity if it is undefined."""
     u = np.empty((3, 3))

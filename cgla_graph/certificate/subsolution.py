@@ -454,27 +454,6 @@ class Level:
         """The block around the goal."""
         return Block.around(self, self.problem.goal)
 
-    def kept(self, to_goal: Subsolution, to_start: Subsolution, limit: float) -> WholeArray:
-        """Return the runs of the cells on which a path may cost less than the limit."""
-        mesh = self.mesh
-        keep = np.empty(len(mesh.columns), dtype=np.bool_)
-        certificate_kernels.within(to_goal.values, to_start.values, mesh.controls, mesh.matters, limit, keep)
-        for corner in (*to_goal.corners, *to_start.corners):
-            # a path from inside crosses the rim
-            least = corner.least(to_goal.values, mesh) + corner.least(to_start.values, mesh)
-            keep[corner.pieces] = mesh.matters[corner.pieces] & (least < limit)
-        for block, other in ((self.start_block, to_goal), (self.goal_block, to_start)):
-            pieces = np.flatnonzero(mesh.matters & block.holds)
-            away = np.hypot(*(mesh.node_points[mesh.controls[pieces, 4]] - block.end).T) - 0.5 * math.hypot(
-                *mesh.spacing
-            )
-            least = other.values[mesh.controls[pieces]].min(axis=1) + block.formula.least_cost * np.maximum(away, 0.0)
-            # (what is not known, or beside the end, is kept)
-            keep[pieces] = ~(least >= limit) | (away <= 2.0 * max(mesh.spacing))
-        # (in the other block, that bound is none)
-        keep |= mesh.matters & self.start_block.holds & self.goal_block.holds
-        return cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
-
 
 def least_loss(scales: FloatArray, spans: FloatArray, height: float) -> tuple[float, float]:
     """

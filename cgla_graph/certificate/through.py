@@ -401,6 +401,25 @@ def least_through(level: Level, to_goal: Subsolution, to_start: Subsolution) -> 
     return np.where(np.isnan(least), -math.inf, least)
 
 
+def kept(level: Level, to_goal: Subsolution, to_start: Subsolution, limit: float) -> WholeArray:
+    """
+    Return the runs of the cells of a grid on which a path may cost less than a limit, without rounding.
+
+    Blocks around ends are kept whole: on the next grid, fronts begin there.
+
+    Examples
+    --------
+    >>> level = Level.lay(Problem((0.1, 0.5), (0.9, 0.5)), (64, 64), cell_runs.rectangle((64, 64)))
+    >>> runs = kept(level, *level.both(0.01), 0.81)
+    >>> bool((runs[:, 2] - runs[:, 1]).sum() < 0.25 * len(level.mesh.columns))
+    True
+    """
+    mesh = level.mesh
+    keep = level.start_block.holds | level.goal_block.holds | ~(least_through(level, to_goal, to_start) >= limit)
+    keep &= mesh.matters
+    return cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
+
+
 def costs_to_end(level: Level, one: Subsolution, block: Block) -> FloatArray:
     """
     Bound the cost from each piece of a grid to one end from below, on paths that stay on its cells, without rounding.

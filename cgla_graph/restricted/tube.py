@@ -9,6 +9,7 @@ import numpy as np
 from cgla_graph._types import BoolArray, FloatArray, IntArray, WholeArray
 from cgla_graph.certificate.costs import rounding
 from cgla_graph.certificate.subsolution import Level, Subsolution, first_grid, next_grid
+from cgla_graph.certificate.through import kept
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
 from cgla_graph.model.problem import Problem
@@ -68,7 +69,7 @@ class Tube:
 
     def kept(self, upper: float) -> WholeArray:
         """Return the runs of the cells that a path of at most this cost may pass."""
-        return self.level.kept(self.to_goal, self.from_start, upper / self.shrink)
+        return kept(self.level, self.to_goal, self.from_start, upper / self.shrink)
 
     def finer(self, upper: float) -> tuple[tuple[int, int], WholeArray]:
         """Return the last node and the cells of the next grid."""

@@ -11,6 +11,7 @@ from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph.certificate.certificate import load_kernels, prove
 from cgla_graph.certificate.costs import LEAST_SHRINK, rounding
 from cgla_graph.certificate.subsolution import Level, first_grid
+from cgla_graph.certificate.through import kept
 from cgla_graph.comparisons.live.areas import as_flat
 from cgla_graph.comparisons.live.draft import Draft, LiveMap, unwarned
 from cgla_graph.comparisons.study import runner
@@ -80,7 +81,7 @@ def prove_on_one_grid(problem: Problem, cost: float) -> OneGrid:
         # start and goal are apart: there is no path, or none better than the known one
         return OneGrid(cost)
     here = max(one.bound for one in bounds)
-    runs = level.kept(bounds[0], bounds[1], cost / shrink) if math.isfinite(cost) else None
+    runs = kept(level, *bounds, cost / shrink) if math.isfinite(cost) else None
     # the cost of a known path is an upper limit of the bound
     return OneGrid(max(straight, min(here * shrink, cost)), last, runs)
 

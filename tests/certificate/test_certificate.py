@@ -10,6 +10,7 @@ import math
 import pickle
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, Literal
 
@@ -30,6 +31,7 @@ from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.certificate import certificate_kernels, costs, subsolution
 from cgla_graph.certificate.certificate import FIRST_CELLS, Certificate
 from cgla_graph.certificate.subsolution import Block, Level, Subsolution
+from cgla_graph.certificate.through import least_through
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal import mesh as mesh_module
 from cgla_graph.eikonal.mesh import SplineMesh, corners
@@ -900,15 +902,19 @@ def test_strong_and_weak_threats_under_a_great_weight_are_proven() -> None:
     assert 1.0 < found.lower_bound <= found.cost
 
 
-def test_next_to_each_other_the_blocks_of_both_ends_keep_good_paths() -> None:
-    """In the block of the goal, the spline to the goal is no bound: cells that are in both blocks stay in the tube."""
+def test_next_to_each_other_the_blocks_of_both_ends_bound_no_path_too_high() -> None:
+    """In the block of the goal, the spline to the goal is no bound: in both blocks, none of the two counts."""
     threat = cg.Threat(0.4935, 0.4925, 0.012)
     problem = cg.Problem((0.48, 0.5), (0.515, 0.5), cg.RiskField([threat]), 300.0)
     level = Level.lay(problem, (128, 128), cell_runs.rectangle((128, 128)))
     bounds = level.both(0.01)
     assert bounds is not None
-    both = level.start_block.holds & level.goal_block.holds
-    kept = {(row, column) for row, first, end in level.kept(*bounds, 0.0).tolist() for column in range(first, end)}
+    straight = np.linspace(problem.start, problem.goal, 200)
+    cost = problem.evaluate(straight).cost
+    pieces = np.unique(level.mesh.pieces_at(straight))
+    pieces = pieces[level.start_block.holds[pieces] & level.goal_block.holds[pieces]]
+    # (whatever the splines say there)
+    high = (replace(one, values=one.values + 1e3) for one in bounds)
 
-    assert both.any()
-    assert {*zip(level.mesh.rows[both].tolist(), level.mesh.columns[both].tolist(), strict=True)} <= kept
+    assert len(pieces)
+    assert (least_through(level, *high)[pieces] <= cost).all()
