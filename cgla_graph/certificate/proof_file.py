@@ -6,6 +6,7 @@ for. Blocks have surfaces inside, on grids `FINER` times as fine, instead of for
 checker finds; it may be less than the solver's, which knows more rules.
 """
 
+import bz2
 import io
 import json
 import math
@@ -222,7 +223,7 @@ class Archive:
 
     def add(self, array: Any, name: str) -> str:  # noqa: ANN401 - arrays of any numbers
         """Keep an array; return its name in the file."""
-        full = f"{len(self.arrays):04d}-{name}.npy"
+        full = f"{len(self.arrays):04d}-{name}.npy.bz2"
         self.arrays[full] = np.asarray(array)
         return full
 
@@ -245,7 +246,8 @@ class Archive:
                 kind = next(one for one in kinds if one is np.float64 or most <= np.iinfo(one).max)
                 data = io.BytesIO()
                 np.lib.format.write_array(data, np.ascontiguousarray(array, dtype=kind))
-                file.writestr(zipfile.ZipInfo(name), data.getvalue(), zipfile.ZIP_BZIP2)
+                packed = bz2.compress(data.getvalue()) if name.endswith(".bz2") else data.getvalue()
+                file.writestr(zipfile.ZipInfo(name), packed)
         return stream.getvalue()
 
 
@@ -493,7 +495,7 @@ class _Writer:
     def around_corner(self, outer: _Sheet, cells: Rectangle, levels: int, values: FloatArray) -> dict[str, Any]:
         """Describe a surface around corners, which begins with the outer one beyond the box, for a block of it."""
         if tuple(cells) not in outer.boxes:
-            outer.boxes[tuple(cells)] = self.box_around(outer, cells, levels)
+            outer.boxes[tuple(cells)] = self.box_around(outer, cells, levels, values)
         box = outer.boxes[tuple(cells)]
         sheet, spline = box.sheet, self.solved(outer, box, values)
         known = spline[:-1][np.isfinite(spline[:-1])]
@@ -503,10 +505,17 @@ class _Writer:
         surface = self.surface(sheet, spline - base, height, None, places, inside)
         return {"finer": FINER, "parts": parts_of(sheet.mesh), "box": box.cells, "surface": surface}
 
-    def box_around(self, outer: _Sheet, cells: Rectangle, levels: int) -> _Box:
-        """Lay a finer grid over a box around a block of an outer grid, and further blocks on it."""
-        problem = self.problem
-        last, low, high = _box(outer, cells, (cells[1] - cells[0]) // 2 + 3)
+    def box_around(self, outer: _Sheet, cells: Rectangle, levels: int, values: FloatArray) -> _Box:
+        """
+        Lay a finer grid over a box around a block of an outer grid, and further blocks on it.
+
+        A way that leaves the box has to cost what the outer surface falls by on the block, if a margin can be so wide.
+        """
+        problem, wide, held = self.problem, cells[1] - cells[0], outer.holds([cells])
+        known = values[outer.nodes[outer.grid.controls[held]]]
+        twice = 2.0 * min(outer.mesh.spacing) * float(outer.grid.costs[held].min())
+        needed = np.ptp(known[np.isfinite(known)]) / twice if np.isfinite(known).any() else 0.0
+        last, low, high = _box(outer, cells, max(wide // 2 + 3, min(math.ceil(needed) + 1, wide + 3)))
         first = max(low[0] - BEYOND, 0), max(low[1] - BEYOND, 0)
         final = min(high[0] + BEYOND, last[0]), min(high[1] + BEYOND, last[1])
         count = final[0] - first[0], final[1] - first[1]

@@ -94,9 +94,12 @@ def _described(file: Path) -> object:
     """Return the description in a proof file; None if there is none."""
     try:
         with zipfile.ZipFile(file) as archive:
-            if archive.getinfo("proof.json").file_size > MOST_DESCRIBED:
+            part = archive.getinfo("proof.json")
+            if part.file_size > MOST_DESCRIBED or part.compress_type not in {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}:
                 return None
-            return json.loads(archive.read("proof.json"))
+            # (no more than that: a part may unpack to more than it says)
+            with archive.open(part) as stream:
+                return json.loads(stream.read(part.file_size))
     except (zipfile.BadZipFile, KeyError, ValueError, RecursionError, NotImplementedError, RuntimeError, EOFError):
         return None
 

@@ -3,11 +3,14 @@
 import contextlib
 import copy
 import io
+import json
 import math
 import subprocess
 import sys
 import time
+import tracemalloc
 import zipfile
+import zlib
 from collections.abc import Callable
 from decimal import Decimal, localcontext
 from fractions import Fraction
@@ -263,9 +266,9 @@ def sheet_by_hand(archive: Archive, n: int, heights: Any, exponent: int) -> tupl
     return {"last": [n, n], "parts": 0}, {"exponent": exponent, "values": values, "blocks": []}
 
 
-def by_hand(heights: Any, end: list[int], **changes: Any) -> tuple[dict[str, Any], Archive]:  # noqa: ANN401 - as JSON
+def by_hand(heights: Any, end: list[int], n: int = 32, **changes: Any) -> tuple[dict[str, Any], Archive]:  # noqa: ANN401 - as JSON
     """Describe a proof with a surface whose control values a formula gives: no solver of ours has a part in it."""
-    n, exponent, archive = 32, 30, Archive()
+    exponent, archive = 30, Archive()
     rows, columns = np.mgrid[-1 : n + 2, -1 : n + 2]
     whole = np.rint(np.ldexp(heights(columns / n, rows / n), exponent)).astype(np.int64)
     grid, surface = sheet_by_hand(archive, n, whole, exponent)
@@ -378,6 +381,31 @@ def test_a_raster_beyond_the_map_counts_on_the_border() -> None:
     assert costs[columns > 0] == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-12, -1e-12])
+def test_a_line_of_several_rasters_has_the_least_of_each(off: float) -> None:
+    """On both sides of the line, the cost is 91; a path along it costs 1 a unit of length."""
+    by = Archive()
+    rasters = [
+        {"values": by.add(np.array([values]), "raster"), "bounds": bounds, "interpolation": "nearest"}
+        for values, bounds in (([0.0, 9.0], [0.0, 0.0, 1.0, 1.0]), ([9.0, 0.0], [off, 0.0, 1.0 + off, 1.0]))
+    ]
+    described, archive = by_hand(
+        lambda x, y: 90.0 * np.hypot(x - 0.5, y - 0.75), [15, 19, 24, 28], 33,
+        start=[0.5, 0.25], goal=[0.5, 0.75], k=10.0, rasters=rasters,
+    )  # fmt: skip
+    archive.arrays |= {one["values"]: by.arrays[one["values"]] for one in rasters}
+    described["lower"] = 40.0
+    with pytest.raises(checker.Refused, match="which is less than"):
+        checker.check(io.BytesIO(archive.packed(described)))
+    problem = checker.Problem(described["problem"], archive.array)
+    grid = whole_grid(problem, 33)
+    costs = grid.costs.max(axis=(1, 2))
+    assert (costs[(grid.columns == 16) | (grid.columns == 17)] <= 1.0).all()
+    assert costs[(grid.columns > 17) & (grid.columns < 33)] == pytest.approx(91.0)
+    if off == 0.0:
+        assert checker.upper_bound(problem, np.array([(0.5, 0.25), (0.5, 0.75)])) == pytest.approx(0.5)
+
+
 @given(st.floats(-0.5, 0.5))
 @example(-0.25)
 def test_an_end_on_the_rim_costs_nothing(shift: float) -> None:
@@ -411,15 +439,74 @@ def test_names_in_a_file_say_nothing(name: str, tmp_path: Path, capsys: pytest.C
     assert capsys.readouterr().out == "refused: a name of an array is not plain\n"
 
 
-def test_other_compression_that_is_broken_is_refused() -> None:
-    described, archive = by_hand(cone, [22, 27, 14, 19])
-    data = bytearray(stored(described, archive.arrays, zipfile.ZIP_LZMA).getvalue())
-    data[60] ^= 255
-    with pytest.raises(checker.Refused, match="not a proof"):
-        checker.check(io.BytesIO(bytes(data)))
-
-
 # hostile files
+
+
+def lying(described: dict[str, Any], name: str, said: bytes, method: int) -> bytes:
+    """Return a file with a part of 64 MB that says that it is small."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as file:
+        if name != "proof.json":
+            file.writestr("proof.json", json.dumps(described))
+        file.writestr(name, said + bytes(1 << 26), method)
+    data = bytearray(stream.getvalue())
+    # (sum and size in the directory at the end)
+    at = data.rfind(b"PK\x01\x02")
+    data[at + 16 : at + 20], data[at + 24 : at + 28] = (
+        zlib.crc32(said).to_bytes(4, "little"),
+        len(said).to_bytes(4, "little"),
+    )
+    return bytes(data)
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+@pytest.mark.parametrize("name", ["proof.json", "threats.npy"])
+def test_parts_that_say_they_are_small_take_little_memory(name: str, method: int) -> None:
+    described, _ = by_hand(cone, [22, 27, 14, 19])
+    described["problem"]["threats"] = "threats.npy"
+    held = io.BytesIO()
+    np.save(held, np.zeros((4, 4)))
+    data = lying(described, name, json.dumps({}).encode() if name == "proof.json" else held.getvalue(), method)
+    tracemalloc.start()
+    try:
+        with pytest.raises(
+            checker.Refused, match=r"another method than deflate|the format is not|a spread is not above 0"
+        ):
+            checker.check(io.BytesIO(data))
+        assert tracemalloc.get_traced_memory()[1] < 1 << 24
+    finally:
+        tracemalloc.stop()
+
+
+def test_arrays_unpack_to_no_more_than_is_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
+    described, archive = by_hand(cone, [22, 27, 14, 19])
+    described["problem"]["threats"] = archive.add(np.zeros((1 << 20, 4)), "threats")
+    data = archive.packed(described)
+    assert len(data) < 100_000
+    monkeypatch.setattr(checker, "MOST_IN_ALL", 1 << 20)
+    tracemalloc.start()
+    try:
+        with pytest.raises(checker.Refused, match="too large together, or one is cut off"):
+            checker.check(io.BytesIO(data))
+        assert tracemalloc.get_traced_memory()[1] < 1 << 23
+    finally:
+        tracemalloc.stop()
+
+
+def test_the_rim_of_a_block_has_few_pieces() -> None:
+    """All pairs of an outer and an inner piece are looked at: 1,700 and 8,500 here."""
+    described, archive = by_hand(cone, [22, 27, 14, 19])
+    n = 420
+    grid, surface = sheet_by_hand(archive, n, np.zeros((n + 3, n + 3), dtype=np.int64), 0)
+    _, inner = sheet_by_hand(archive, 3 * n, np.zeros((3 * n - 1, 3 * n - 1), dtype=np.int64), 0)
+    inside = {"finer": 3, "parts": 0, "box": [2, 3 * n - 1, 2, 3 * n - 1], "surface": inner}
+    end = {
+        "cells": [2, n - 1, 2, n - 1],
+        "inside": inside | {"surface": inner | {"end": {"cells": [9, 3 * n - 8] * 2}}},
+    }
+    described["grids"] = [grid | {"to_goal": surface | {"end": end}}]
+    with pytest.raises(checker.Refused, match="the rim of a block has too many pieces"):
+        checker.check(io.BytesIO(archive.packed(described)))
 
 
 @pytest.mark.slow
@@ -614,13 +701,34 @@ def with_a_raster(described: dict[str, Any], archive: Archive) -> None:
     described["grids"][0]["last"] = [2, 2]
 
 
+def with_many_grids(described: dict[str, Any], archive: Archive) -> None:
+    """Lay many small grids over a raster of many columns."""
+    raster = {"values": archive.add(np.zeros((1, 100_000)), "raster"), "bounds": [0.0, 0.0, 1.0, 1.0]}
+    described["problem"] |= {"k": 1.0, "rasters": [raster | {"interpolation": "bilinear"}]}
+    described["grids"][0]["to_goal"]["blocks"] = [
+        {"cells": [2, 3, 2, 3], "inside": {"finer": 3, "parts": 0, "box": [0, 9 + n, 0, 9], "surface": {}}}
+        for n in range(100)
+    ]
+
+
+def with_lines(described: dict[str, Any], archive: Archive) -> None:
+    """Lay cells between many lines over a raster of many rows."""
+    raster = {"values": archive.add(np.zeros((1 << 17, 1)), "raster"), "bounds": [0.0, 0.0, 1.0, 1.0]}
+    described["problem"] |= {"k": 1.0, "rasters": [raster | {"interpolation": "nearest"}]}
+    x, y = (np.repeat(np.linspace(0.0, 1.0, count), 2).reshape(-1, 2) for count in (2001, 3))
+    described["cells"] = {"limit": None, "x": archive.add(x, "x"), "y": archive.add(y, "y"), "levels": []}
+    described["problem"] |= {"start": [0.25, 0.5], "goal": [0.75, 0.5]}
+
+
 def with_threats(described: dict[str, Any], archive: Archive) -> None:
     """Lay many cells over many threats."""
     described["problem"]["threats"] = archive.add(np.tile([0.5, 0.5, 0.1, 0.5], (50_000, 1)), "threats")
     described["grids"][0]["last"] = [300, 300]
 
 
-@pytest.mark.parametrize("hostile", [with_a_path, with_blocks, with_a_raster, with_threats])
+@pytest.mark.parametrize(
+    "hostile", [with_a_path, with_blocks, with_a_raster, with_threats, with_many_grids, with_lines]
+)
 def test_a_small_file_that_would_run_for_minutes_is_refused(hostile: Callable[..., None]) -> None:
     """Its own sizes say what it asks for: it is refused after a second of work."""
     described, archive = by_hand(cone, [22, 27, 14, 19])
@@ -633,7 +741,7 @@ def test_a_small_file_that_would_run_for_minutes_is_refused(hostile: Callable[..
     assert time.process_time() - begin < 10.0
 
 
-def test_more_work_is_allowed_on_demand(tmp_path: Path) -> None:
+def test_more_work_is_allowed_on_demand(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "one.proof"
     file.write_bytes(proof_of(OPEN, 0.02)[0])
     with pytest.raises(ProblemError, match="more work than is allowed"):
@@ -642,6 +750,9 @@ def test_more_work_is_allowed_on_demand(tmp_path: Path) -> None:
     assert checker.main([str(file), "--most-work", "1e6"]) == 1
     assert checker.main([str(file), "--most-work", "1e9"]) == 0
     assert checker.main([str(file), "--more"]) == 2
+    capsys.readouterr()
+    assert checker.main([str(file), "--most-work", "all\n"]) == 1
+    assert capsys.readouterr().out == "refused: could not convert string to float: 'all\\n'\n"
 
 
 @pytest.mark.slow

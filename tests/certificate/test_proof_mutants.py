@@ -267,4 +267,4 @@ def test_files_that_stay_true_are_accepted(name: str, problem: str) -> None:
 
 def test_compression_is_up_to_the_writer() -> None:
     described, arrays = parts_of(proof_of(*PROBLEMS["open"]))
-    assert checker.check(stored(described, arrays, zipfile.ZIP_BZIP2))["lower"] == described["lower"]
+    assert checker.check(stored(described, arrays, zipfile.ZIP_DEFLATED))["lower"] == described["lower"]

@@ -1,5 +1,6 @@
 """Proof files in parts: read, changed, written again, and the problem that one is about, as the library sees it."""
 
+import bz2
 import io
 import json
 import math
@@ -64,8 +65,10 @@ def proof_of(problem: cg.Problem, tolerance: float) -> bytes:
 def parts_of(data: bytes) -> tuple[Described, Arrays]:
     """Return the description and the arrays of a file."""
     with zipfile.ZipFile(io.BytesIO(data)) as file:
-        arrays = {name: np.load(io.BytesIO(file.read(name))) for name in file.namelist() if name != "proof.json"}
-        return json.loads(file.read("proof.json")), arrays
+        held = {name: file.read(name) for name in file.namelist()}
+        described = json.loads(held.pop("proof.json"))
+        unpacked = {name: bz2.decompress(data) if name.endswith(".bz2") else data for name, data in held.items()}
+        return described, {name: np.load(io.BytesIO(data)) for name, data in unpacked.items()}
 
 
 def stored(described: Described, arrays: Arrays, method: int = zipfile.ZIP_STORED) -> io.BytesIO:
@@ -77,7 +80,7 @@ def stored(described: Described, arrays: Arrays, method: int = zipfile.ZIP_STORE
             held = io.BytesIO(array if isinstance(array, bytes) else b"")
             if not isinstance(array, bytes):
                 np.save(held, array)
-            file.writestr(name, held.getvalue())
+            file.writestr(name, bz2.compress(held.getvalue()) if name.endswith(".bz2") else held.getvalue())
     stream.seek(0)
     return stream
 
