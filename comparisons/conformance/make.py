@@ -27,7 +27,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.solvers.solving import solve
 
 #: Width of a bracket, and most cells of a grid of its proof.
-TOLERANCE, MAX_CELLS = 0.002, 3_000_000
+TOLERANCE, MAX_CELLS = 0.0005, 3_000_000
 #: Solvers that look for a path, with points a side of their lattices.
 PLANNERS = (("hybrid", 20), ("hybrid", 45), ("visibility-graph", 20), ("fast-marching", 20), ("lazy-theta-star", 53))
 #: Tolerances of simplified paths: distance as a share of the map's longer side, and additional cost.
