@@ -322,6 +322,7 @@ def prove(
     max_cells: int = MAX_CELLS,
     keeps_path: bool = True,
     in_turns: bool = False,
+    tube: Tube | None = None,
 ) -> Certificate:
     """
     Bound the cost of every path from below, and compare a path with it; `cgla_graph.lower_bound` finds one first.
@@ -342,6 +343,8 @@ def prove(
     in_turns
         Whether to bound the costs from one end, and those from the other only if a finer grid needs them: less work on
         one core, but later on several.
+    tube
+        The first grid, if it is known that no path outside of it costs less than the given one.
 
     Returns
     -------
@@ -365,9 +368,8 @@ def prove(
     (True, True)
     """
     check_settings(tolerance, max_cells)
-    return _proven(problem, tolerance, path, max_cells, keeps_path=keeps_path and path is not None, in_turns=in_turns)[
-        0
-    ]
+    keeps_path = keeps_path and path is not None
+    return _proven(problem, tolerance, path, max_cells, keeps_path=keeps_path, in_turns=in_turns, tube=tube)[0]
 
 
 def check_settings(tolerance: float, max_cells: int) -> None:

@@ -193,13 +193,15 @@ class GridThrough(NamedTuple):
     """
     A grid, its bounds to goal and start (None if no path stays on its cells), and what they say of each place.
 
-    `pieces` are the listed pieces of its mesh, in the order of `Through.least`.
+    `pieces` are the listed pieces of its mesh, in the order of `Through.least`; `least` bounds the paths through each
+    piece of the mesh that stay on its cells, shape ``(m,)``.
     """
 
     through: Through
     level: Level
     bounds: tuple[Subsolution, Subsolution] | None
     pieces: WholeArray
+    least: FloatArray
 
 
 def grids_through(
@@ -253,7 +255,7 @@ def grids_through(
             none, no_cells = np.empty(0), np.empty(0, dtype=np.int32)
             bound = min(limit, cost)
             nothing = Through(problem, grid, no_cells, no_cells, none, limit, bound, waypoints, cost, len(level.bounds))
-            yield GridThrough(nothing, level, None, no_cells)
+            yield GridThrough(nothing, level, None, no_cells, np.full(len(level.bounds), bound))
             return
         if waypoints is None:
             waypoints, cost = _descended(problem, level, pair[0])
@@ -262,12 +264,12 @@ def grids_through(
         if is_provable(problem):
             best = max(best, min(max(one.bound for one in pair) * shrink - less, limit, cost))
             least = np.maximum(least, least_through(level, *pair) * shrink - 2.0 * less)
-        least = np.minimum(np.maximum(least, best), limit)
+        least = np.maximum(least, best)
         keep = mesh.matters & ~(least >= limit)
         keep[keep] = joined_with(problem.start, mesh, keep)
         columns, rows = mesh.columns[keep], mesh.rows[keep]
         found = problem, grid, columns, rows, least[keep], limit, best, waypoints, cost
-        yield GridThrough(Through(*found, len(mesh.columns)), level, pair, np.flatnonzero(keep))
+        yield GridThrough(Through(*found, len(mesh.columns)), level, pair, np.flatnonzero(keep), least)
         if grid == last or not keep.any():
             return
         grid, runs = finer_grid(problem, grid, cell_runs.runs_of(columns, rows), 2.0, max_cells)
@@ -364,6 +366,23 @@ def _straight(problem: Problem, cells: WholeArray, origin: Point, spacing: tuple
     least = length - 0.5 * np.abs(slopes) @ spacing
     off = PLACED * float(np.abs(problem.bounds).max()) * 4.0
     return np.asarray(least_scale(problem) * (least * (1.0 - ROUNDED) - off)) - 2.0 * geodesic_error(problem)
+
+
+def straight_through(problem: Problem, last: tuple[int, int]) -> FloatArray:
+    """
+    Bound the length of all paths through the cells of a grid by straight lines, shape ``(rows, columns)``.
+
+    Examples
+    --------
+    >>> found = straight_through(Problem((0.1, 0.5), (0.9, 0.5)), (100, 100))
+    >>> found[80, 50].round(2).item(), found[50, 50].round(2).item()
+    (0.99, 0.8)
+    """
+    x_min, y_min, x_max, y_max = problem.bounds
+    rows, columns = np.indices((last[1] + 1, last[0] + 1))
+    spacing = (x_max - x_min) / last[0], (y_max - y_min) / last[1]
+    cells = np.column_stack([columns.ravel(), rows.ravel()])
+    return _straight(problem, cells, (x_min, y_min), spacing).reshape(rows.shape)
 
 
 def least_through(level: Level, to_goal: Subsolution, to_start: Subsolution) -> FloatArray:
