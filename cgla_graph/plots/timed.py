@@ -20,7 +20,7 @@ from cgla_graph.plots.looks import COLOURS
 from cgla_graph.plots.map import BaseMap
 from cgla_graph.plots.page import style
 from cgla_graph.plots.risk_samples import risk_samples
-from cgla_graph.plots.scene import TitledProblem, clip_to_bounds, draw_area, draw_mark, unit_scale
+from cgla_graph.plots.scene import Look, TitledProblem, clip_to_bounds, draw_area, draw_mark, unit_scale
 from cgla_graph.timed.team_plan import TeamPlan
 from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem
@@ -29,6 +29,7 @@ from cgla_graph.timed.timed_problem import TimedProblem
 MOMENTS, FRAMES = (0.0, 0.5, 1.0), 45
 _PANEL, _CURVE = 3.4, 1.7  # inches: width of the map at a time, height of the costs of departures
 _PROBES = 9  # times at which the greatest risk is looked for
+_ARROWS = 9  # arrows of wind along the longer side of the map
 
 
 class Flights(NamedTuple):
@@ -40,6 +41,7 @@ class Flights(NamedTuple):
     separation: float
     times: tuple[float, float]
     top: float
+    gale: float
 
     @classmethod
     def of(cls, plan: TimedPlan | TeamPlan) -> "Flights":
@@ -55,9 +57,10 @@ class Flights(NamedTuple):
         times = min(one.departure for one in plans), max(one.arrival for one in plans)
         # (colours mean the same at all times)
         top = max(risk_samples(_at(problem, time), 120).top for time in np.linspace(*times, _PROBES).tolist())
+        gale = float(np.hypot(problem.wind_grid.u, problem.wind_grid.v).max())
         if isinstance(plan, TimedPlan):
-            return cls(problem, plans, ("",), 0.0, times, top)
-        return cls(problem, plans, plan.names, plan.separation, times, top)
+            return cls(problem, plans, ("",), 0.0, times, top, gale)
+        return cls(problem, plans, plan.names, plan.separation, times, top, gale)
 
     @property
     def middle(self) -> float:
@@ -106,7 +109,7 @@ def timed_figure(plan: TimedPlan | TeamPlan, figure: Figure | None = None) -> Fi
 
 
 def draw_moment(axes: Axes, flights: Flights, time: float) -> None:
-    """Draw the risk and the closed areas at a time, the flights so far, and the rest of them as thin lines."""
+    """Draw risk, closed areas and wind at a time, the flights so far, and the rest of them as thin lines."""
     problem = flights.problem
     shown = TitledProblem(_at(problem, time))
     with style():
@@ -116,6 +119,8 @@ def draw_moment(axes: Axes, flights: Flights, time: float) -> None:
         scale, slab = unit_scale(shown.problem), problem.slab_at(time)
         if slab.no_fly is not None and not slab.no_fly.is_empty:
             clip_to_bounds(axes, problem.bounds, draw_area(axes, slab.no_fly, scale), scale)
+        if flights.gale > 0.0:
+            _draw_wind(axes, flights, time, scale)
         for number, (plan, name) in enumerate(zip(flights.plans, flights.names, strict=True)):
             colour, place = COLOURS[number % len(COLOURS)], plan.at(time)
             flown = np.vstack([plan.path[plan.trajectory[:, 0] < time], place])
@@ -132,7 +137,19 @@ def draw_moment(axes: Axes, flights: Flights, time: float) -> None:
             side = "left" if 2.0 * place[0] < problem.bounds[0] + problem.bounds[2] else "right"
             offset = (4 if side == "left" else -4, 4)
             axes.annotate(name, here, offset, textcoords="offset points", ha=side, fontsize=7, zorder=5.1)
-        axes.set_title(f"time {time:.4g}", fontsize=9)
+        arrows = f", arrows: wind up to {flights.gale:.3g}" if flights.gale > 0.0 else ""
+        axes.set_title(f"time {time:.4g}{arrows}", fontsize=9)
+
+
+def _draw_wind(axes: Axes, flights: Flights, time: float, scale: float) -> None:
+    """Draw the wind at a time; the strongest one at all times is as long as the arrows are apart."""
+    low, high = np.reshape(flights.problem.bounds, (2, 2))
+    counts = np.maximum(np.rint(_ARROWS * (high - low) / (high - low).max()), 1).astype(int)
+    x, y = (a + (b - a) * (np.arange(n) + 0.5) / n for a, b, n in zip(low, high, counts, strict=True))
+    places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    arrows = flights.problem.wind_at(places, time) * ((high - low).max() / _ARROWS / flights.gale)
+    look: Look = {"pivot": "mid", "color": "0.45", "width": 0.004, "zorder": 2.6}
+    axes.quiver(*(places * scale).T, *(arrows * scale).T, angles="xy", scale_units="xy", scale=1.0, **look)
 
 
 def draw_departures(axes: Axes, plan: TimedPlan) -> None:

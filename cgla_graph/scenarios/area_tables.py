@@ -59,6 +59,11 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
+def is_table(value: object) -> str:
+    """Choose the member of a union of a table and a plain value, so that only its own faults are reported."""
+    return "=table" if isinstance(value, dict | Table) else "=plain"
+
+
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 Ring = Annotated[list[Pair], Field(min_length=3)]
 

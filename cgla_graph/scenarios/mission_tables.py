@@ -15,7 +15,7 @@ from cgla_graph.mission.uav import COLOUR
 from cgla_graph.mission.virtual_obstacle import Placement, Zones
 from cgla_graph.mission.world import TimedThreat, World
 from cgla_graph.model.clearance import widened
-from cgla_graph.scenarios.area_tables import Line, Pair, Ring, Table, ends_of
+from cgla_graph.scenarios.area_tables import Line, Pair, Ring, Table, ends_of, is_table
 from cgla_graph.scenarios.drawing import MOST_MISSES, Stream
 from cgla_graph.scenarios.map_tables import MapTable, ThreatTable
 from cgla_graph.timed.timed_area import union_of
@@ -154,21 +154,16 @@ class VirtualObstacleTable(Table):
     zones: Zones = "two"
 
 
-def _is_table(value: object) -> str:
-    """Choose the member of a union of a table and a plain value, so that only its own faults are reported."""
-    return "=table" if isinstance(value, dict | Table) else "=plain"
-
-
 class FlySettings(Table):
     """The settings of `Mission`, with the same defaults."""
 
     solver: str = Field(SOLVER, min_length=1, description="a solver, with settings as NAME:A=1:B=2")
     sharing: Annotated[
         Annotated[Literal["none", "global"], Tag("=plain")] | Annotated[SharingTable, Tag("=table")],
-        Discriminator(_is_table),
+        Discriminator(is_table),
     ] = "global"
     virtual_obstacle: Annotated[
-        Annotated[bool, Tag("=plain")] | Annotated[VirtualObstacleTable, Tag("=table")], Discriminator(_is_table)
+        Annotated[bool, Tag("=plain")] | Annotated[VirtualObstacleTable, Tag("=table")], Discriminator(is_table)
     ] = False
     avoidance: Avoidance = "none"
     fusion: Fusion = "union"

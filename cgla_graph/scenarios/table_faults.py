@@ -85,7 +85,12 @@ def faults(error: ValidationError, kind: type[BaseModel], command: str = "") -> 
     for fault in every:
         if fault["type"] not in {"extra_forbidden", "missing"}:
             joined.setdefault(_place(fault["loc"]), []).append(fault)
-    wrong = [_wrong(place, found) for place, found in joined.items()]
+    # (a member that fits so far, and has a fault further down, is the one that was meant)
+    wrong = [
+        _wrong(place, found)
+        for place, found in joined.items()
+        if not any(deeper.startswith(f"{place}.") for deeper in joined if place)
+    ]
     places = [_place(fault["loc"]) for fault in every if fault["type"] == "missing" and fault["loc"] not in meant]
     needed = "these keys are needed; add them" if len(places) > 1 else "this key is needed; add it"
     described = [*wrong, *([f"{', '.join(places)}: {needed}"] if places else [])]

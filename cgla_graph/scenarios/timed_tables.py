@@ -4,7 +4,7 @@ from datetime import datetime, timedelta
 from typing import Annotated, Any, Literal, TypeAlias
 
 import shapely
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from cgla_graph._text import shown
 from cgla_graph._types import Point
@@ -12,7 +12,7 @@ from cgla_graph.airspace.zones.applying import moment_of_zones
 from cgla_graph.airspace.zones.timed_zones import LONGEST
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.risk import RiskField
-from cgla_graph.scenarios.area_tables import Line, Pair, Ring, Table
+from cgla_graph.scenarios.area_tables import Line, Pair, Ring, Table, is_table
 from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, RasterTable, ThreatTable
 from cgla_graph.scenarios.text_files import scenario_errors
 from cgla_graph.timed.moving import MovingThreat
@@ -110,9 +110,9 @@ class TimedTable(MapTable):
         default=None, gt=0, description="price of a unit of time spent waiting (default: no waiting)"
     )
     latest: float | None = Field(default=None, description="the latest arrival (default: any)")
-    wind: Pair | WindTable | None = Field(
-        default=None, description="where the air goes, [u, v], map units per unit of time"
-    )
+    wind: (
+        Annotated[Annotated[Pair, Tag("=plain")] | Annotated[WindTable, Tag("=table")], Discriminator(is_table)] | None
+    ) = Field(default=None, description="where the air goes, [u, v], map units per unit of time")
     risk_per: Literal["ground", "time"] = Field(
         default="ground", description="risk is gathered over the ground, or over time"
     )

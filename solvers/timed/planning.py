@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cgla_graph._text import counted
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import whole_number
 from cgla_graph.errors import ProblemError
@@ -84,7 +85,7 @@ class Search:
             return FoundFlight(Status.NOT_FOUND, evaluations=self.bender.evaluations, message=message)
         final = [self.bender.fine(one) for one in ranked[:FINAL] if one.cost <= CLOSE * ranked[0].cost]
         best = min(final, key=lambda one: one.cost)
-        message = f"{len(ranked)} ways compared on a grid of {grid.nx} x {grid.ny} x {len(grid.times)}"
+        message = f"{counted(len(ranked), 'way')} compared on a grid of {grid.nx} x {grid.ny} x {len(grid.times)}"
         return FoundFlight(
             Status.FOUND, self.bender.rows(best), self.departures, self.bender.evaluations, len(ranked), message
         )

@@ -105,6 +105,16 @@ def test_on_a_map_in_degrees_tracks_are_degrees_and_the_rest_is_metres() -> None
         ("speed = 1\nmoving = [{track = [[0, 0]], spread = 0.1}]", "moving.0.track.0"),
         ("speed = 1\ntimed_areas = [{appears = 1}]", "timed_areas.0: an area needs either polygon or geojson"),
         ("speed = 1\nwind = {u = [[[1]]], v = [[[1, 2]]]}", "wind: u has shape"),
+        ("speed = 1\nwind = {u = [[[1]]], v = 'x'}", "mine.toml: wind.v: give a list (it is 'x'); cgla"),
+        (
+            "speed = 1\nwind = {u = [[[1]]], v = [[[1]]], tim = 0}",
+            "mine.toml: wind.tim: unknown key; did you mean times?",
+        ),
+        ("speed = 1\nwind = [1]", "mine.toml: wind: give at least 2, not 1 (it is [1]); cgla"),
+        (
+            "speed = 1\nmoving = [{track = [[0, 0, 0]], spread = ['a']}]",
+            "mine.toml: moving.0.spread.0: give a number (it is 'a'); cgla",
+        ),
         ("speed = 1\ndeparture = [2, 1]", "its window ends before it begins"),
         ("speed = 1\nhours = [{since = 2}, {since = 1}]", "field 1 of fields begins at 1, not after 2"),
         ("speed = 1\nlatest = -1", "latest arrival is -1"),

@@ -9,6 +9,7 @@ import pytest
 from command_line import Call
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
+from matplotlib.quiver import Quiver
 from PIL import Image
 
 import cgla_graph as cg
@@ -116,6 +117,23 @@ def test_pictures_show_what_there_is_at_each_time() -> None:
         cg.plot(TimedPlan(Status.NOT_FOUND))
     with pytest.raises(ProblemError, match="does not know its problem"):
         cg.animate(TimedPlan(Status.FOUND, rows))
+
+
+def test_pictures_show_the_wind_of_their_time() -> None:
+    wind = cg.Wind([[[0.2, 0.4]], [[-0.4, 0.1]]], [[[0.0, 0.0]], [[0.0, 0.3]]], (0, 0, 1, 0.5), times=[0, 2])
+    problem = cg.TimedProblem((0.1, 0.1), (0.9, 0.4), speed=1.0, wind=wind, bounds=(0, 0, 1, 0.5))
+    rows = problem.fly([(0.1, 0.1), (0.9, 0.4)])
+    plan = TimedPlan(Status.FOUND, rows, cost=1.0, departure=0.0, arrival=float(rows[-1, 0]), problem=problem)
+    with mpl.rc_context({"backend": "agg"}):
+        figure = cg.plot(plan).figure
+    times = [0.0, 0.5 * rows[-1, 0], rows[-1, 0]]
+    for axes, time in zip(figure.axes, times, strict=True):
+        assert axes.get_title().endswith(", arrows: wind up to 0.4")
+        (arrows,) = (one for one in axes.collections if isinstance(one, Quiver))
+        places = arrows.get_offsets()
+        # (the strongest wind of all times is as long as the arrows are apart)
+        apart = np.diff(np.unique(places[:, 0])).min()
+        assert np.column_stack([arrows.U, arrows.V]) == pytest.approx(problem.wind_at(places, time) * apart / 0.4)
 
 
 TEAM = """
