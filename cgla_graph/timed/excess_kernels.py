@@ -11,32 +11,60 @@ import math
 
 import numpy as np
 
-from cgla_graph._kernel import kernel
+from cgla_graph._kernel import inlined, kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.timed.floor_kernels import moving_floor
 from cgla_graph.timed.march_kernels import STEEPEST, WALL, Flow, SmallArray, burden, travel_time
 
 #: Bound of the relative rounding of what is lost.
 ROUNDED = 2.0**-46
+#: Bound of the rounding of control values of a part of a cell, and of their differences, relative to the greatest.
+CUT = 2.0**-45
 #: No cost is lowered by more than this factor, less 1, at once.
 MOST_SOFTER = 4.0
 
 
 @kernel
-def _gradients(u: FloatArray, step: float, gx: FloatArray, gy: FloatArray) -> None:
+def _gradients(u: FloatArray, steps: tuple[float, float], gx: FloatArray, gy: FloatArray) -> None:
     """Write the control vectors of the gradient of a biquadratic spline with control values `u`, all ``(3, 3)``."""
     for side in range(2):
-        low = (u[0, side + 1] - u[0, side]) / step
-        middle = (u[1, side + 1] - u[1, side]) / step
-        high = (u[2, side + 1] - u[2, side]) / step
+        low = (u[0, side + 1] - u[0, side]) / steps[0]
+        middle = (u[1, side + 1] - u[1, side]) / steps[0]
+        high = (u[2, side + 1] - u[2, side]) / steps[0]
         gx[0, 2 * side], gx[1, 2 * side], gx[2, 2 * side] = 0.5 * (low + middle), middle, 0.5 * (middle + high)
-        low = (u[side + 1, 0] - u[side, 0]) / step
-        middle = (u[side + 1, 1] - u[side, 1]) / step
-        high = (u[side + 1, 2] - u[side, 2]) / step
+        low = (u[side + 1, 0] - u[side, 0]) / steps[1]
+        middle = (u[side + 1, 1] - u[side, 1]) / steps[1]
+        high = (u[side + 1, 2] - u[side, 2]) / steps[1]
         gy[2 * side, 0], gy[2 * side, 1], gy[2 * side, 2] = 0.5 * (low + middle), middle, 0.5 * (middle + high)
     for i in range(3):
         gx[i, 1] = 0.5 * (gx[i, 0] + gx[i, 2])
         gy[1, i] = 0.5 * (gy[0, i] + gy[2, i])
+
+
+@inlined
+def _inner(place: float, half: float, low: float, high: float) -> tuple[float, float]:
+    """Return middle and half of the part of a cell between two borders, in halves of the cell."""
+    begins, ends = max((low - place) / half - 1e-9, -1.0), min((high - place) / half + 1e-9, 1.0)
+    # (a narrower part is not worth its rounding)
+    begins = min(begins, ends - 0.01)
+    return 0.5 * (begins + ends), 0.5 * (ends - begins)
+
+
+@kernel
+def _cut(u: FloatArray, at: tuple[float, float], width: tuple[float, float]) -> None:
+    """Replace control values ``(3, 3)`` of a cell by those of a part of it: of a cell as wide as that part."""
+    for axis in range(2):
+        begins, ends = 0.5 * (1.0 + at[axis] - width[axis]), 0.5 * (1.0 + at[axis] + width[axis])
+        for n in range(3):
+            row = u[n] if axis == 0 else u[:, n]
+            middle = row[1]
+            first, last = 0.5 * (row[0] + middle), 0.5 * (middle + row[2])
+            # (Bernstein values of the part, by blossoms)
+            one, other = first + begins * (middle - first), middle + begins * (last - middle)
+            low, between = one + begins * (other - one), one + ends * (other - one)
+            one, other = first + ends * (middle - first), middle + ends * (last - middle)
+            high = one + ends * (other - one)
+            row[0], row[1], row[2] = 2.0 * low - between, between, 2.0 * high - between
 
 
 @kernel
@@ -95,8 +123,8 @@ def layer_excess(
     begin: WholeArray,
     end: WholeArray,
     skipped: BoolArray,
-    origin: tuple[float, float],
-    step: float,
+    bounds: tuple[float, float, float, float],
+    place: tuple[float, float, float],
     k: float,
     threats: FloatArray,
     still: FloatArray,
@@ -116,7 +144,9 @@ def layer_excess(
         The cells of each row.
     skipped
         Cells that no path enters, or where the spline need not be a bound: their excess is 0.
-    origin, step
+    bounds
+        Of the map: of cells at the border, only the part inside counts.
+    place
         Place of the first node, and the distance of neighbours.
     k
         Risk weight.
@@ -138,7 +168,7 @@ def layer_excess(
     changes = winds.shape[0] > 0
     windy = changes or wx != 0.0 or wy != 0.0
     fast, wind, air = v, math.hypot(wx, wy), flow
-    reach = 0.5 * math.sqrt(2.0) * step * (1.0 + 2.0**-40)
+    half, reach = 0.5 * place[2], 0.5 * place[2] * (1.0 + 2.0**-40)
     half_time = 0.5 * durations[1] * (1.0 + 2.0**-40)
     values, slopes = np.empty((3, 3, 3)), np.empty((3, 3, 3))
     gx, gy, steepened = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3, 3, 2))
@@ -148,7 +178,8 @@ def layer_excess(
     for j in range(excess.shape[0]):
         if begin[j] >= end[j]:
             continue
-        y = origin[1] + j * step
+        y = place[1] + j * place[2]
+        at_y, high = _inner(y, half, bounds[1], bounds[3])
         count = 0
         for m in range(threats.shape[0]):
             if abs(y - threats[m, 1]) < 9.0 * threats[m, 4]:
@@ -158,9 +189,12 @@ def layer_excess(
             if skipped[j, i]:
                 excess[j, i], least[j, i] = 0.0, 0.0
                 continue
-            moving_floor(origin[0] + i * step, y, reach, half_time, near[:count], floor)
+            x = place[0] + i * place[2]
+            at_x, wide = _inner(x, half, bounds[0], bounds[2])
+            part = math.sqrt(wide * wide + high * high)
+            moving_floor(x + half * at_x, y + half * at_y, reach * part, half_time, near[:count], floor)
             if still.shape[0]:
-                floor[0] += still[j, i, 0]
+                floor[0] += still[j, i, 0] + half * (at_x * still[j, i, 1] + at_y * still[j, i, 2])
                 floor[1] += still[j, i, 1]
                 floor[2] += still[j, i, 2]
                 floor[4] += still[j, i, 3]
@@ -170,21 +204,28 @@ def layer_excess(
                 turn[:] = winds[j, i, 3:].reshape(3, 2)
                 wind = math.hypot(east, north) + np.abs(turn).sum()
             in_time(layers, durations, j, i, values, slopes)
-            worst, steepest, lowest = -math.inf, -math.inf, math.inf
+            worst, steepest, lowest, blur, known = -math.inf, -math.inf, math.inf, 0.0, 0.0
+            if wide < 1.0 or high < 1.0:
+                blur = (fast + wind) * np.abs(values).max() / (half * min(wide, high)) + np.abs(slopes).max()
+                blur *= CUT
+                for s in range(3):
+                    _cut(values[s], (at_x, at_y), (wide, high))
+                    _cut(slopes[s], (at_x, at_y), (wide, high))
             for s in range(3):
-                _gradients(values[s], step, gx, gy)
+                _gradients(values[s], (place[2] * wide, place[2] * high), gx, gy)
                 for b in range(3):
                     for a in range(3):
                         rate = 0.25 * (slopes[s, 1, 1] + slopes[s, 1, a] + slopes[s, b, 1] + slopes[s, b, a])
-                        risk = floor[0] + 0.5 * step * ((a - 1) * floor[1] + (b - 1) * floor[2])
+                        risk = floor[0] + half * ((a - 1) * wide * floor[1] + (b - 1) * high * floor[2])
                         risk = k * (risk + (s - 1) * half_time * floor[3] - floor[4])
                         px, py = gx[b, a], gy[b, a]
                         if changes:
-                            wx = east + (a - 1) * turn[0, 0] + (b - 1) * turn[1, 0] + (s - 1) * turn[2, 0]
-                            wy = north + (a - 1) * turn[0, 1] + (b - 1) * turn[1, 1] + (s - 1) * turn[2, 1]
+                            along, across = at_x + (a - 1) * wide, at_y + (b - 1) * high
+                            wx = east + along * turn[0, 0] + across * turn[1, 0] + (s - 1) * turn[2, 0]
+                            wy = north + along * turn[0, 1] + across * turn[1, 1] + (s - 1) * turn[2, 1]
                             air = (fast, wx, wy, per_time, price)
                         steep = math.sqrt(px * px + py * py)
-                        lost = -rate + ROUNDED * (abs(rate) + (fast + wind) * steep)
+                        lost = blur - rate + ROUNDED * (abs(rate) + (fast + wind) * steep)
                         if windy and not per_time:
                             burdened = max(risk, 0.0)
                             ux, uy = burden(px, py, burdened, air)
@@ -198,12 +239,14 @@ def layer_excess(
                             cost = v + scale * risk
                         steepened[s, b, a, 0], steepened[s, b, a, 1] = px, py
                         worst = max(worst, lost - cost)
+                        known += lost
                         steepest = max(steepest, lost)
                         lowest = min(lowest, cost)
                         if price < math.inf:
                             # waiting: nothing but time goes on
-                            worst = max(worst, -rate + ROUNDED * abs(rate) - price - scale * risk)
-                            steepest = max(steepest, -rate + ROUNDED * abs(rate) + v - price)
+                            idle = blur - rate + ROUNDED * abs(rate)
+                            worst = max(worst, idle - price - scale * risk)
+                            steepest = max(steepest, idle + v - price)
                             lowest = min(lowest, price + scale * risk)
             if changes:
                 bent = _bent(steepened, turn)
@@ -215,7 +258,7 @@ def layer_excess(
                 if price < math.inf:
                     lowest = min(lowest, constant - v + price)
             # (what is not a number is too steep without bound)
-            if not worst < math.inf:
+            if not known < math.inf:
                 worst = math.inf
             excess[j, i] = worst * (1.0 + 2.0**-22) if worst > 0.0 else worst * (1.0 - 2.0**-22)
             least[j, i] = lowest - 2.0**-22 * abs(lowest)

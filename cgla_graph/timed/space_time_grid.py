@@ -23,8 +23,10 @@ if TYPE_CHECKING:
     from cgla_graph.timed.slabs import Slab
     from cgla_graph.timed.timed_problem import TimedProblem
 
-#: Nodes beyond the bounds on each side; those more than one away are walls.
+#: Nodes beyond the bounds on each side, which are walls.
 PAD = 4
+#: Cells along the longer side are so many, or fewer by this part, if nodes then are nearer to the far border.
+FEWER = 0.08
 #: Cells from an end to the rim of its block; what a spline close to a tip loses beyond the first, in steps of flight.
 REACHES, TIP_LOSS = (1, 2, 4, 8, 16), 0.5
 #: Discs around an end on which the risk has a floor, as parts of the distance of the rim.
@@ -119,7 +121,9 @@ class Grid:
     @classmethod
     def lay(cls, problem: "TimedProblem", until: float, cells: int, ratio: float) -> "Grid":
         """
-        Lay a grid of so many cells along the longer side, and layers that last about `ratio` cells of flight.
+        Lay a grid of about so many cells along the longer side, and layers that last about `ratio` cells of flight.
+
+        There are nodes on the border, as the best paths may lead along it.
 
         Examples
         --------
@@ -130,8 +134,10 @@ class Grid:
         """
         x_min, y_min, x_max, y_max = problem.bounds
         sides = x_max - x_min, y_max - y_min
-        step = max(sides) / cells
-        columns, rows = (math.ceil(side / step - 1e-9) + 1 + 2 * PAD for side in sides)
+        share = min(sides) / max(sides)
+        fewer = range(cells, math.floor((1.0 - FEWER) * cells), -1)
+        step = max(sides) / min(fewer, key=lambda count: round(abs(count * share - round(count * share)), 2))
+        columns, rows = (round(side / step) + 1 + 2 * PAD for side in sides)
         origin = x_min - PAD * step, y_min - PAD * step
         slabs = problem.slabs(until)
         knots, layers = _layers(slabs, ratio * step / problem.speed)
@@ -332,8 +338,35 @@ class Grid:
         key = tuple(dict.fromkeys(id(each) for each in layers))
         if key not in self._walls_among:
             closed = np.logical_and.reduce([each.closed for each in layers])
-            self._walls_among[key] = np.asarray(minimum_filter(closed, 3, mode="nearest"))
+            self._walls_among[key] = np.asarray(minimum_filter(closed, 3, mode="nearest")) | self.outside
         return self._walls_among[key]
+
+    @cached_property
+    def outside(self) -> BoolArray:
+        """The nodes outside the bounds; those at the border count as inside."""
+        inside = [(source == np.arange(len(source))) for source in self._mirrors]
+        return np.asarray(~(inside[0][:, None] & inside[1]))
+
+    @cached_property
+    def _mirrors(self) -> tuple[IntArray, IntArray]:
+        """For each row, and each column, the one of which it is the mirror image at the border; itself, if inside."""
+        found = []
+        for count in self.shape:
+            at, last = np.arange(count), count - 1 - PAD
+            found.append(np.where(at < PAD, 2 * PAD - at, np.where(at > last, 2 * last - at, at)))
+        return found[0], found[1]
+
+    def mirrored(self, values: FloatArray, frame: Frame) -> FloatArray:
+        """
+        Return values with those beyond the border set to the ones as far inside of it.
+
+        Paths along the border stay inside, where a surface that is level across it is least steep.
+        """
+        rows, columns = (
+            np.clip(source[begin : begin + count] - begin, 0, count - 1)
+            for source, begin, count in zip(self._mirrors, frame[:2], frame.size, strict=True)
+        )
+        return np.asarray(values[np.ix_(rows, columns)])
 
     @cached_property
     def _walls_among(self) -> dict[tuple[int, ...], BoolArray]:

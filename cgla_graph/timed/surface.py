@@ -177,7 +177,7 @@ class Surface:
             if unknown.any():
                 more = self._prolonged(n, float(time))
                 values[unknown] = np.where(more < WALL, more, math.nan)[unknown]
-        return np.where(np.isnan(values), WALL, values)
+        return np.where(np.isnan(values) | self.nodes[n].of(self.grid.outside), WALL, values)
 
     def _prolonged(self, n: int, time: float) -> FloatArray:
         """Return the values of the coarser surface at a time, on the nodes of a layer."""
@@ -209,7 +209,7 @@ class Surface:
 
     def _store(self, n: int, values: FloatArray) -> None:
         known = self.nodes[n].inside(in_layer(self.stored, n))
-        self.values[n] = np.where(known, values, math.nan)
+        self.values[n] = np.where(known, self.grid.mirrored(values, self.nodes[n]), math.nan)
 
     def smooth(self) -> None:
         """
@@ -261,7 +261,7 @@ class Surface:
             # where the spline need not be a bound
             skipped = grid.closed(n, frame) | self.in_block(n)
             excess_kernels.layer_excess(
-                self.layers(n, frame), self.lasting(n), *runs, skipped, grid.place(frame)[:2], grid.step, grid.k,
+                self.layers(n, frame), self.lasting(n), *runs, skipped, grid.bounds, grid.place(frame), grid.k,
                 grid.threats[n], frame.of(floors) if len(floors) else floors, grid.winds(n, frame, runs), grid.flow,
                 self.excess[n], self.least[n],
             )  # fmt: skip

@@ -8,15 +8,20 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import BSpline
 from scipy.optimize import brentq
 from strategies import a_part_of
 
 import cgla_graph as cg
+from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
+from cgla_graph.timed import excess_kernels
 from cgla_graph.timed.space_time_proof import _by_line, _Search, timed_lower_bound
-from cgla_graph.timed.wind_kernels import wind_within
+from cgla_graph.timed.wind_kernels import wind_within, winds_within
 
 START, GOAL = (0.1, 0.12), (0.9, 0.83)
+#: Knots of a spline around the node 0, in steps.
+NODES = np.arange(4) - 1.5
 
 
 def draw(seed: int) -> cg.TimedProblem:
@@ -169,6 +174,65 @@ def test_closed_forms_are_taken_where_there_are_some() -> None:
     assert timed_lower_bound(across).lower_bound == pytest.approx(5.0 / 4.0, rel=1e-8)
     against = timed_lower_bound(cg.TimedProblem((0, 0), (1, 0), speed=1, wind=(-2, 0)))
     assert (against.lower_bound, against.message) == (math.inf, "there is no path: the wind is too strong")
+
+
+def test_along_the_border_it_closes_in() -> None:
+    """Were cells at the border free to leave the map, the gap would be 6.6 %."""
+    storm = cg.MovingThreat([(0, 0.4, 0.35), (2, 0.6, 0.3)], spread=0.15, peak=0.9)
+    problem = cg.TimedProblem((0.05, 0.1), (0.95, 0.15), moving=[storm], speed=1.0, k=20.0)
+    plan = cg.solve(problem, nodes=30_000, tolerance=None)
+    assert plan.trajectory[:, 2].min() == 0.0
+    found = timed_lower_bound(problem, plan.trajectory, tolerance=0.02, max_cells=10_000)
+    assert found.gap <= 0.02
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from(["still", "ground", "time", "changes"]))
+def test_what_is_too_steep_inside_of_the_border_is_found(seed: int, kind: str) -> None:
+    """On cells that the border cuts, the part inside counts, with the risk and the wind that are there."""
+    rng = np.random.default_rng(seed)
+    step, half, k = 0.02, 0.01, 10.0
+    low, high = half * rng.choice([-1.0, 0.0, 0.6], 2), half * rng.choice([0.7, 1.0], 2)
+    rows, columns = np.indices((3, 3))
+    slope = rng.uniform(-5.0, 5.0, 3) * step
+    layers = tuple(
+        slope[0] * t + slope[1] * rows + slope[2] * columns + rng.normal(0.0, 1e-5, (3, 3)) for t in range(3)
+    )
+    durations = tuple(rng.uniform(0.01, 0.02, 3).tolist())
+    threats = np.array([[*rng.uniform(-0.2, 0.2, 2), *rng.normal(0.0, 0.5, 2), 0.1, 0.1, 0.7, -0.2] for _ in range(2)])
+    wind = cg.Wind.of(*(rng.normal(0.0, 0.3, 2) * (kind != "still")))
+    begin, end, winds, span = np.array([0, 1, 0]), np.array([0, 2, 0]), np.zeros((0, 0, 9)), 0.5 * durations[1]
+    if kind == "changes":
+        wind, winds = cg.Wind(*rng.normal(0.0, 0.3, (2, 1, 2, 2)), (-half, -half, half, half)), np.zeros((3, 3, 9))
+        winds_within(begin, end, (-step, -step, step), (-span, span), wind.arrays, winds)
+    excess, least = np.zeros((2, 3, 3), dtype=np.float32)
+    excess_kernels.layer_excess(
+        layers, durations, begin, end, np.zeros((3, 3), dtype=bool), (*low, *high), (-step, -step, step), k, threats,
+        np.zeros((0, 0, 5)), winds, (1.0, *wind.constant, kind != "ground", math.inf), excess, least,
+    )  # fmt: skip
+    ticks = np.array([-span - durations[0], -span, span, span + durations[2]])
+    headings = np.linspace(0.0, 2.0 * math.pi, 90)
+    for _ in range(50):
+        y, x, t = (
+            rng.choice([a, b, rng.uniform(a, b)]) for a, b in ((low[1], high[1]), (low[0], high[0]), (-span, span))
+        )
+        weights = [_weights(at, knots) for at, knots in ((t, ticks), (y, NODES * step), (x, NODES * step))]
+        falls, gy, gx = (
+            np.einsum("t,j,i,tji", *(one[int(axis == n)] for n, one in enumerate(weights)), layers) for axis in range(3)
+        )
+        clear = 1.0
+        for cx, cy, vx, vy, spread, wider, peak, higher in threats:
+            far = math.hypot(x - cx - t * vx, y - cy - t * vy) / (spread + t * wider)
+            clear *= 1.0 - (peak + t * higher) * math.exp(-0.5 * far**2)
+        ground = wind.at((x, y), t) + np.column_stack([np.cos(headings), np.sin(headings)])
+        paid = 1.0 + k * (1.0 - clear) * (np.hypot(*ground.T) if kind == "ground" else 1.0)
+        assert (-falls - ground @ np.array([gx, gy]) - paid).max() <= excess[1, 1]
+
+
+def _weights(at: float, knots: FloatArray) -> FloatArray:
+    """Return the weights of three control values in a quadratic B-spline between the middle knots, and their slopes."""
+    wide = np.r_[2.0 * knots[0] - knots[1], knots, 2.0 * knots[3] - knots[2]]
+    basis = [BSpline.basis_element(wide[n : n + 4]) for n in range(3)]
+    return np.array([[float(one(at)) for one in basis], [float(one.derivative()(at)) for one in basis]])
 
 
 @given(st.integers(0, 2**32 - 1), st.booleans())
