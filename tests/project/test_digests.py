@@ -57,6 +57,31 @@ def test_so_does_another_numba_or_list_of_tests(tree: Path, monkeypatch: pytest.
     assert runs(tree)
 
 
+DOCSTRING = '''
+def least() -> int:
+    """
+    Return {said}.
+
+    Examples
+    --------
+    >>> least()
+    {shown}
+    """
+    return {value}
+'''
+
+
+@pytest.mark.parametrize(
+    ("change", "again"), [({"shown": "2"}, False), ({"said": "the least"}, True), ({"value": "2"}, True)]
+)
+def test_examples_in_docstrings_alone_do_not_count(tree: Path, change: dict[str, str], again: bool) -> None:
+    kernels, before = tree / "solvers/grid/walk_kernels.py", {"said": "one", "shown": "1", "value": "1"}
+    kernels.write_text(DOCSTRING.format(**before), encoding="utf-8")
+    digests.kept("bounds", tree).write_text(digests.digest(KERNELS, tree), encoding="ascii")
+    kernels.write_text(DOCSTRING.format(**before | change), encoding="utf-8")
+    assert runs(tree) == again
+
+
 def test_files_that_checks_leave_out_exist() -> None:
     patterns = {one for check in CHECKS.values() for one in check.without}
     assert [one for one in patterns if not any(ROOT.glob(one))] == []

@@ -5,8 +5,11 @@ Costly checks, which CI repeats only where what they look at has changed.
 ``tests/digests``; with ``CGLA_DIGESTS=write`` it writes the digest of each that has passed (``make digests``).
 ``digests.py --passed CHECK`` runs nothing, and fails if CHECK would have to run. ``digests.py --others CHECK …`` prints
 the options by which pytest runs all other tests.
+
+Examples in docstrings do not count: none of these checks runs them, and the other tests always do.
 """
 
+import ast
 import hashlib
 import importlib.metadata
 import os
@@ -150,11 +153,25 @@ def files_of(check: Check, root: Path = ROOT) -> list[Path]:
     return sorted(path for path in inside if "__pycache__" not in path.parts)
 
 
+def without_examples(path: Path) -> bytes:
+    """Return the text of a file; of Python, without the examples that end docstrings."""
+    text = path.read_bytes()
+    if path.suffix != ".py" or b"    Examples\n" not in text:
+        return text
+    lines = text.decode().splitlines(keepends=True)
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            inside = range(node.lineno - 1, (node.end_lineno or node.lineno) - 1)
+            begins = next((n for n in inside if lines[n].strip() == "Examples"), inside.stop)
+            lines[begins : inside.stop] = [""] * (inside.stop - begins)
+    return "".join(lines).encode()
+
+
 def digest(check: Check, root: Path = ROOT) -> str:
     """Return a digest of names and texts of the sources, of the command, and of the versions of packages."""
     whole = hashlib.sha256(repr((check.words, *map(importlib.metadata.version, check.packages))).encode())
     for path in files_of(check, root):
-        whole.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+        whole.update(path.relative_to(root).as_posix().encode() + b"\0" + without_examples(path) + b"\0")
     return whole.hexdigest()
 
 
