@@ -38,7 +38,7 @@ from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.certificate import cell_proof, corners, corridor
 from cgla_graph.certificate.cell_proof import CellProof
 from cgla_graph.certificate.corridor import Corridor
-from cgla_graph.certificate.costs import LEAST_SCALE, LEAST_SHRINK, geodesic_error, least_scale, rounding, scale_at
+from cgla_graph.certificate.costs import LEAST_SCALE, is_provable, least_scale, needed_for, proven, scale_at
 from cgla_graph.certificate.subsolution import (
     FIRST_CELLS,
     LEAST_TIMES,
@@ -625,10 +625,9 @@ class _Search:
         # a path that keeps its clearance up to rounding is feasible too
         closed = problem.relaxed()
         self.known = self.held
-        shrink = 1.0 - rounding(problem)
         # (the factor covers the rounding of that length)
         self.best = problem.least_length * (1.0 - 2.0**-50)
-        if outcome := self._settled(shrink) or self._over_cells(closed, tell):
+        if outcome := self._settled() or self._over_cells(closed, tell):
             return self._end(outcome)
         last = first_grid(problem)
         last, runs = self.tube or (last, cell_runs.rectangle(last))
@@ -639,8 +638,7 @@ class _Search:
             level = Level.lay(closed, last, runs, worth, self.known.path)
             self.cells = len(level.mesh.columns)
             self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.held.cost))
-            # (a few ulps more, so that the final comparison succeeds in spite of rounding)
-            wanted = self._wanted() / shrink * (1.0 + 2.0**-50)
+            wanted = needed_for(problem, self._wanted())
             turns = self.in_turns and (self.tube is not None or len(self.grids) > 1)
             aim = FRACTION * self.tolerance
             bounds = level.both(aim, charge=True, known=self.known.least, wanted=wanted, turns=turns)
@@ -648,9 +646,9 @@ class _Search:
                 # the cells left out of the grid are more expensive than a known path
                 self._prove(self.known.least, "grid")
                 return self._end(self._outcome())
-            here = max(one.bound for one in bounds) - geodesic_error(problem)
+            here = max(one.bound for one in bounds)
             # no bound exceeds the cost of a known path
-            self._prove(min(here * shrink, self.known.least), "grid")
+            self._prove(min(proven(problem, here), self.known.least), "grid")
             if self.proof == "cells" and here + LIKELY_GAIN * (here - before) < self.best:
                 return self._end("more points on cells gain little, and finer grids less")
             if math.isinf(self.known.least) and len(self.grids) == 1 and is_separated(closed):
@@ -665,10 +663,8 @@ class _Search:
             if max(last) >= look:
                 look *= LOOKS_APART
             self.grids[-1] = replace(self.grids[-1], upper_bound=self.held.cost)
-            limit = (self.known.least + 2.0 * geodesic_error(problem)) / shrink
-            last, runs = finer_grid(
-                problem, last, kept(level, *bounds, limit), self._times(before, here), self.max_cells
-            )
+            runs = kept(level, *bounds, self.known.least)
+            last, runs = finer_grid(problem, last, runs, self._times(before, here), self.max_cells)
             needed = with_halo(problem, runs, last)
             before = here
             if outcome := self._outcome() or self._limit(last, needed):
@@ -721,14 +717,14 @@ class _Search:
             if limit := proof.finer(missing / self.tolerance):
                 return "" if proof.loose else limit
 
-    def _settled(self, shrink: float) -> str:
+    def _settled(self) -> str:
         """Return why no grid is laid: the straight line is enough, or no grid proves more; empty if one is laid."""
         if outcome := self._outcome():
             is_close = self.held.cost <= self.best * (1.0 + self.tolerance)
             return "the straight line is no longer than the tolerance allows" if is_close else outcome
         if least_scale(self.problem) < LEAST_SCALE:
             return "the map reaches so far around the Earth that only the geodesic is a bound"
-        if shrink < LEAST_SHRINK:
+        if not is_provable(self.problem):
             return f"k = {self.problem.k:g} is too great for the arithmetic: only the straight line is a bound"
         return ""
 

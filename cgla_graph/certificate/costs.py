@@ -5,6 +5,7 @@ On a map of the Earth, a unit of the plane counts with its length on the Earth (
 """
 
 import math
+from typing import TypeVar
 
 import numpy as np
 import shapely
@@ -24,6 +25,7 @@ LEAST_TO_SOLVE_FOR = 1e-3
 LEAST_SCALE = 0.05
 #: There is no bound where rounding would lower it by more than this factor.
 LEAST_SHRINK = 0.99
+BoundT = TypeVar("BoundT", float, FloatArray)
 
 
 def cost_bounds(problem: Problem, mesh: SplineMesh) -> FloatArray:
@@ -188,6 +190,43 @@ def geodesic_error(problem: Problem) -> float:
     0.0
     """
     return 0.0 if problem.projection is None else GEODESIC_ERROR
+
+
+def proven(problem: Problem, bound: BoundT, surfaces: int = 1) -> BoundT:
+    """
+    Return what remains of a bound when rounding and errors of lengths on the Earth are taken off.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    bound
+        Of the cost, as computed from surfaces, map units.
+    surfaces
+        How many surfaces it is a sum of.
+
+    Examples
+    --------
+    >>> 1.0 - 1e-12 < proven(Problem((0, 0), (1, 1)), 1.0) < 1.0
+    True
+    """
+    return bound * (1.0 - rounding(problem)) - surfaces * geodesic_error(problem)
+
+
+def needed_for(problem: Problem, cost: float, surfaces: int = 1) -> float:
+    """
+    Return the bound of which this cost remains when rounding and errors on the Earth are taken off (`proven`).
+
+    Examples
+    --------
+    >>> problem = Problem((0, 0), (1, 1))
+    >>> 1.0 < needed_for(problem, 1.0) < 1.0 + 1e-12
+    True
+    >>> proven(problem, needed_for(problem, 0.3)) >= 0.3
+    True
+    """
+    # (a few ulps more, so that it is not missed by rounding)
+    return (cost + surfaces * geodesic_error(problem)) / (1.0 - rounding(problem)) * (1.0 + 2.0**-50)
 
 
 def lower_by_scale(projection: LocalProjection, middles: FloatArray, reach: float, bounds: FloatArray) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray, Point, WholeArray
 from cgla_graph.certificate.certificate import Certificate, improved, usual_cells
-from cgla_graph.certificate.costs import is_provable, rounding
+from cgla_graph.certificate.costs import is_provable, proven
 from cgla_graph.certificate.subsolution import Level, finer_grid, first_grid
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go, descent
@@ -88,7 +88,7 @@ class Landmarks:
             Its last node, and the cells (`cell_runs`).
         """
         mesh = self.level.mesh
-        least = (self.bounds_from(problem.start) + self.bounds_from(problem.goal)) * (1.0 - rounding(problem))
+        least = proven(problem, self.bounds_from(problem.start) + self.bounds_from(problem.goal), surfaces=2)
         keep = ~(least >= cost)
         last = int(mesh.last[0]), int(mesh.last[1])
         runs = cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
@@ -154,14 +154,11 @@ class Ground:
         The grid; its problem is without clearance.
     piece_of
         The piece in whose middle each node is, or -1, shape ``(n,)``.
-    shrink
-        Factor that covers the rounding of bounds.
     """
 
     problem: Problem
     level: Level
     piece_of: WholeArray
-    shrink: float
 
     @classmethod
     def lay(cls, problem: Problem, steps: int) -> "Ground | None":
@@ -172,7 +169,7 @@ class Ground:
         level = Level.lay(problem.relaxed(), last, cell_runs.rectangle(last), widest=1.0)
         piece_of = np.full(level.mesh.n_nodes, -1, dtype=np.int32)
         piece_of[level.mesh.controls[:, 4]] = np.arange(len(level.mesh.controls), dtype=np.int32)
-        return cls(problem, level, piece_of, 1.0 - rounding(problem))
+        return cls(problem, level, piece_of)
 
     @cached_property
     def landmarks(self) -> Landmarks:

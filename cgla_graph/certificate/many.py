@@ -33,7 +33,7 @@ import shapely
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.certificate import certificate_kernels, many_kernels
 from cgla_graph.certificate.corners import CornerBlock, corners_of, links_of
-from cgla_graph.certificate.costs import geodesic_error, least_scale
+from cgla_graph.certificate.costs import least_scale, needed_for, proven
 from cgla_graph.certificate.landmarks import Ground
 from cgla_graph.certificate.subsolution import ROUNDING, Block, Level, Subsolution
 from cgla_graph.certificate.through import costs_to_end, in_corner
@@ -276,7 +276,7 @@ class GoalSurface:
             places = one.boxes, one.lowest - one.excess, one.charges
             many_kernels.bounds_from(points[known], heights, costs[known], least, *places, found)
             best[known] = found
-        best = best * self.ground.shrink - geodesic_error(self.level.problem)
+        best = proven(self.level.problem, best)
         return np.maximum(np.minimum(best, costs), 0.0)
 
     def _heights(self, one: _Solved, pieces: WholeArray, points: FloatArray) -> FloatArray:
@@ -320,9 +320,7 @@ class GoalSurface:
         """
         mesh, one = self.level.mesh, self.solved[-1]
         least, half = least_scale(self.level.problem), 0.5 * math.hypot(*mesh.spacing)
-        limit = math.nextafter(
-            (cost + geodesic_error(self.level.problem)) / self.ground.shrink * (1.0 + ROUNDING), math.inf
-        )
+        limit = needed_for(self.level.problem, cost) * (1.0 + ROUNDING)
         (near,) = np.nonzero(~(heights >= limit + one.charges.sum()))
         found = np.empty(len(near))
         middles = mesh.node_points[mesh.controls[near, 4]]

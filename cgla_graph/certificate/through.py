@@ -44,7 +44,7 @@ from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph._validate import point_array, positive_number
 from cgla_graph.certificate import certificate_kernels, corner_kernels
 from cgla_graph.certificate.corners import CornerBlock
-from cgla_graph.certificate.costs import geodesic_error, is_provable, least_scale, rounding
+from cgla_graph.certificate.costs import geodesic_error, is_provable, least_scale, needed_for, proven
 from cgla_graph.certificate.subsolution import (
     MOST_ALONG,
     Block,
@@ -244,7 +244,6 @@ def grids_through(
     grid = last if last is not None and math.isinf(limit) else first_grid(problem)
     grid = grid if last is None else (min(grid[0], last[0]), min(grid[1], last[1]))
     runs, best = cell_runs.rectangle(grid), problem.least_length * (1.0 - 2.0**-50)
-    shrink, less = 1.0 - rounding(problem), geodesic_error(problem)
     while with_halo(problem, runs, grid) <= max_cells and max(grid) <= MOST_ALONG:
         missing = min(cost - best, best)
         along = waypoints if waypoints is not None and len(waypoints) > 1 else None
@@ -262,8 +261,8 @@ def grids_through(
         mesh = level.mesh
         least = _straight(problem, np.column_stack([mesh.columns, mesh.rows]), mesh.origin, mesh.spacing)
         if is_provable(problem):
-            best = max(best, min(max(one.bound for one in pair) * shrink - less, limit, cost))
-            least = np.maximum(least, least_through(level, *pair) * shrink - 2.0 * less)
+            best = max(best, min(proven(problem, max(one.bound for one in pair)), limit, cost))
+            least = np.maximum(least, proven(problem, least_through(level, *pair), surfaces=2))
         least = np.maximum(least, best)
         keep = mesh.matters & ~(least >= limit)
         keep[keep] = joined_with(problem.start, mesh, keep)
@@ -420,9 +419,9 @@ def least_through(level: Level, to_goal: Subsolution, to_start: Subsolution) -> 
     return np.where(np.isnan(least), -math.inf, least)
 
 
-def kept(level: Level, to_goal: Subsolution, to_start: Subsolution, limit: float) -> WholeArray:
+def kept(level: Level, to_goal: Subsolution, to_start: Subsolution, cost: float) -> WholeArray:
     """
-    Return the runs of the cells of a grid on which a path may cost less than a limit, without rounding.
+    Return the runs of the cells of a grid on which a path may cost less than some cost.
 
     Blocks around ends are kept whole: on the next grid, fronts begin there.
 
@@ -434,6 +433,7 @@ def kept(level: Level, to_goal: Subsolution, to_start: Subsolution, limit: float
     True
     """
     mesh = level.mesh
+    limit = needed_for(level.problem, cost, surfaces=2)
     keep = level.start_block.holds | level.goal_block.holds | ~(least_through(level, to_goal, to_start) >= limit)
     keep &= mesh.matters
     return cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])

@@ -33,7 +33,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._text import json_number
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.certificate import certificate_kernels
-from cgla_graph.certificate.costs import geodesic_error, rounding
+from cgla_graph.certificate.costs import proven
 from cgla_graph.certificate.through import GridThrough, costs_to_end
 from cgla_graph.model.problem import Problem
 from cgla_graph.refine.refine import refine_path
@@ -368,12 +368,11 @@ def _bounds_of(
 ) -> tuple[float, FloatArray]:
     """Return the least cost of a unit of length, and the bounds of each gate (`Gates`): the least of its cells."""
     through, level, found = grid.through, grid.level, np.zeros((len(line), 3))
-    shrink, less = 1.0 - rounding(problem), geodesic_error(problem)
     least = level.bounds[grid.pieces][:, :, certificate_kernels.LEAST].min(initial=math.inf)
     if grid.bounds is None or not len(line):
         return float(least) if len(grid.pieces) else 0.0, found
     blocks = (level.start_block, grid.bounds[1]), (level.goal_block, grid.bounds[0])
-    costs = [costs_to_end(level, one, block)[grid.pieces] * shrink - less for block, one in blocks]
+    costs = [proven(problem, costs_to_end(level, one, block)[grid.pieces]) for block, one in blocks]
     low, spacing = np.array(problem.bounds[:2]), np.array(through.spacing)
     for gate, (number, (below, above)) in enumerate(zip(line, ends, strict=True)):
         # (a place on the border of two cells is in both)

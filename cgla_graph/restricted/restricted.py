@@ -56,7 +56,7 @@ import numpy as np
 from scipy.sparse import csgraph
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point, WholeArray
-from cgla_graph.certificate.costs import LEAST_SHRINK
+from cgla_graph.certificate.costs import is_provable
 from cgla_graph.cost_to_go.cost_matrix import RESTRICTED, CostMatrix
 from cgla_graph.errors import GraphError
 from cgla_graph.model.clearance import closed_area
@@ -275,7 +275,7 @@ class _Search:
         tube = Tube.first(problem, FIRST_AIM)
         if tube is None:
             return Restricted(np.empty(0, dtype=np.int64), math.inf)
-        if tube.shrink < LEAST_SHRINK:
+        if not is_provable(problem):
             return None
         plane = math.inf
         kept: Kept | None = None

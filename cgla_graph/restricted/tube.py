@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray, WholeArray
-from cgla_graph.certificate.costs import rounding
+from cgla_graph.certificate.costs import proven
 from cgla_graph.certificate.subsolution import Level, Subsolution, first_grid, next_grid
 from cgla_graph.certificate.through import kept
 from cgla_graph.eikonal import cell_runs
@@ -53,14 +53,9 @@ class Tube:
         return cls.lay(problem, last, cell_runs.rectangle(last), aim)
 
     @property
-    def shrink(self) -> float:
-        """Factor of bounds, as their inequality is checked in floats."""
-        return 1.0 - rounding(self.problem)
-
-    @property
     def bound(self) -> float:
         """The proven bound of the cost of every path."""
-        return max(self.from_start.bound, self.to_goal.bound) * self.shrink
+        return proven(self.problem, max(self.from_start.bound, self.to_goal.bound))
 
     @property
     def rim(self) -> float:
@@ -69,7 +64,7 @@ class Tube:
 
     def kept(self, upper: float) -> WholeArray:
         """Return the runs of the cells that a path of at most this cost may pass."""
-        return kept(self.level, self.to_goal, self.from_start, upper / self.shrink)
+        return kept(self.level, self.to_goal, self.from_start, upper)
 
     def finer(self, upper: float) -> tuple[tuple[int, int], WholeArray]:
         """Return the last node and the cells of the next grid."""
@@ -108,7 +103,7 @@ class Tube:
             least,
             most,
         )
-        return least * self.shrink, most
+        return proven(self.problem, least), most
 
     def cells(self, upper: float, reach: int) -> BoolArray:
         """Mark the cells of the grid within `reach` of those that a cheap path may pass, shape ``(columns, rows)``."""

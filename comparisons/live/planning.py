@@ -9,7 +9,7 @@ import numpy as np
 from cgla_graph._text import json_number
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph.certificate.certificate import load_kernels, prove
-from cgla_graph.certificate.costs import LEAST_SHRINK, rounding
+from cgla_graph.certificate.costs import is_provable, proven
 from cgla_graph.certificate.subsolution import Level, first_grid
 from cgla_graph.certificate.through import kept
 from cgla_graph.comparisons.live.areas import as_flat
@@ -70,8 +70,7 @@ def prove_on_one_grid(problem: Problem, cost: float) -> OneGrid:
     if not problem.field.is_proper:
         return OneGrid(math.nan)
     straight = problem.least_length * (1.0 - 2.0**-50)
-    shrink = 1.0 - rounding(problem)
-    if straight >= cost or shrink < LEAST_SHRINK:
+    if straight >= cost or not is_provable(problem):
         return OneGrid(min(straight, cost))
     last = first_grid(problem)
     # a path that touches its clearance counts as well
@@ -81,9 +80,9 @@ def prove_on_one_grid(problem: Problem, cost: float) -> OneGrid:
         # start and goal are apart: there is no path, or none better than the known one
         return OneGrid(cost)
     here = max(one.bound for one in bounds)
-    runs = kept(level, *bounds, cost / shrink) if math.isfinite(cost) else None
+    runs = kept(level, *bounds, cost) if math.isfinite(cost) else None
     # the cost of a known path is an upper limit of the bound
-    return OneGrid(max(straight, min(here * shrink, cost)), last, runs)
+    return OneGrid(max(straight, min(proven(problem, here), cost)), last, runs)
 
 
 #: Solvers that may run in this process: our own, fast on most maps, without loops that may hang.

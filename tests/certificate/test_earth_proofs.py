@@ -15,7 +15,7 @@ from strategies import examples
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.certificate.certificate import FIRST_CELLS, prove
-from cgla_graph.certificate.costs import cost_bounds, lower_by_scale
+from cgla_graph.certificate.costs import cost_bounds, lower_by_scale, needed_for, proven, rounding
 from cgla_graph.certificate.subsolution import Level
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.model.earth import POLAR_RADIUS, LocalProjection
@@ -182,6 +182,18 @@ def test_the_cost_times_the_scale_is_bounded_on_all_of_a_cell(
     assert bounds[0, 0, 4] <= true.min()
     # in the middle, nothing is lost
     assert bounds[0, 0, 0] == pytest.approx(cost * LocalProjection(25.0, 60.0).scale(np.hypot(*middle)))
+
+
+@given(st.floats(0.0, 1e9), st.floats(0.0, 1e11), st.booleans(), st.integers(1, 2))
+def test_what_is_needed_for_a_cost_proves_it(cost: float, k: float, on_earth: bool, surfaces: int) -> None:
+    field = cg.RiskField([cg.Threat(1e5, 2e5, 3e4)])
+    projection = LocalProjection(25.0, 60.0) if on_earth else None
+    problem = Problem((0.0, 0.0), (1e6, 0.0), field, k, (0.0, 0.0, 1e6, 1e6), projection=projection)
+    bound = needed_for(problem, cost, surfaces)
+    # cells that are left out have at least this bound: no path of less than the cost passes them
+    assert proven(problem, bound, surfaces) >= cost
+    # and it is not greater than the errors ask for
+    assert bound <= cost * (1.0 + 2.0 * rounding(problem)) + 2.1e-6 * surfaces * on_earth
 
 
 def test_a_map_in_the_plane_has_no_scale() -> None:
