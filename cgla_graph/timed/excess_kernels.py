@@ -117,6 +117,58 @@ def _bent(slopes: FloatArray, turn: FloatArray) -> float:
 
 
 @kernel
+def _of_the_part(
+    values: FloatArray, slopes: FloatArray, at: tuple[float, float], width: tuple[float, float], weight: float
+) -> float:
+    """
+    Replace the forms of a cell (`in_time`) by those of a part of it, and bound what rounding may change.
+
+    Returns
+    -------
+    blur
+        Where differences of values count with the weight, and slopes with 1.
+    """
+    blur = weight * np.abs(values).max() + np.abs(slopes).max()
+    for s in range(3):
+        _cut(values[s], at, width)
+        _cut(slopes[s], at, width)
+    return float(CUT * blur)
+
+
+@inlined
+def _loss(
+    px: float, py: float, rate: float, risk: float, v: float, air: Flow, wind: float, by_ground: bool
+) -> tuple[float, float, float, float]:
+    """
+    Return what a path may lose at most in a unit of time, what it pays at least, and the slope that wind counts with.
+
+    Parameters
+    ----------
+    px, py, rate
+        Slopes by place and by time.
+    risk
+        Times its weight, by time or by distance.
+    v
+        Airspeed.
+    air, wind
+        The wind there, as `march_kernels.Flow`, and its greatest speed.
+    by_ground
+        Whether risk counts by the distance over a ground that the air moves over.
+    """
+    fast, wx, wy, per_time, _ = air
+    lost = ROUNDED * (abs(rate) + (fast + wind) * math.sqrt(px * px + py * py)) - rate
+    if not by_ground:
+        paid = v + (risk if per_time else v * risk)
+        return lost + fast * math.sqrt(px * px + py * py) - wx * px - wy * py, paid, px, py
+    burdened = max(risk, 0.0)
+    ux, uy = burden(px, py, burdened, air)
+    px, py = px + burdened * ux, py + burdened * uy
+    lost += fast * math.sqrt(px * px + py * py) - wx * px - wy * py + ROUNDED * (fast + wind) * burdened
+    # (below 0, a floor counts with the greatest ground speed)
+    return lost, v + (fast + wind) * min(risk, 0.0), px, py
+
+
+@kernel
 def layer_excess(
     layers: tuple[FloatArray, FloatArray, FloatArray],
     durations: tuple[float, float, float],
@@ -166,7 +218,7 @@ def layer_excess(
     """
     v, wx, wy, per_time, price = flow
     changes = winds.shape[0] > 0
-    windy = changes or wx != 0.0 or wy != 0.0
+    by_ground = (changes or wx != 0.0 or wy != 0.0) and not per_time
     fast, wind, air = v, math.hypot(wx, wy), flow
     half, reach = 0.5 * place[2], 0.5 * place[2] * (1.0 + 2.0**-40)
     half_time = 0.5 * durations[1] * (1.0 + 2.0**-40)
@@ -206,11 +258,8 @@ def layer_excess(
             in_time(layers, durations, j, i, values, slopes)
             worst, steepest, lowest, blur, known = -math.inf, -math.inf, math.inf, 0.0, 0.0
             if wide < 1.0 or high < 1.0:
-                blur = (fast + wind) * np.abs(values).max() / (half * min(wide, high)) + np.abs(slopes).max()
-                blur *= CUT
-                for s in range(3):
-                    _cut(values[s], (at_x, at_y), (wide, high))
-                    _cut(slopes[s], (at_x, at_y), (wide, high))
+                weight = (fast + wind) / (half * min(wide, high))
+                blur = _of_the_part(values, slopes, (at_x, at_y), (wide, high), weight)
             for s in range(3):
                 _gradients(values[s], (place[2] * wide, place[2] * high), gx, gy)
                 for b in range(3):
@@ -218,25 +267,13 @@ def layer_excess(
                         rate = 0.25 * (slopes[s, 1, 1] + slopes[s, 1, a] + slopes[s, b, 1] + slopes[s, b, a])
                         risk = floor[0] + half * ((a - 1) * wide * floor[1] + (b - 1) * high * floor[2])
                         risk = k * (risk + (s - 1) * half_time * floor[3] - floor[4])
-                        px, py = gx[b, a], gy[b, a]
                         if changes:
                             along, across = at_x + (a - 1) * wide, at_y + (b - 1) * high
                             wx = east + along * turn[0, 0] + across * turn[1, 0] + (s - 1) * turn[2, 0]
                             wy = north + along * turn[0, 1] + across * turn[1, 1] + (s - 1) * turn[2, 1]
                             air = (fast, wx, wy, per_time, price)
-                        steep = math.sqrt(px * px + py * py)
-                        lost = blur - rate + ROUNDED * (abs(rate) + (fast + wind) * steep)
-                        if windy and not per_time:
-                            burdened = max(risk, 0.0)
-                            ux, uy = burden(px, py, burdened, air)
-                            px, py = px + burdened * ux, py + burdened * uy
-                            lost += fast * math.sqrt(px * px + py * py) - wx * px - wy * py
-                            lost += ROUNDED * (fast + wind) * burdened
-                            # (below 0, a floor counts with the greatest ground speed)
-                            cost = v + (fast + wind) * min(risk, 0.0)
-                        else:
-                            lost += fast * steep - wx * px - wy * py
-                            cost = v + scale * risk
+                        lost, cost, px, py = _loss(gx[b, a], gy[b, a], rate, risk, v, air, wind, by_ground)
+                        lost += blur
                         steepened[s, b, a, 0], steepened[s, b, a, 1] = px, py
                         worst = max(worst, lost - cost)
                         known += lost
@@ -252,7 +289,7 @@ def layer_excess(
                 bent = _bent(steepened, turn)
                 worst, steepest = worst + bent, steepest + bent
             # a constant bound of the risk serves as well
-            constant = v if windy and not per_time else v + scale * k * floor[5]
+            constant = v if by_ground else v + scale * k * floor[5]
             if steepest - constant < worst:
                 worst, lowest = steepest - constant, constant
                 if price < math.inf:
