@@ -423,7 +423,7 @@ def kept(level: Level, to_goal: Subsolution, to_start: Subsolution, cost: float)
     """
     Return the runs of the cells of a grid on which a path may cost less than some cost.
 
-    Blocks around ends are kept whole: on the next grid, fronts begin there.
+    Cells around ends are kept: on the next grid, fronts begin there.
 
     Examples
     --------
@@ -434,7 +434,10 @@ def kept(level: Level, to_goal: Subsolution, to_start: Subsolution, cost: float)
     """
     mesh = level.mesh
     limit = needed_for(level.problem, cost, surfaces=2)
-    keep = level.start_block.holds | level.goal_block.holds | ~(least_through(level, to_goal, to_start) >= limit)
+    keep = ~(least_through(level, to_goal, to_start) >= limit)
+    for block in (level.start_block, level.goal_block):
+        apart = np.maximum(np.abs(mesh.columns - block.centre[0]), np.abs(mesh.rows - block.centre[1]))
+        keep |= apart <= level.reach
     keep &= mesh.matters
     return cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
 
