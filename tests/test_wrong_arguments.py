@@ -130,7 +130,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     ),
     "solve on a graph": (cg.solve, {"problem": ON_GRAPH, "solver": "cgla"}),
     "lower_bound": (cg.lower_bound, {"problem": None, "tolerance": 0.5, "path": STRAIGHT.path, "max_cells": 20_000}),
-    "save_proof": (cg.save_proof, {"problem": PROBLEM, "file": "one.proof", "path": STRAIGHT.path, "tolerance": 0.9}),
+    "save_proof": (
+        cg.save_proof,
+        {"problem": PROBLEM, "file": "one.proof", "path": STRAIGHT.path, "tolerance": 0.9, "known": 9.0, "bound": 0.1},
+    ),
     "verify_proof": (cg.verify_proof, {"file": "one.proof", "problem": PROBLEM}),
     "pareto": (
         cg.pareto,

@@ -221,7 +221,8 @@ class Certificate(Plottable):
         """
         Prove the bound of its path again, and write the proof to a file (`cgla_graph.save_proof`).
 
-        The bound of the file is its own: it may be a little lower or higher.
+        The bound of the file is its own: it may be a little lower or higher, and the gap at most 1.3 times as wide, or
+        a tenth of the tolerance.
 
         Parameters
         ----------
@@ -257,7 +258,8 @@ class Certificate(Plottable):
                 "graphs; prove it again: cgla_graph.save_proof(problem, file, path)"
             )
             raise ProblemError(msg)
-        return save_proof(self.problem, file, self.path, tolerance=self.tolerance, known=self.known)
+        settings = {"tolerance": self.tolerance, "known": self.known, "bound": self.lower_bound}
+        return save_proof(self.problem, file, self.path, **settings)
 
     def corridor(
         self, delta: float = 0.01, *, max_cells: int = corridor.MOST_CELLS, most_ways: int = corridor.MOST_WAYS

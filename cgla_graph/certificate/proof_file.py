@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from cgla_graph._files import write_files
 from cgla_graph._text import place
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
-from cgla_graph._validate import file_path, instance, point_array, positive_number
+from cgla_graph._validate import file_path, instance, non_negative_number, point_array, positive_number, real_number
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate import check_proof as checker
 from cgla_graph.certificate.corners import LEAST_REACH, CornerBlock, corners_of, links_of
@@ -54,6 +54,8 @@ BEYOND, SUB_CELLS, ROUNDS, STEEP = 2, 200_000, 6, 1.002
 NEARLY_STEEP, MORE = 0.9, 1.0 + 1e-7
 #: Grids have cells that are so many floats wide, at least, and a map that is narrower than so many is too narrow.
 LEAST_FLOATS, FEW_FLOATS = 16.0, 1e5
+#: The gap of a file is at most so many times that of a bound that is given, or so much of the tolerance.
+TIMES_GAP, LEAST_TOLERANCE = 1.3, 0.1
 #: What surfaces stand for where no way leads to their end, in heights.
 UNREACHED = 4.0
 
@@ -71,6 +73,7 @@ def save_proof(
     *,
     tolerance: float = 1e-3,
     known: float = math.inf,
+    bound: float = 0.0,
 ) -> Proven:
     """
     Prove a lower bound of the cost of all paths, and write the proof to a file.
@@ -87,6 +90,9 @@ def save_proof(
         Refine the grid until the cost of the path is at most so much above the bound, as a part of it.
     known
         Cost of a better path, if one is known, map units: no bound comes closer to `path` than that.
+    bound
+        A bound that is proven without a file, map units, such as that of a certificate: the grid is refined until the
+        gap of the file is at most 1.3 times as wide as with that, or a tenth of the tolerance.
 
     Returns
     -------
@@ -115,21 +121,24 @@ def save_proof(
     """
     instance("problem", problem, Problem, problem_wanted)
     name, wanted = proof_target(file), positive_number("tolerance", tolerance)
-    best = positive_number("known", known) if known != math.inf else known
     require_provable(problem.field, problem.start, problem.goal)
+    best = positive_number("known", known) if real_number(known) != math.inf else math.inf
+    proven = non_negative_number("bound", bound) if real_number(bound) != math.inf else math.inf
     archive = Archive()
     described = describe_problem(problem.relaxed(), archive)
-    writer = _Writer(problem.relaxed(), archive, checker.Problem(described, archive.array, math.inf), wanted)
-    waypoints, cost = None, math.inf
+    waypoints, cost = None, best
     if path is not None:
         waypoints = point_array("path", path)
         found = problem.evaluate(waypoints)
         if found.violations:
             msg = f"the path is not feasible: {found.violations[0]}; give a feasible one, or none"
             raise ProblemError(msg)
-        cost = found.cost
+        cost = min(found.cost, best)
+    if 0.0 < proven < cost:
+        wanted = min(wanted, max(TIMES_GAP * (cost / proven - 1.0), LEAST_TOLERANCE * wanted))
+    writer = _Writer(problem.relaxed(), archive, checker.Problem(described, archive.array, math.inf), wanted)
     try:
-        argument, lower = writer.argument(min(cost, best), waypoints)
+        argument, lower = writer.argument(cost, waypoints)
         whole: dict[str, Any] = {
             "format": checker.FORMAT, "version": checker.VERSION, "problem": described, **argument,
             "lower": lower if math.isfinite(lower) else None,

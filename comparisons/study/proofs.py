@@ -156,7 +156,9 @@ def proof_of_run(file: Path, run: "Run", tolerance: float) -> ProofLine:
     if not has_path and bound != math.inf and solution.status is not Status.NO_PATH:
         return ProofLine(file, fault=f"{file}: not written: no path was found, and maybe there is one")
     path = solution.path if has_path else None
-    return written(file, bound, lambda: save_proof(problem, file, path, tolerance=tolerance, known=known))
+    # (the greater one of 0 and NaN is 0)
+    settings = {"tolerance": tolerance, "known": known, "bound": max(0.0, bound)}
+    return written(file, bound, lambda: save_proof(problem, file, path, **settings))
 
 
 def targets_of(study: "Study", folder: Path) -> dict[str, Path]:

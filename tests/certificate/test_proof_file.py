@@ -12,6 +12,7 @@ import tracemalloc
 import zipfile
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from functools import cache
@@ -68,6 +69,16 @@ def test_a_file_proves_a_bound_near_the_path(problem: cg.Problem, tolerance: flo
     assert found["lower"] == lower
     assert lower < cost <= lower * (1.0 + tolerance)
     assert cost * (1.0 - 1e-12) <= found["upper"] <= cost * (1.0 + 2e-6)
+
+
+def test_the_gap_of_a_file_is_near_that_of_a_certificate(tmp_path: Path) -> None:
+    certificate = cg.lower_bound(cg.load_scenario("one-threat").problem, 1e-3)
+    loose = replace(certificate, tolerance=5e-3)
+    found = loose.save(tmp_path / "one.proof")
+    assert found["upper"] / found["lower"] - 1.0 <= 1.3 * loose.gap + 1e-7
+    # (no finer than a tenth of the tolerance asks for)
+    found = replace(certificate, tolerance=0.1).save(tmp_path / "one.proof")
+    assert 2.0 * certificate.gap < found["upper"] / found["lower"] - 1.0 < 0.01
 
 
 def test_no_path(tmp_path: Path) -> None:
