@@ -1318,12 +1318,7 @@ def check(file: Any, most_work: float = MOST_WORK) -> Result:
     """
     try:
         with warnings.catch_warnings(action="ignore"), zipfile.ZipFile(file) as archive:
-            held = archive.infolist()
-            demand(sum(one.file_size for one in held) < MOST_IN_ALL, "the file is too large")
-            # (of other methods, zipfile unpacks all there is before it looks at the size)
-            plain = all(one.compress_type in {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED} for one in held)
-            demand(plain, "a part is compressed by another method than deflate")
-            return proven(json.loads(_part(archive, "proof.json", MOST_TEXT)), _reader(archive), most_work)
+            return proven(description(archive), _reader(archive), most_work)
     except Refused:
         raise
     except Exception as error:  # any error that a file leads to is a fault of the file
@@ -1331,12 +1326,20 @@ def check(file: Any, most_work: float = MOST_WORK) -> Result:
         raise Refused(msg) from error
 
 
+def description(archive: zipfile.ZipFile) -> Any:
+    """Read what a file says."""
+    return json.loads(_part(archive, "proof.json", MOST_TEXT))
+
+
 def _part(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
     """Read a part of a file, of at most so many bytes; if its name ends in ``.bz2``, that is unpacked."""
-    size = archive.getinfo(name).file_size
-    demand(size < most, "the description, or the arrays that are named, are too large together")
-    with archive.open(name) as stream:
-        data = stream.read(size)
+    held = archive.getinfo(name)
+    demand(held.file_size < most, "the description, or the arrays that are named, are too large together")
+    # (of other methods, zipfile unpacks all there is before it looks at the size)
+    is_plain = held.compress_type in {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
+    demand(is_plain, "a part is compressed by another method than deflate")
+    with archive.open(held) as stream:
+        data = stream.read(held.file_size)
     if name.endswith(".bz2"):
         unpacker = bz2.BZ2Decompressor()
         data = unpacker.decompress(data, most)

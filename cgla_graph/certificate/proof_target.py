@@ -1,6 +1,5 @@
 """Checks before the work of a proof file: problems that have none, and files that it may replace."""
 
-import json
 import os
 import zipfile
 from collections.abc import Sequence
@@ -8,12 +7,10 @@ from pathlib import Path
 
 from cgla_graph._text import place
 from cgla_graph._validate import file_path
-from cgla_graph.certificate.check_proof import FORMAT
+from cgla_graph.certificate.check_proof import FORMAT, description
 from cgla_graph.errors import OutputError, ProblemError
 from cgla_graph.model.risk import RiskField
 
-#: Bytes of the description in a file, at most, to see whether the file is a proof.
-MOST_DESCRIBED = 1 << 24
 #: What is not checked of a map in degrees.
 ON_EARTH = (
     "checked in the plane and for its least scale on the Earth, not that places of the plane are those of the "
@@ -94,13 +91,10 @@ def _described(file: Path) -> object:
     """Return the description in a proof file; None if there is none."""
     try:
         with zipfile.ZipFile(file) as archive:
-            part = archive.getinfo("proof.json")
-            if part.file_size > MOST_DESCRIBED or part.compress_type not in {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}:
-                return None
-            # (no more than that: a part may unpack to more than it says)
-            with archive.open(part) as stream:
-                return json.loads(stream.read(part.file_size))
-    except (zipfile.BadZipFile, KeyError, ValueError, RecursionError, NotImplementedError, RuntimeError, EOFError):
+            return description(archive)
+    except OSError:
+        raise
+    except Exception:  # noqa: BLE001 - as the checker, which takes any error for a fault of the file
         return None
 
 
