@@ -457,7 +457,14 @@ class Grid:
         self.controls, self.uncut_places = self._numbered(touching)
         #: Boxes around what is open of each piece, and nine numbers for the cost there.
         _, self.boxes = extents(self.owners, self.rectangles)
-        costs = [problem.lower_costs(self, [side[some] for side in self.boxes]) for some in batches(len(self.columns))]
+        for axis, index in enumerate((self.columns, self.rows) if problem.rasters else ()):
+            # (rasters may have lines through the middles of cells: each box becomes four, one after all others)
+            low, high = self.boxes[2 * axis : 2 * axis + 2]
+            middle = np.clip(np.resize(index, len(low)) * self.parts, low, high)
+            self.boxes = [np.append(side, side) for side in self.boxes]
+            self.boxes[2 * axis : 2 * axis + 2] = np.append(low, middle), np.append(middle, high)
+        demand(len(self.boxes[0]) < MOST_CELLS, "a grid has too many cells")
+        costs = [problem.lower_costs(self, [side[some] for side in self.boxes]) for some in batches(len(self.boxes[0]))]
         self.costs: Floats = np.concatenate([np.empty((0, 3, 3)), *costs])
         self.least_cost = max(float(self.costs.min(initial=math.inf)), 0.0)
 
@@ -728,7 +735,7 @@ class Surface:
 
     def __init__(self, described: dict[str, Any], array: Reader, grid: Grid, end: Point | None, level: int = 0) -> None:
         demand(level < MOST_LEVELS, "too many surfaces are inside one another")
-        grid.problem.spend(len(grid.columns), 100)
+        grid.problem.spend(len(grid.costs), 100)
         self.grid, self.end = grid, end
         exponent, axes = numbers_of([described["exponent"], described.get("axes", 1)], 2, whole=True)
         demand(abs(exponent) < 1 << 9, "an exponent is out of range")
@@ -758,12 +765,13 @@ class Surface:
 
     def _charge_steep(self) -> None:
         """Measure how steep the surface is against the cost on each piece outside of blocks, and charge for that."""
-        grid = self.grid
+        grid, n = self.grid, len(self.grid.columns)
         with np.errstate(divide="ignore", invalid="ignore"):
-            parts = [self._squared_ratio(part).max(axis=(1, 2)) for part in batches(len(grid.columns))]
+            parts = [self._squared_ratio(part).max(axis=(1, 2)) for part in batches(len(grid.costs))]
         #: (roundings of fewer than 16 products, sums and roots are less than 2^-48)
-        self.steepness: Floats = np.sqrt(np.concatenate([np.empty(0), *parts])) * (1.0 + 2.0**-48)
-        self.steepness[(grid.costs <= 1e-100).any(axis=(1, 2))] = np.inf
+        ratios = np.sqrt(np.concatenate([np.empty(0), *parts])) * (1.0 + 2.0**-48)
+        ratios[(grid.costs <= 1e-100).any(axis=(1, 2))] = np.inf
+        self.steepness: Floats = ratios.reshape(len(ratios) // max(n, 1), n).max(axis=0, initial=0.0)
         self.steepness[self.in_block] = 0.0
         wrong = ~np.isfinite(self.steepness)
         demand(not wrong.any(), lambda: f"the slope has no bound in {grid.name(int(wrong.argmax()))}")
@@ -781,8 +789,9 @@ class Surface:
 
         Vectors on whole cells are means of differences of neighbouring control values: whole numbers.
         """
-        grid, u, total = self.grid, self.controls[part], np.zeros((1, 1, 1))
-        ends = self._ends(np.arange(part.start, part.stop), [side[part] for side in grid.boxes], 1)
+        grid, total = self.grid, np.zeros((1, 1, 1))
+        pieces = np.arange(part.start, part.stop) % len(grid.columns)
+        u, ends = self.controls[pieces], self._ends(pieces, [side[part] for side in grid.boxes], 1)
         for axis in range(2):
             # (the gradient is linear along its own axis: the middle value is the mean)
             first, last = np.moveaxis(2 * doubled(np.diff(u, axis=2 - axis), 1 + axis), 2 - axis, 0)

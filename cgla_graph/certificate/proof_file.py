@@ -45,8 +45,8 @@ Rectangle: TypeAlias = list[int]
 FINER, AROUND_ENDS, AROUND_CORNERS = 5, 3, 2
 #: Differences of control values are along rows, 1, or along rows and columns, 2, which takes a fourth less.
 AXES = 2
-#: A step of control values, in spacings times the tolerance, and cells of a grid, at most.
-STEP, MOST_PIECES = 1.0 / 24.0, 1_000_000
+#: A step of control values, in spacings times the tolerance, and boxes of a grid, at most.
+STEP, MOST_BOXES = 1.0 / 24.0, 1_000_000
 #: Around a corner: cells beyond a box from which the front starts, sub-cells, rounds, and the slope from which another
 #: round is made. On a grid inside a block, further blocks are as small as they may be.
 BEYOND, SUB_CELLS, ROUNDS, STEEP = 2, 200_000, 6, 1.002
@@ -404,8 +404,9 @@ class _Writer:
             kept = checker.kept(surfaces["to_goal"][1], surfaces["to_start"][1], cost)
             columns, rows = grid.columns[kept].astype(np.int32), grid.rows[kept].astype(np.int32)
             runs = cell_runs.clipped(cell_runs.refined(cell_runs.runs_of(columns, rows), last, finer), finer)
-            pieces = int((runs[:, 2] - runs[:, 1]).sum())
-            if pieces > MOST_PIECES or self.floats_across() < LEAST_FLOATS * max(finer):
+            # (beside rasters, the checker looks at quarters)
+            boxes = int((runs[:, 2] - runs[:, 1]).sum()) * (4 if problem.field.rasters else 1)
+            if boxes > MOST_BOXES or self.floats_across() < LEAST_FLOATS * max(finer):
                 return whole, best
             last = finer
 
@@ -522,7 +523,7 @@ class _Writer:
         """
         problem, wide, held = self.problem, cells[1] - cells[0], outer.holds([cells])
         known = values[outer.nodes[outer.grid.controls[held]]]
-        twice = 2.0 * min(outer.mesh.spacing) * float(outer.grid.costs[held].min())
+        twice = 2.0 * min(outer.mesh.spacing) * float(outer.grid.costs.reshape(-1, len(held), 9)[:, held].min())
         needed = np.ptp(known[np.isfinite(known)]) / twice if np.isfinite(known).any() else 0.0
         last, low, high = _box(outer, cells, max(wide // 2 + 3, min(math.ceil(needed) + 1, wide + 3)))
         first = max(low[0] - BEYOND, 0), max(low[1] - BEYOND, 0)

@@ -387,7 +387,8 @@ def test_a_raster_beyond_the_map_counts_on_the_border() -> None:
     problem = checker.Problem(described["problem"], by.array)
     assert checker.upper_bound(problem, np.array([(0.0, 0.25), (0.0, 0.75)])) == pytest.approx(0.5)
     grid = whole_grid(problem, 32)
-    costs, columns = grid.costs.max(axis=(1, 2)), grid.columns
+    # (each cell is checked on four boxes)
+    costs, columns = grid.costs.max(axis=(1, 2)).reshape(4, -1).min(axis=0), grid.columns
     assert (costs[columns == 0] <= 1.0).all()
     assert costs[columns > 0] == pytest.approx(2.0)
 
@@ -410,11 +411,23 @@ def test_a_line_of_several_rasters_has_the_least_of_each(off: float) -> None:
         checker.check(io.BytesIO(archive.packed(described)))
     problem = checker.Problem(described["problem"], archive.array)
     grid = whole_grid(problem, 33)
-    costs = grid.costs.max(axis=(1, 2))
+    costs = grid.costs.max(axis=(1, 2)).reshape(4, -1).min(axis=0)
     assert (costs[(grid.columns == 16) | (grid.columns == 17)] <= 1.0).all()
     assert costs[(grid.columns > 17) & (grid.columns < 33)] == pytest.approx(91.0)
     if off == 0.0:
         assert checker.upper_bound(problem, np.array([(0.5, 0.25), (0.5, 0.75)])) == pytest.approx(0.5)
+
+
+def test_lines_of_a_raster_through_middles_of_cells_lose_nothing() -> None:
+    field = cg.RiskField(rasters=[cg.RasterRisk(HILLS, (0.0, 0.0, 1.0, 1.0), interpolation="bilinear")])
+    archive = Archive()
+    described = describe_problem(cg.Problem((0.12, 0.2), (0.9, 0.65), field, k=0.5), archive)
+    last = [2 * n for n in HILLS.T.shape]
+    grid = checker.Grid.over(checker.Problem(described, archive.array), last, 0, [0, last[0] + 1, 0, last[1] + 1])
+    for n in range(4):
+        column, row = n % 2, n // 2
+        corners = np.column_stack([grid.boxes[column] / grid.units[0], grid.boxes[2 + row] / grid.units[1]])
+        assert grid.costs[:, 2 * row, 2 * column] == pytest.approx(1.0 + 0.5 * field.density(corners), rel=1e-9)
 
 
 @given(st.floats(-0.5, 0.5))
