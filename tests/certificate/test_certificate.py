@@ -787,7 +787,7 @@ def test_finer_grids_give_better_bounds_to_the_end() -> None:
     assert found.grids[-1].last > (4096, 4096)
     gaps = [math.log(grid.upper_bound / grid.lower_bound - 1.0) for grid in found.grids]
     orders = -np.diff(gaps) / np.diff([math.log(grid.last[0]) for grid in found.grids])
-    assert (orders > 1.2).all()
+    assert (orders > 1.15).all()
 
 
 @pytest.mark.slow
