@@ -407,7 +407,7 @@ def usual_cells(problem: Problem) -> int:
 
 
 def improved(
-    problem: Problem, path: ArrayLike, tolerance: float, tube: Tube | None = None
+    problem: Problem, path: ArrayLike, tolerance: float, tube: Tube | None = None, whole: Level | None = None
 ) -> tuple[Certificate, float]:
     """
     Prove the gap of a path, and replace the path if the proof finds a better one.
@@ -423,6 +423,8 @@ def improved(
     tube
         The first grid, if it is known that no path outside of it costs less than the given one. On one core, this is
         the faster way.
+    whole
+        That grid over all of the map, of which the tube is a part; None: the tube is laid by itself.
 
     Returns
     -------
@@ -456,6 +458,7 @@ def improved(
             is_trial=True,
             in_turns=tube is not None,
             tube=tube,
+            whole=whole,
         )
         if after == 0.0:
             return replace(found, seconds=spent + found.seconds), known_after
@@ -474,6 +477,7 @@ def _proven(
     is_trial: bool = False,
     in_turns: bool = False,
     tube: Tube | None = None,
+    whole: Level | None = None,
 ) -> tuple[Certificate, float]:
     """Bound the cost from below; return also after how many seconds the compared path was known."""
     if not problem.field.is_proper:
@@ -486,7 +490,7 @@ def _proven(
         began = time.perf_counter()
         waypoints, cost = given_path(problem, path)
         held = _KnownPath() if waypoints is None else _KnownPath.of(problem, cost, waypoints)
-        search = _Search(problem, tolerance, max_cells, held, keeps_path, is_trial, in_turns, tube)
+        search = _Search(problem, tolerance, max_cells, held, keeps_path, is_trial, in_turns, tube, whole)
         found = search.run(tell)
     known_after = search.improved_at - began if search.improved_at else 0.0
     return replace(found, seconds=time.perf_counter() - began, problem=problem), known_after
@@ -611,6 +615,8 @@ class _Search:
     in_turns: bool = False
     #: The first grid, outside of which no path costs less than the known one; None: the usual one, on the whole map.
     tube: Tube | None = None
+    #: That grid on the whole map, if it is laid already.
+    whole: Level | None = None
     known: _KnownPath = field(default_factory=_KnownPath)
     #: When a better path was found, s; 0 before.
     improved_at: float = 0.0
@@ -637,7 +643,7 @@ class _Search:
         while True:
             missing = min(self.known.least - self.best, self.best)
             worth = max(FRACTION * self.tolerance * self.best, WORTH * missing)
-            level = Level.lay(closed, last, runs, worth, self.known.path)
+            level = self._level(closed, last, runs, worth)
             self.cells = len(level.mesh.columns)
             self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.held.cost))
             wanted = needed_for(problem, self._wanted())
@@ -671,6 +677,12 @@ class _Search:
             before = here
             if outcome := self._outcome() or self._limit(last, needed):
                 return self._end(outcome)
+
+    def _level(self, closed: Problem, last: tuple[int, int], runs: WholeArray, worth: float) -> Level:
+        """Lay a grid; the first one may be a part of a grid that there is."""
+        if self.whole is not None and not self.grids:
+            return self.whole.part(closed, runs, worth, self.known.path)
+        return Level.lay(closed, last, runs, worth, self.known.path)
 
     def _prove(self, bound: float, by: Proof) -> None:
         """Take a bound if it is better."""

@@ -37,8 +37,8 @@ import itertools
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache, cached_property
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -50,7 +50,7 @@ from cgla_graph.certificate import corner_kernels
 from cgla_graph.certificate.costs import scale_at
 from cgla_graph.certificate.tips import bounds_on_disc
 from cgla_graph.eikonal.marching import Links, Sight, bends_of, straight_costs
-from cgla_graph.eikonal.mesh import NO_CELL, SHARP, SplineMesh, angles_of
+from cgla_graph.eikonal.mesh import NO_CELL, SHARP, MeshPart, SplineMesh, angles_of, places_in
 from cgla_graph.model.problem import Problem
 
 #: Cells from the middle of a block to its rim, at least; walls and corners of areas that a block takes into account,
@@ -214,6 +214,7 @@ def corners_of(
     reach: int,
     taken: Sequence[tuple[int, int, int]],
     bent: BendingPath | None = None,
+    of_whole: "tuple[WholeCorners, MeshPart] | None" = None,
 ) -> tuple[list[Corner], list[SteepCorner]]:
     """
     Lay blocks around the sharp corners of an area, where they pay.
@@ -231,6 +232,8 @@ def corners_of(
     bent
         A path: around its bends, blocks are laid where the cost is steep too, and none far from it. None: no such
         blocks, and others everywhere.
+    of_whole
+        Blocks that are laid already on a mesh of which this one is a part; None: none are.
 
     Returns
     -------
@@ -242,12 +245,9 @@ def corners_of(
     edges = problem.model.area.edges
     if not 0 < len(edges) <= MOST_EDGES:
         return [], []
-    here, angles = edges[:, :2], angles_of(edges)
-    # paths bend only around corners that stick out
-    convex, which = np.unique(here[angles >= 0.0], axis=0, return_inverse=True)
-    turns = np.bincount(which, weights=math.pi - angles[angles >= 0.0])
-    sharp = np.unique(here[(angles > 0.0) & (angles < math.pi - SHARP)], axis=0)
-    grid = _Grid(problem, mesh, convex, turns, bent)
+    sharp = sharp_corners(edges)
+    grid = _Grid(problem, mesh, *corners_that_stick_out(edges), bent)
+    lay = grid.lay if of_whole is None else partial(of_whole[0].part, of_whole[1])
     found: list[Corner] = []
     steep: list[SteepCorner] = []
     centres = list(taken)
@@ -262,7 +262,7 @@ def corners_of(
     for corner, (column, row) in zip(sharp[inside], places[inside].astype(np.int64).tolist(), strict=True):
         beside = min((max(abs(column - i), abs(row - j)) - other for i, j, other in centres), default=math.inf)
         room = min(beside - APART, column - 1, row - 1, mesh.last[0] - column - 1, mesh.last[1] - row - 1)
-        if (laid := grid.lay(corner, (column, row), int(min(reach, room)))) is not None:
+        if (laid := lay(corner, (column, row), int(min(reach, room)))) is not None:
             found.append(laid[0])
             centres.append((column, row, laid[1]))
         elif room >= LEAST_REACH and (left := grid.steep(corner, (column, row), int(room))) is not None:
@@ -271,6 +271,19 @@ def corners_of(
         if len(found) + len(steep) == MOST_BLOCKS:
             break
     return found, steep
+
+
+def sharp_corners(edges: FloatArray) -> FloatArray:
+    """List the corners of an area around which there may be blocks, shape ``(n, 2)``."""
+    angles = angles_of(edges)
+    return np.unique(edges[(angles > 0.0) & (angles < math.pi - SHARP), :2], axis=0)
+
+
+def corners_that_stick_out(edges: FloatArray) -> tuple[FloatArray, WholeArray | FloatArray]:
+    """List the corners that paths may bend around, shape ``(n, 2)``, and by how much, rad."""
+    angles = angles_of(edges)
+    convex, which = np.unique(edges[angles >= 0.0, :2], axis=0, return_inverse=True)
+    return convex, np.bincount(which, weights=math.pi - angles[angles >= 0.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -440,6 +453,48 @@ def turn_of(path: shapely.LineString, point: FloatArray, radius: float) -> float
     inside = shapely.get_parts(path.intersection(shapely.Point(point).buffer(radius)))
     steps = [np.diff(shapely.get_coordinates(one), axis=0) for one in inside]
     return float(sum(np.abs(np.diff(np.unwrap(np.arctan2(*step.T)))).sum() for step in steps))
+
+
+class WholeCorners:
+    """
+    Blocks around corners on a mesh of the whole map, laid once for all of its parts.
+
+    Parameters
+    ----------
+    problem
+        A problem on the map.
+    mesh
+        The mesh.
+    """
+
+    def __init__(self, problem: Problem, mesh: SplineMesh) -> None:
+        self.grid = _Grid(problem, mesh, *corners_that_stick_out(problem.model.area.edges), None)
+        self.laid: dict[tuple[float, float, int], tuple[Corner, int] | None] = {}
+
+    def part(self, part: MeshPart, corner: FloatArray, centre: tuple[int, int], most: int) -> tuple[Corner, int] | None:
+        """Lay a block as `_Grid.lay` does, on a part of the mesh."""
+        key = float(corner[0]), float(corner[1]), most
+        if key not in self.laid:
+            self.laid[key] = self.grid.lay(corner, centre, most)
+        laid = self.laid[key]
+        if laid is None:
+            return None
+        block = laid[0]
+        pieces, rim = places_in(part.pieces, block.pieces), places_in(part.pieces, block.rim)
+        on_rim = (rim >= 0) & part.mesh.matters[rim]
+        if not on_rim.any():
+            return None
+        numbers, sides = block.cuts.T
+        cut = np.where(sides == JOINT, places_in(part.joints, numbers), places_in(part.nodes, numbers))
+        return replace(
+            block,
+            pieces=pieces[pieces >= 0],
+            cuts=np.column_stack([cut, sides])[cut >= 0],
+            sights=[sight.part(part.nodes) for sight in block.sights],
+            rim=rim[on_rim].astype(block.rim.dtype),
+            places=block.places[on_rim],
+            lines=block.lines[on_rim],
+        ), laid[1]
 
 
 def proper_nodes(mesh: SplineMesh, pieces: WholeArray) -> WholeArray:

@@ -11,15 +11,15 @@ be that of another landmark. Nothing is charged for, as differences of charged s
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from cgla_graph._types import FloatArray, Point, WholeArray
-from cgla_graph.certificate.certificate import Certificate, improved, usual_cells
+from cgla_graph.certificate.certificate import Certificate, improved
 from cgla_graph.certificate.costs import is_provable, proven
-from cgla_graph.certificate.subsolution import Level, finer_grid, first_grid
+from cgla_graph.certificate.subsolution import Level, first_grid
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go, descent
 from cgla_graph.eikonal.mesh import bezier_values
@@ -32,8 +32,8 @@ from cgla_graph.regions.paths import least_path
 COUNT = 16
 #: The equation is solved again for a landmark while that gains more than this part of the bound.
 AIM = 0.01
-#: A tube has about so many cells, on a grid of at least and at most so many along the longer side.
-CELLS, FEWEST, MOST = 12_000, 128, 1024
+#: Tubes have about so many cells, on the nearest of a few grids that all of them share: cells along its longer side.
+CELLS, SHARED = 12_000, (160, 224, 320, 448)
 #: Cells along the longer side of the grid that proofs of single problems begin with, and how many of these problems
 #: landmarks are laid for, at least.
 COARSE, MANY = 96, 8
@@ -69,32 +69,12 @@ class Landmarks:
         low, high = np.moveaxis(np.array(heights) if heights else none, 1, 0)
         return cls(level, low, high)
 
-    def tube(self, problem: Problem, cost: float, max_cells: int) -> tuple[tuple[int, int], WholeArray]:
-        """
-        Return a grid, and its cells through which a path from start to goal may cost less than some cost.
-
-        Parameters
-        ----------
-        problem
-            A problem on this map.
-        cost
-            Map units.
-        max_cells
-            Cells of the grid, at most, unless it has the fewest along its sides.
-
-        Returns
-        -------
-        last, runs
-            Its last node, and the cells (`cell_runs`).
-        """
+    def kept(self, problem: Problem, cost: float) -> WholeArray:
+        """List the cells (`cell_runs`) through which a path from start to goal may cost less than some cost."""
         mesh = self.level.mesh
         least = proven(problem, self.bounds_from(problem.start) + self.bounds_from(problem.goal), surfaces=2)
         keep = ~(least >= cost)
-        last = int(mesh.last[0]), int(mesh.last[1])
-        runs = cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
-        steps = math.sqrt(CELLS * (last[0] + 1) * (last[1] + 1) / max(int(keep.sum()), 1))
-        times = min(max(steps, FEWEST), MOST) / max(last)
-        return finer_grid(problem, last, runs, times, max_cells)
+        return cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
 
     def bounds_from(self, point: Point) -> FloatArray:
         """Bound the cost between a point and each piece, shape ``(m,)``, map units."""
@@ -154,11 +134,14 @@ class Ground:
         The grid; its problem is without clearance.
     piece_of
         The piece in whose middle each node is, or -1, shape ``(n,)``.
+    shared
+        Finer grids over all of the map, by their cells along the longer side, laid when a tube asks for them.
     """
 
     problem: Problem
     level: Level
     piece_of: WholeArray
+    shared: dict[int, Level] = field(default_factory=dict, repr=False)
 
     @classmethod
     def lay(cls, problem: Problem, steps: int) -> "Ground | None":
@@ -205,8 +188,35 @@ class Ground:
         judged = problem.evaluate(path) if len(path) else None
         if judged is None or not judged.feasible:
             return None
-        tube = self.landmarks.tube(problem, judged.cost, usual_cells(problem)) if in_tube and not over_cells else None
-        return improved(problem, path, tolerance, tube)[0]
+        if not in_tube or over_cells:
+            return improved(problem, path, tolerance)[0]
+        whole, kept = self.tube(problem, judged.cost)
+        return improved(problem, path, tolerance, (whole.mesh.last, kept), whole)[0]
+
+    def tube(self, problem: Problem, cost: float) -> tuple[Level, WholeArray]:
+        """
+        Return a grid over all of the map, and its cells through which a path may cost less than some cost.
+
+        Parameters
+        ----------
+        problem
+            A problem on this map.
+        cost
+            Map units.
+
+        Returns
+        -------
+        whole, runs
+            The grid, which other problems share, and the cells (`cell_runs`).
+        """
+        kept, (columns, rows) = self.landmarks.kept(problem, cost), self.level.mesh.last
+        share = max(int((kept[:, 2] - kept[:, 1]).sum()), 1) / ((columns + 1) * (rows + 1))
+        steps = min(SHARED, key=lambda one: abs(math.log(one**2 * share / CELLS)))
+        if steps not in self.shared:
+            last = first_grid(self.problem, steps)
+            self.shared[steps] = Level.lay(self.level.problem, last, cell_runs.rectangle(last))
+        whole = self.shared[steps]
+        return whole, cell_runs.refined(kept, (columns, rows), whole.mesh.last)
 
     def _descent(self, problem: Problem) -> FloatArray:
         """Descend the costs-to-go of a problem on this map: waypoints, shape ``(n, 2)``; empty if no way leads down."""

@@ -41,14 +41,14 @@ import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.certificate import certificate_kernels
-from cgla_graph.certificate.corners import BendingPath, CornerBlock, corners_of, links_of
+from cgla_graph.certificate.corners import BendingPath, CornerBlock, WholeCorners, corners_of, links_of
 from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for, scale_at
 from cgla_graph.certificate.finer import FineCornerBlock
 from cgla_graph.certificate.tips import EndFormula, EndGrid
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go, descent, straight_costs
 from cgla_graph.eikonal.marching_kernels import spline_value
-from cgla_graph.eikonal.mesh import HALO, SplineMesh, bezier_values
+from cgla_graph.eikonal.mesh import HALO, MeshPart, SplineMesh, bezier_values
 from cgla_graph.model.problem import Problem
 
 #: Times that the equation is solved on one grid, at most, and the round from which a cost may be lowered below the
@@ -238,6 +238,8 @@ class Level:
     worth: float
     path: FloatArray | None
     widest: float
+    #: Blocks of the grid of which this one is a part.
+    of_whole: tuple[WholeCorners, MeshPart] | None = None
 
     @classmethod
     def lay(
@@ -260,6 +262,18 @@ class Level:
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
         bounds = cost_bounds(problem, mesh)
         return cls(problem, mesh, bounds, costs_to_solve_for(problem, mesh, bounds), reach, worth, path, widest)
+
+    def part(self, problem: Problem, runs: WholeArray, worth: float, path: FloatArray | None) -> "Level":
+        """Return the grid of some of its cells, for other ends and another path on the same map."""
+        part = self.mesh.part(runs, (problem.start, problem.goal), halo(problem, self.mesh.last))
+        bounds, costs = self.bounds[part.pieces], self.costs[part.nodes]
+        of_whole = self.whole_corners, part
+        return Level(problem, part.mesh, bounds, costs, self.reach, worth, path, MOST_WIDER, of_whole)
+
+    @cached_property
+    def whole_corners(self) -> WholeCorners:
+        """Blocks around corners of this grid that its parts have in common."""
+        return WholeCorners(self.problem, self.mesh)
 
     def load_checks(self) -> None:
         """Compile or load the kernels that check a spline and descend it."""
@@ -440,7 +454,7 @@ class Level:
             return ()
         taken = [(*block.centre, block.reach) for block in (self.start_block, self.goal_block)]
         bent = None if self.path is None else BendingPath(shapely.LineString(self.path), self.worth)
-        found, steep = corners_of(self.problem, self.mesh, self.reach, taken, bent)
+        found, steep = corners_of(self.problem, self.mesh, self.reach, taken, bent, self.of_whole)
         looked = (FineCornerBlock.around(self.problem, self.mesh, one) for one in steep)
         return [*found, *(one for one in looked if one is not None)]
 

@@ -11,7 +11,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.eikonal import front_kernels, marching_kernels
 from cgla_graph.eikonal.marching_kernels import Bends, Joints
-from cgla_graph.eikonal.mesh import SplineMesh, corners
+from cgla_graph.eikonal.mesh import SplineMesh, corners, places_in
 from cgla_graph.model import graph_kernels
 from cgla_graph.model.problem import Problem
 
@@ -41,6 +41,12 @@ class Sight(NamedTuple):
     nodes: WholeArray
     costs: FloatArray
     enter: BoolArray
+
+    def part(self, nodes: WholeArray) -> "Sight":
+        """Leave out all but some nodes of the mesh, which are numbered anew."""
+        found = places_in(nodes, self.nodes)
+        there = found >= 0
+        return Sight(found[there], self.costs[there], self.enter[there])
 
 
 def bends_of(sights: Sequence[Sight], n_nodes: int) -> Bends:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -154,6 +155,57 @@ class SplineMesh:
         found = mesh.pieces_at(np.reshape(ends, (-1, 2)).astype(np.float64))
         return replace(mesh, ends=tuple(np.maximum(found, NO_CELL).tolist()))
 
+    def part(self, runs: WholeArray, ends: Sequence[Point], halo: int = HALO) -> "MeshPart":
+        """
+        Return the mesh of some of its cells, about as `build` would make it.
+
+        Parameters
+        ----------
+        runs
+            The cells that matter, among those of this mesh that matter; merged.
+        ends
+            Points outside the area.
+        halo
+            Further cells around them, as far as this mesh has them.
+        """
+        asked, wide = np.zeros((2, self.last[1] + 1, self.last[0] + 1), dtype=np.bool_)
+        for where, some in ((asked, runs), (wide, cell_runs.clipped(cell_runs.dilated(runs, halo), self.last))):
+            columns, rows = cell_runs.cells_of(some)
+            where[rows, columns] = True
+        kept = np.flatnonzero(wide[self.rows, self.columns])
+        columns, rows = self.columns[kept], self.rows[kept]
+        # pieces, nodes, joints and cells are numbered anew
+        used = np.zeros(self.n_nodes + 1, dtype=np.bool_)
+        used[self.controls[kept]] = True
+        nodes = np.flatnonzero(used)
+        number = np.full(self.n_nodes + 1, len(nodes), dtype=self.controls.dtype)
+        number[nodes] = np.arange(len(nodes))
+        with_none = np.append(nodes, self.n_nodes)
+        cells, place, labels, _ = self.sub_cells
+        first_piece = np.flatnonzero(np.diff(cells[kept], prepend=-1)).astype(np.int32)
+        cell = np.repeat(np.arange(len(first_piece), dtype=np.int32), np.diff(first_piece, append=len(kept)))
+        sub_cells = cell, place[cells[kept[first_piece]]], labels, np.append(first_piece, np.int32(len(kept)))
+        _, *apart, length = self.joints
+        held = np.flatnonzero(used[apart[0]] & used[apart[1]])
+        one, other = (number[some[held]].astype(some.dtype) for some in apart)
+        parts, boxes, first_strip, strips = self.outlines
+        mesh = replace(
+            self,
+            columns=columns,
+            rows=rows,
+            matters=asked[rows, columns] & self.matters[kept],
+            controls=number[self.controls[kept]],
+            node_columns=self.node_columns[nodes],
+            node_rows=self.node_rows[nodes],
+            neighbours=number[self.neighbours[with_none]].astype(self.neighbours.dtype),
+            joints=_laid_out(one, other, length[held], len(nodes)),
+            beside_wall=self.beside_wall[with_none],
+            sub_cells=sub_cells,
+            outlines=(parts, boxes[kept], first_strip[kept], strips),
+        )
+        found = mesh.pieces_at(np.reshape(ends, (-1, 2)).astype(np.float64))
+        return MeshPart(replace(mesh, ends=tuple(np.maximum(found, NO_CELL).tolist())), kept, nodes, held)
+
     @property
     def kernel_mesh(self) -> Mesh:
         """The pieces as kernels take them."""
@@ -233,6 +285,28 @@ class SplineMesh:
         """Whether each node is just outside the bounds, shape ``(n,)``."""
         below = (self.node_columns < 0) | (self.node_rows < 0)
         return below | (self.node_columns > self.last[0]) | (self.node_rows > self.last[1])
+
+
+class MeshPart(NamedTuple):
+    """Part of a mesh, and which pieces, nodes and joints of the mesh are its own, in ascending order."""
+
+    mesh: SplineMesh
+    pieces: WholeArray
+    nodes: WholeArray
+    joints: WholeArray
+
+
+def places_in(kept: WholeArray, asked: WholeArray) -> WholeArray:
+    """
+    Return where numbers are in an ascending list of some of them, or -1.
+
+    Examples
+    --------
+    >>> places_in(np.array([1, 3]), np.array([3, 2, 1, 4])).tolist()
+    [1, -1, 0, -1]
+    """
+    at = np.searchsorted(kept, asked)
+    return np.where(np.append(kept, -1)[at] == asked, at, -1)
 
 
 def _cut_open(
@@ -317,10 +391,15 @@ def outlines_of(
 def joints_of(pairs: WholeArray, spacing: tuple[float, float], n_nodes: int) -> Joints:
     """Lay out sorted pairs of nodes and the axis along which they are apart as `marching_kernels.march` takes them."""
     one, other, axis = np.ascontiguousarray(pairs.T)
-    first = np.full(n_nodes + 1 if len(pairs) else 0, -1, dtype=np.int32)
+    return _laid_out(one, other, np.array(spacing)[axis], n_nodes)
+
+
+def _laid_out(one: WholeArray, other: WholeArray, length: FloatArray, n_nodes: int) -> Joints:
+    """Find the first entry of each node in a list of joints, which is in the order of the nodes."""
+    first = np.full(n_nodes + 1 if len(one) else 0, -1, dtype=np.int32)
     # of equal nodes, the first
-    first[one[::-1]] = np.arange(len(pairs), dtype=np.int32)[::-1]
-    return first, one, other, np.array(spacing)[axis]
+    first[one[::-1]] = np.arange(len(one), dtype=np.int32)[::-1]
+    return first, one, other, length
 
 
 def _beside_wall(

@@ -40,7 +40,8 @@ def test_tubes_are_narrow_and_hold_the_best_path() -> None:
     ground = Ground.lay(PAPER, 96)
     assert ground is not None
     best = cg.solve(PAPER)
-    last, runs = ground.landmarks.tube(PAPER, best.cost, 10**6)
+    whole, runs = ground.tube(PAPER, best.cost)
+    last = whole.mesh.last
     cells = np.zeros((last[1] + 1, last[0] + 1), dtype=np.bool_)
     columns, rows = cell_runs.cells_of(runs)
     cells[rows, columns] = True

@@ -193,6 +193,38 @@ def test_pieces_are_found_where_points_are(area: BaseGeometry, last: Last, seed:
 # Continuity
 
 
+@given(drawn.polygons(), some_cells(), st.integers(0, 3), drawn.seeds)
+@examples(40)
+def test_a_part_has_the_pieces_nodes_and_joints_of_the_whole(
+    area: BaseGeometry, cells: tuple[Last, WholeArray], halo: int, seed: int
+) -> None:
+    last, runs = cells
+    end, bounds, no_fly = [(1.2, 1.6)], (0.0, 0.0, 4.0, 4.0), NoFlyArea(area)
+    # (as many sub-cells in a cell)
+    whole = SplineMesh.build(bounds, last, cell_runs.rectangle(last), no_fly, [], most_sub_cells=1)
+    built = SplineMesh.build(bounds, last, runs, no_fly, end, halo, most_sub_cells=1)
+    part, pieces, nodes, joints = whole.part(runs, end, halo)
+    assert set(zip(part.columns.tolist(), part.rows.tolist(), part.matters.tolist(), strict=True)) == set(
+        zip(built.columns.tolist(), built.rows.tolist(), built.matters.tolist(), strict=True)
+    )
+    # so that its splines are those of the whole, wherever a path may go
+    assert (nodes[part.controls] == whole.controls[pieces]).all()
+    with_none = np.append(nodes, whole.n_nodes)
+    linked = whole.neighbours[with_none]
+    assert (with_none[part.neighbours] == np.where(np.isin(linked, nodes), linked, whole.n_nodes)).all()
+    for mine, theirs in zip(part.joints[1:3], whole.joints[1:3], strict=True):
+        assert (nodes[mine] == theirs[joints]).all()
+    first, one, *_ = part.joints
+    assert all(first[node] == np.flatnonzero(one == node)[0] for node in one.tolist())
+    points = np.vstack([np.random.default_rng(seed).uniform(0.0, 4.0, (50, 2)), end])
+    found, expected = part.pieces_at(points), whole.pieces_at(points)
+    held = np.isin(expected, pieces)
+    assert (pieces[found[held]] == expected[held]).all()
+    assert (found[~held] < 0).all()
+    assert part.ends[0] == max(found[-1], NO_CELL)
+    assert all((part.free_parts(n) == whole.free_parts(p)).all() for n, p in enumerate(pieces.tolist()))
+
+
 def fractions_of(start: FloatArray, end: FloatArray, mesh: SplineMesh) -> FloatArray:
     """Return where a segment meets the sides of cells, as fractions of it, from 0 to 1."""
     low, high = (((point - np.array(mesh.origin)) / mesh.spacing).tolist() for point in (start, end))
