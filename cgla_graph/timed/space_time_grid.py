@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,6 +36,9 @@ DISCS = (2.0, 1.5)
 WIDEST = 4.0
 #: Areas are made narrower by this part of the map, so that no cell is closed by rounding.
 NARROWER = 1e-7
+#: A node is a wall if all cells in a square of so many a side around it are closed. Along walls, which are in steps,
+#: fronts are irregular: cells at the outline are some way off, and those inside need no bound.
+WALLED = 5
 #: By how much the polygon of a widened area is wider than the clearance, as a part of it: at most.
 ARCS = 3e-3
 #: How many times longer than the way from the rim takes, a path may take without paying for its time instead: first,
@@ -61,6 +65,8 @@ class Still:
         Of rasters on the cells, shape ``(rows, columns, 5)``, or ``(0, 0, 5)``.
     closed
         Cells that no path enters: outside the bounds, or inside an area.
+    depth
+        How far all of a cell is inside the areas, and from both ends, map units: 0 where it is not.
     rasters
         As kernels take them.
     """
@@ -68,7 +74,13 @@ class Still:
     risk: FloatArray
     floors: FloatArray
     closed: BoolArray
+    depth: FloatArray
     rasters: Rasters
+
+    @cached_property
+    def deepest(self) -> float:
+        """The greatest depth."""
+        return float(self.depth.max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,14 +196,15 @@ class Grid:
             add_densities(places, field.raster_array, found)
             risk, floors = found.reshape(self.shape), np.zeros((*self.shape, 5))
             raster_floors(*self.origin, self.step, self.bounds, field.raster_array, floors)
-        return Still(risk, floors, self._inside(slab), field.raster_array)
+        return Still(risk, floors, *self._inside(slab), field.raster_array)
 
-    def _inside(self, slab: "Slab") -> BoolArray:
+    def _inside(self, slab: "Slab") -> tuple[BoolArray, FloatArray]:
+        """Return the closed cells, and how deep cells are inside of areas."""
         x, y = self.places(self.whole).T
         half = 0.5 * self.step
         x_min, y_min, x_max, y_max = self.bounds
         closed = (x + half < x_min) | (x - half > x_max) | (y + half < y_min) | (y - half > y_max)
-        area = slab.wide_area.geometry
+        area, depth = slab.wide_area.geometry, np.zeros(len(x))
         if not area.is_empty:
             # (the arcs of a clearance are polygons around it)
             by = NARROWER * max(x_max - x_min, y_max - y_min) + ARCS * slab.clearance
@@ -199,8 +212,14 @@ class Grid:
             shapely.prepare(narrow)
             # (a little wider than a cell, which is closed only if all of it is inside)
             boxes = shapely.box(x - half, y - half, x + half, y + half)
-            closed |= shapely.contains_properly(narrow, boxes)
-        return np.asarray(closed.reshape(self.shape))
+            inside = shapely.contains_properly(narrow, boxes)
+            places = np.column_stack([x[inside], y[inside]])
+            # (a path may end, or begin, inside of an area that is open for a while)
+            far = [np.hypot(*(places - end).T) for end in self.ends]
+            least = np.minimum.reduce([shapely.distance(narrow.boundary, shapely.points(places)), *far])
+            depth[inside] = np.maximum(least * (1.0 - 1e-9) - math.sqrt(0.5) * self.step, 0.0)
+            closed |= inside
+        return np.asarray(closed.reshape(self.shape)), depth.reshape(self.shape)
 
     @property
     def whole(self) -> Frame:
@@ -306,8 +325,28 @@ class Grid:
             since, left = float(self.knots[n + 1] - self.knots[0]), float(self.knots[-1] - self.knots[n])
             early = self._out_of_reach(self.ends[0], since, 1.0, frame)
             late = self._out_of_reach(self.ends[1], left, -1.0, frame)
-            self._closed_in[n, frame] = frame.of(self.still[n].closed) | early | late
+            self._closed_in[n, frame] = frame.of(self.still[n].closed | self.caught(n)) | early | late
         return self._closed_in[n, frame]
+
+    def caught(self, n: int) -> BoolArray:
+        """
+        Mark the cells of a layer so deep in an area that will close, or was closed, that no path gets out or in.
+
+        The time is too short: to get out before it closes, or in since it has opened.
+        """
+        found = np.zeros(self.shape, dtype=np.bool_)
+        for first, after, still in self._standing:
+            lasts = float(max(self.knots[first] - self.knots[n], self.knots[n + 1] - self.knots[after]))
+            far = self.fast * lasts * (1.0 + 1e-9)
+            if still is not self.still[n] and far < still.deepest:
+                found |= still.depth > far
+        return found
+
+    @cached_property
+    def _standing(self) -> list[tuple[int, int, Still]]:
+        """What stands still, with its first layer and the one after its last."""
+        firsts = [n for n in range(self.count) if n == 0 or self.still[n] is not self.still[n - 1]]
+        return [(n, after, self.still[n]) for n, after in pairwise([*firsts, self.count])]
 
     @cached_property
     def _closed_in(self) -> dict[tuple[int, Frame], BoolArray]:
@@ -333,12 +372,15 @@ class Grid:
         return range(max(n - 2, 0), min(n + 1, self.count))
 
     def walls(self, n: int) -> BoolArray:
-        """Return the nodes that no spline of a cell has that is open, of a layer of control values."""
-        layers = [self.still[m] for m in self.layers_with(n)]
-        key = tuple(dict.fromkeys(id(each) for each in layers))
+        """Return the nodes that are walls, of a layer of control values: no spline of an open cell has them."""
+        layers = self.layers_with(n)
+        caught = [self.caught(m) for m in layers]
+        key = tuple(dict.fromkeys(id(self.still[m]) for m in layers)) if not np.any(caught) else (n,)
         if key not in self._walls_among:
-            closed = np.logical_and.reduce([each.closed for each in layers])
-            self._walls_among[key] = np.asarray(minimum_filter(closed, 3, mode="nearest")) | self.outside
+            closed = np.logical_and.reduce(
+                [self.still[m].closed | more for m, more in zip(layers, caught, strict=True)]
+            )
+            self._walls_among[key] = np.asarray(minimum_filter(closed, WALLED, mode="nearest")) | self.outside
         return self._walls_among[key]
 
     @cached_property

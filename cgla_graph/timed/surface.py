@@ -305,14 +305,15 @@ class Surface:
         """
         Choose the scale, and charge for what is too steep then; return the bound of the cost from a place.
 
-        It holds for all paths that are there at a time of the given layers, where the place is kept; infinite if it is
-        nowhere, and minus infinity inside of the block, where the surface bounds nothing.
+        It holds for all paths that are there at a time of the given layers, where the place is kept and open; infinite
+        if it is nowhere, and minus infinity inside of the block, where the surface bounds nothing.
         """
         grid, rim = self.grid, self.rim()
         column, row = grid.cell_of(place)
         found = np.full(len(SCALES), math.inf)
         for n, debts in self._owed(SCALES):
-            if n in layers and self.kept[0][n, row] <= column < self.kept[1][n, row]:
+            is_kept = n in layers and self.kept[0][n, row] <= column < self.kept[1][n, row]
+            if is_kept and not grid.closed(n, Frame(row, column, 1, 1)).item():
                 owed = debts[:, row - self.cells[n].row, column - self.cells[n].column]
                 found = np.minimum(found, SCALES * self._least_at(n, place) - owed)
         found -= SCALES * max(rim, -1e300)

@@ -126,7 +126,7 @@ def _evenly(flying: Flying, count: int) -> Flying:
 
 
 def _halved(flying: Flying) -> Flying:
-    """Return the same flight with a waypoint in the middle of each leg."""
+    """Return the same flight, up to rounding, with a waypoint in the middle of each leg."""
     points = np.empty((2 * len(flying.points) - 1, 2))
     points[::2], points[1::2] = flying.points, 0.5 * (flying.points[:-1] + flying.points[1:])
     waits = np.zeros(len(points))
@@ -172,12 +172,15 @@ class Bender:
 
     def fine(self, flying: Flying) -> Flying:
         """Bend a flight with more and more waypoints, then leave out those that gain nothing."""
-        best = flying
-        while 2 * len(best.points) - 1 <= MOST:
+        best = current = flying
+        while 2 * len(current.points) - 1 <= MOST:
+            halved = _halved(current)
             # (where areas or others are near, only the least margins gain)
-            found = self._staged(_halved(best), MARGINS[2:] if self.kept_out else (0.0,))
+            found = self._staged(halved, MARGINS[2:] if self.kept_out else (0.0,))
             gained = best.cost - found.cost
-            best = found if found.cost < best.cost or not math.isfinite(best.cost) else _halved(best)
+            # (halved, a leg along an outline may get inside by rounding: it is gone on from, but is no answer)
+            current = found if found.cost < best.cost or not math.isfinite(best.cost) else halved
+            best = min(best, found, key=lambda one: one.cost)
             if 0.0 <= gained < GAIN * best.cost:
                 break
         return self._thinned(best)

@@ -184,6 +184,16 @@ def test_goal_inside_of_an_area_is_reached_once_it_opens() -> None:
     assert plan.cost == pytest.approx(0.8 + 0.5 * 1.4, rel=2e-3)
 
 
+def test_a_flight_along_an_outline_is_found_whatever_rounding_does() -> None:
+    """Waypoints in the middle of a leg along an edge are inside of the area by rounding, or not."""
+    rhombus = shapely.Polygon([(0.3, 0.5), (0.5, 0.3), (0.7, 0.5), (0.5, 0.7)])
+    problem = cg.TimedProblem((0.08, 0.1), (0.92, 0.88), areas=[cg.TimedArea(rhombus, 0, 9)], speed=1)
+    around = cg.Problem((0.08, 0.1), (0.92, 0.88), no_fly=rhombus)
+    plan = cg.solve(problem, nodes=5_000, tolerance=None)
+    assert plan.status.label == "found"
+    assert plan.cost <= cg.solve(around).cost * (1.0 + 1e-9)
+
+
 def test_closed_for_good_and_too_late_are_not_found() -> None:
     closed = cg.TimedArea(shapely.box(0.4, -1, 0.6, 2), appears=0.1)
     problem = cg.TimedProblem((0.1, 0.5), (0.9, 0.5), areas=[closed], speed=1.0, latest=1.5)

@@ -16,6 +16,7 @@ import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.timed import excess_kernels
+from cgla_graph.timed.space_time_grid import Grid
 from cgla_graph.timed.space_time_proof import _by_line, _Search, timed_lower_bound
 from cgla_graph.timed.wind_kernels import wind_within, winds_within
 
@@ -75,6 +76,55 @@ def test_no_flight_undercuts_the_bound_and_it_is_close(seed: int) -> None:
         rows = problem.fly(plan.path + bumps * rng.normal(0.0, rng.choice([1e-3, 1e-2, 1e-1]), 2), plan.departure)
         flight = problem.evaluate(rows)
         assert not flight.feasible or flight.cost >= found.lower_bound
+
+
+@given(st.integers(0, 10**6))
+def test_cells_of_an_area_are_closed_only_if_no_path_gets_out_or_in(seed: int) -> None:
+    """By sampled points and times; a half diagonal less, or an end that is left out, and it fails."""
+    rng = np.random.default_rng(seed)
+    turned = [(0.5 + r * math.cos(a), 0.5 + r * math.sin(a)) for a, r in zip(
+        np.sort(rng.uniform(0.0, 2.0 * math.pi, 7)), rng.uniform(0.2, 0.45, 7), strict=True
+    )]  # fmt: skip
+    area, times = shapely.Polygon(turned).buffer(0), np.sort(rng.uniform(0.1, 2.0, 2))
+    ends = (tuple(rng.uniform(0.05, 0.95, 2)) for _ in range(2))
+    wind = tuple(rng.uniform(-0.4, 0.4, 2))
+    areas = [cg.TimedArea(area, *times)]
+    problem = cg.TimedProblem(*ends, speed=1.0, wind=wind, areas=areas, departure=(0.0, 3.0))
+    grid = Grid.lay(problem, 3.0, 24, 2.0)
+    outside = shapely.box(-1.0, -1.0, 2.0, 2.0) - area
+    for n in rng.integers(0, grid.count, 12).tolist():
+        cells = np.argwhere(grid.caught(n) & ~grid.still[n].closed)
+        for row, column in cells[rng.permutation(len(cells))[:5]]:
+            x, y = np.array(grid.origin) + grid.step * (np.array([column, row]) + rng.choice([-0.5, 0.5], 2))
+            lasts = max(times[0] - grid.knots[n], grid.knots[n + 1] - times[1])
+            # the fastest way over ground, in any direction
+            reach = (1.0 + math.hypot(*wind)) * lasts
+            assert lasts > 0.0
+            assert shapely.distance(shapely.Point(x, y), outside) > reach
+            assert min(math.dist((x, y), end) for end in (problem.start, problem.goal)) > reach
+
+
+def test_a_flight_that_would_be_caught_is_none() -> None:
+    """An area in the way closes before anyone is through: it costs as much as if it had been closed all the time."""
+    late = cg.TimedArea(shapely.box(0.35, -1.0, 0.8, 0.7), 0.5, 9.0)
+    problem = cg.TimedProblem((0.1, 0.5), (0.9, 0.5), areas=[late], speed=1.0)
+    around = problem.fly([(0.1, 0.5), (0.35, 0.7), (0.8, 0.7), (0.9, 0.5)])
+    cost = problem.evaluate(around).cost
+    # (fronts that entered it at once, whatever the time left, proved the straight line: 18 % less)
+    assert timed_lower_bound(problem, around, max_cells=60_000).lower_bound > 0.93 * cost
+
+
+@pytest.mark.parametrize("early", [False, True])
+def test_ends_inside_of_an_area_are_reached_while_it_is_open(early: bool) -> None:
+    area = cg.TimedArea(shapely.box(0.4, 0.2, 1.0, 0.8), *((0.55, 9.0) if early else (-9.0, 0.2)))
+    place = (0.2, 0.5), (0.7, 0.5)
+    problem = cg.TimedProblem(*(place if early else place[::-1]), speed=1.0, areas=[area], departure=(0.0, 0.3))
+    straight = problem.fly([problem.start, problem.goal], 0.0 if early else 0.25)
+    cost = problem.evaluate(straight).cost
+    detour = problem.fly([problem.start, (0.45, 0.6), problem.goal], 0.0 if early else 0.25)
+    assert problem.evaluate(straight).feasible
+    line = dataclasses.replace(_by_line(problem, problem.evaluate(detour).cost, 1e-9), lower_bound=1e-9)
+    assert 0.9 * cost < _Search(problem, line, 60_000).run(lambda _: None).lower_bound <= cost
 
 
 def test_hours_may_have_different_numbers_of_threats() -> None:
