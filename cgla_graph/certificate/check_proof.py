@@ -457,7 +457,8 @@ class Grid:
         self.controls, self.uncut_places = self._numbered(touching)
         #: Boxes around what is open of each piece, and nine numbers for the cost there.
         _, self.boxes = extents(self.owners, self.rectangles)
-        for axis, index in enumerate((self.columns, self.rows) if problem.rasters else ()):
+        is_bent = any(not one.is_flat for one in problem.rasters)
+        for axis, index in enumerate((self.columns, self.rows) if is_bent else ()):
             # (rasters may have lines through the middles of cells: each box becomes four, one after all others)
             low, high = self.boxes[2 * axis : 2 * axis + 2]
             middle = np.clip(np.resize(index, len(low)) * self.parts, low, high)
