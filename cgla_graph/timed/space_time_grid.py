@@ -49,7 +49,10 @@ SLOWER, LONGER, WHILES = 1.5, 1.6, 6
 def flow_of(problem: "TimedProblem") -> Flow:
     """Return how it is flown, as kernels take it; of wind that changes, in its mean."""
     price = math.inf if problem.waiting is None else problem.waiting
-    return problem.speed, *problem.wind_grid.mean, problem.risk_per == "time", price
+    fields = problem.field, *(field for _, field in problem.fields)
+    is_free = problem.k == 0.0 or not (problem.moving or any(not field.is_empty for field in fields))
+    # (without risk, it does not matter how it counts, and by time is quicker)
+    return problem.speed, *problem.wind_grid.mean, is_free or problem.risk_per == "time", price
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,6 +270,11 @@ class Grid:
     def slow(self) -> float:
         """Ground speed against the wind; a tenth of the airspeed, where that is more."""
         return max(2.0 * self.flow[0] - self.fast, 0.1 * self.flow[0])
+
+    @property
+    def strong(self) -> bool:
+        """Whether the air may be faster than the aircraft."""
+        return self.fast > 2.0 * self.flow[0]
 
     @property
     def windy(self) -> bool:

@@ -77,6 +77,8 @@ TOLERANCE = 0.01
 MOST_CELLS, MOST_NODES, MOST_PLACES = 4_000_000, 30_000_000, 1_000_000
 #: In wind, a cell whose risk counts by the ground distance takes as long as so many others.
 HEAVY = 8
+#: Grids that may prove nothing in a wind that is stronger than the aircraft.
+IN_VAIN = 3
 #: Nodes of the frames, at most, for each cell.
 FRAMES = 50
 #: Marches of a surface, at most; another one is made only if the last one gained this part of the gap.
@@ -278,7 +280,7 @@ class _Search:
 
     def __init__(self, problem: TimedProblem, line: TimedCertificate, max_cells: int) -> None:
         self.problem, self.line, self.max_cells = problem, line, max_cells
-        if problem.constant_wind != (0.0, 0.0) and problem.risk_per == "ground" and problem.k > 0.0:
+        if problem.constant_wind != (0.0, 0.0) and not flow_of(problem)[3]:
             self.max_cells = max(max_cells // HEAVY, 1)
         self.known, self.best = line.upper_bound, line.lower_bound
         self.grids: list[TimedGrid] = []
@@ -313,6 +315,9 @@ class _Search:
             tell(f"gap {100.0 * (self.known / self.best - 1.0):.2g} % after {len(self.grids)} grids")
             if self.known <= self.best * (1.0 + self.line.tolerance):
                 message = "the gap is within the tolerance"
+                break
+            if grid.strong and len(self.grids) >= IN_VAIN and self.best <= self.line.lower_bound:
+                message = "the wind is stronger than the aircraft, and grids prove no more than the way without risk"
                 break
             kept = narrowed(to_goal, to_start, self.known * (1.0 + ROUNDING))
             if not (kept[0] < kept[1]).any():

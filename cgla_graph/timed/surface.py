@@ -159,7 +159,9 @@ class Surface:
         """March the values of the last layer on a map that stands still until they change no more."""
         grid, last = self.grid, self.grid.count + 1
         size = math.hypot(*grid.shape) * grid.step
-        for _ in range(math.ceil(MOST_CROSSINGS * size / grid.slow / float(grid.times[-1] - grid.times[-2]))):
+        # (a wind stronger than the aircraft leaves places from where costs rise for ever)
+        lasts = size / grid.fast if grid.strong else MOST_CROSSINGS * size / grid.slow
+        for _ in range(math.ceil(lasts / float(grid.times[-1] - grid.times[-2]))):
             before = values.copy()
             self._advance(last - 1, last, values, np.zeros(values.shape), (weather, weather))
             # (a node or two may go to and fro for ever)

@@ -201,6 +201,19 @@ def test_risk_by_the_ground_in_wind_counts() -> None:
 
 
 @pytest.mark.slow
+def test_in_wind_stronger_than_the_aircraft_an_answer_comes_soon() -> None:
+    """Upwind, costs rise for ever: a march that waits until they settle takes most of a minute on each grid."""
+    storm = cg.MovingThreat([(0, 0.5, 0.2), (2, 0.5, 0.6)], spread=0.1)
+    more: dict[str, object] = {"speed": 1.0, "wind": (0.8, 1.0), "bounds": (-0.5, -0.5, 1.5, 1.5)}
+    problem = cg.TimedProblem(START, GOAL, moving=[storm], k=10.0, **more)  # type: ignore[arg-type]
+    plan = cg.solve(problem, max_cells=80_000)
+    assert plan.status.label == "found"
+    assert plan.certificate.seconds < 60.0
+    line = cg.lower_bound(cg.TimedProblem(START, GOAL, **more)).lower_bound  # type: ignore[arg-type]
+    assert line * (1.0 - 1e-9) <= plan.lower_bound <= plan.cost
+
+
+@pytest.mark.slow
 def test_kinks_are_smoothed() -> None:
     """Flights meet the gate as it opens, along a kink. With values as they are marched, the gap is twice as wide."""
     storm = cg.MovingThreat([(0, 0.2, 0.8), (3, 0.8, 0.0)], spread=0.08, peak=0.9)
