@@ -43,8 +43,8 @@ class Arrangement:
         The shape of each cell, shape ``(rows, columns)``: ``height * len(widths) + width``, by their numbers.
     along
         Cost of a unit of length along horizontal and vertical lines, shape ``(rows + 1, columns)`` and ``(rows, columns
-        + 1)``, where that may be less than on the cells beside (`of`, for bounds): on lines of several rasters, and on
-        the border of the map if it is a line of a raster that goes on beyond. Else None.
+        + 1)``, where that may be less than on the cells beside: on lines of several rasters, and on the border of the
+        map if it is a line of a raster that goes on beyond. Else None.
     block
         How many cells a side were joined to each of these, with their mean cost, because there are too many; for a
         bound there is one cell then, of the least cost that there may be.
@@ -71,8 +71,7 @@ class Arrangement:
         least
             No cell is longer than this part of the longer side of the bounds: with 1, lines are those of rasters.
         for_bound
-            Whether no path may cost less than over the cells: then lines are on the edges of rasters, and have costs of
-            their own where these may be less (`along`).
+            Whether no path may cost less than over the cells: then lines are on the edges of rasters.
 
         Examples
         --------
@@ -90,7 +89,7 @@ class Arrangement:
         if (len(x) - 1) * (len(y) - 1) > MOST_CELLS:
             return _laid_in_parts(problem, x, y, joins=least == 1, for_bound=for_bound)
         costs = _costs(problem, x, y)
-        along = _along_lines(problem, x, y, costs) if for_bound else None
+        along = _along_lines(problem, x, y, costs) if for_bound or not refusal(problem) else None
         if least == 1 and (along is None or len(problem.field.rasters) == 1):
             kept_x, kept_y = (_changing(costs, axis) for axis in (1, 0))
             if along is not None:

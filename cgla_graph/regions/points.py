@@ -258,7 +258,7 @@ class Points:
             return np.empty(0, dtype=np.int64)
         nodes = np.full(self.n_nodes, near[np.argmin(first + values[near])])
         count = region_kernels.descend(
-            self.cells.costs, self.tables, self.table_of, *self.sides, len(self.parts), values, nodes
+            self.cells.costs, self.tables, self.table_of, *self.sides, len(self.parts), values, self.lines, nodes
         )
         return nodes[:count]
 

@@ -246,6 +246,7 @@ def descend(
     places: WholeArray,
     m: int,
     values: FloatArray,
+    lines: FloatArray,
     nodes: IntArray,
 ) -> int:
     """
@@ -253,7 +254,7 @@ def descend(
 
     Parameters
     ----------
-    costs, tables, table_of, horizontal, vertical, places, m, values
+    costs, tables, table_of, horizontal, vertical, places, m, values, lines
         As `least_costs` takes and leaves them; tables are symmetric.
     nodes
         The first is where to begin; the others are filled in, as many as there is room for.
@@ -284,6 +285,15 @@ def descend(
                     other = n_corners + side_of(j, i, (b - 4) // m, horizontal, vertical) * m + (b - 4) % m
                 if values[other] < values[node] and values[other] + costs[j, i] * lengths[b] <= least:
                     best, least = other, values[other] + costs[j, i] * lengths[b]
+        for n in range((4 if kind == 0 else 2) if lines.shape[0] else 0):
+            on, j, i, number = along_line(kind, row, column, s, n, horizontal, vertical, m)
+            if on < 0:
+                continue
+            one, two = ends_of(on, j, i, number, horizontal, vertical, m)
+            other = two if one == node else one
+            value = values[other] + lines[int(horizontal[j, i]) if on == 1 else int(vertical[j, i]), number]
+            if values[other] < values[node] and value <= least:
+                best, least = other, value
         if best < 0:
             break
         nodes[count] = best

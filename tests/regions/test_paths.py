@@ -59,6 +59,20 @@ def test_along_the_edge_of_a_raster_it_flies_outside() -> None:
     assert answer.cost == pytest.approx(2.0 * math.hypot(0.2, 0.4) + 0.4, rel=1e-5)
 
 
+@pytest.mark.parametrize("solver", ["weighted-regions", "hybrid"])
+def test_along_a_line_of_two_rasters_each_of_them_has_its_lesser_value(solver: str) -> None:
+    """On both sides of the line, one of the rasters is dear."""
+    rows = [[9.0], [0.0]], [[0.0], [9.0]]
+    field = cg.RiskField(rasters=[cg.RasterRisk(values, (0, 0, 3, 1), interpolation="nearest") for values in rows])
+    problem = cg.Problem((0.2, 0.3), (2.8, 0.7), field, k=1.0, bounds=(0, 0, 3, 1))
+    answer = cg.solve(problem, solver)
+    # (cells of cost 10 are left as steeply as the law of Snell says)
+    depth, along = 0.2, 2.6 - 2.0 * 0.2 / math.sqrt(99.0)
+
+    assert answer.cost == pytest.approx(2.0 * 10.0 * depth * 10.0 / math.sqrt(99.0) + along, rel=1e-6)
+    assert cg.lower_bound(problem, tolerance=0.002).gap <= 0.002
+
+
 def test_waypoints_next_to_each_other_are_moved_too() -> None:
     problem = several(36)
     assert cg.solve(problem, "weighted-regions", points=63).status.has_path
