@@ -381,15 +381,16 @@ class Grid:
 
     def walls(self, n: int) -> BoolArray:
         """Return the nodes that are walls, of a layer of control values: no spline of an open cell has them."""
-        layers = self.layers_with(n)
-        caught = [self.caught(m) for m in layers]
-        key = tuple(dict.fromkeys(id(self.still[m]) for m in layers)) if not np.any(caught) else (n,)
-        if key not in self._walls_among:
-            closed = np.logical_and.reduce(
-                [self.still[m].closed | more for m, more in zip(layers, caught, strict=True)]
-            )
-            self._walls_among[key] = np.asarray(minimum_filter(closed, WALLED, mode="nearest")) | self.outside
-        return self._walls_among[key]
+        if n not in self._walls_of:
+            layers = self.layers_with(n)
+            caught = [self.caught(m) for m in layers]
+            key = tuple(dict.fromkeys(id(self.still[m]) for m in layers)) if not np.any(caught) else (n,)
+            if key not in self._walls_among:
+                closed = [self.still[m].closed | more for m, more in zip(layers, caught, strict=True)]
+                beside = minimum_filter(np.logical_and.reduce(closed), WALLED, mode="nearest")
+                self._walls_among[key] = np.asarray(beside) | self.outside
+            self._walls_of[n] = self._walls_among[key]
+        return self._walls_of[n]
 
     @cached_property
     def outside(self) -> BoolArray:
@@ -420,7 +421,12 @@ class Grid:
 
     @cached_property
     def _walls_among(self) -> dict[tuple[int, ...], BoolArray]:
-        """The walls that were asked for."""
+        """The walls among what stands still, and is caught, alike."""
+        return {}
+
+    @cached_property
+    def _walls_of(self) -> dict[int, BoolArray]:
+        """The walls that were asked for, by number of the control values."""
         return {}
 
 

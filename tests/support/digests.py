@@ -138,6 +138,7 @@ CHECKS: Mapping[str, Check] = {
         ),
         OF_MANUAL,
         packages=(*NUMERICS, "matplotlib"),
+        without=("docs/generated/**/*",),
     ),
     "comparison": Check(
         (*LIBRARY, "comparisons/study/**/*", "comparisons/plots/**/*"), ("make", "compare"), without=NOT_COMPARED
