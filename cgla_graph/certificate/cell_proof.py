@@ -82,7 +82,9 @@ class CellProof:
     _walls: Walls | None = None
 
     @classmethod
-    def begin(cls, problem: Problem, max_cells: int, near: FloatArray | None = None) -> "CellProof | None":
+    def begin(
+        cls, problem: Problem, max_cells: int, near: FloatArray | None = None, *, joins: bool = True
+    ) -> "CellProof | None":
         """
         Prepare the first round; None where the cost is not constant on cells, or there are too many of them.
 
@@ -94,10 +96,12 @@ class CellProof:
             As `cgla_graph.certificate.certificate.prove` takes it.
         near
             A path near which lines of cells go through corners of areas, shape ``(m, 2)``; None: there are none.
+        joins
+            Whether lines are left out on which no cost changes.
         """
         if problem.projection is not None or not has_cells(problem):
             return None
-        cells = Arrangement.of(problem, for_bound=True)
+        cells = Arrangement.of(problem, for_bound=True, joins=joins)
         if cells.block > 1:
             return None
         rounding = Rounding.of(problem, cells)

@@ -60,7 +60,7 @@ class Arrangement:
     block: int = 1
 
     @classmethod
-    def of(cls, problem: Problem, *, least: int = 1, for_bound: bool = False) -> "Arrangement":
+    def of(cls, problem: Problem, *, least: int = 1, for_bound: bool = False, joins: bool = True) -> "Arrangement":
         """
         Lay the lines of the rasters over the bounds, and more lines where cells are too large.
 
@@ -72,6 +72,8 @@ class Arrangement:
             No cell is longer than this part of the longer side of the bounds: with 1, lines are those of rasters.
         for_bound
             Whether no path may cost less than over the cells: then lines are on the edges of rasters.
+        joins
+            Whether lines are left out on which no cost changes.
 
         Examples
         --------
@@ -87,10 +89,10 @@ class Arrangement:
         """
         x, y = (_lines(problem, axis, least, 0.0 if for_bound else BESIDE) for axis in (0, 1))
         if (len(x) - 1) * (len(y) - 1) > MOST_CELLS:
-            return _laid_in_parts(problem, x, y, joins=least == 1, for_bound=for_bound)
-        costs = _costs(problem, x, y)
-        along = _along_lines(problem, x, y, costs) if for_bound or not refusal(problem) else None
-        if least == 1 and (along is None or len(problem.field.rasters) == 1):
+            return _laid_in_parts(problem, x, y, joins=joins and least == 1, for_bound=for_bound)
+        found = cls.between(problem, x, y)
+        costs, along = found.costs, found.along
+        if joins and least == 1 and (along is None or len(problem.field.rasters) == 1):
             kept_x, kept_y = (_changing(costs, axis) for axis in (1, 0))
             if along is not None:
                 kept_x |= _changing(along[0][[0, -1]], 1)
@@ -100,7 +102,22 @@ class Arrangement:
                 x, y, costs = *joined, costs[kept_y[:-1]][:, kept_x[:-1]]
                 if along is not None:
                     along = along[0][kept_y][:, kept_x[:-1]], along[1][kept_y[:-1]][:, kept_x]
-        return replace(cls.laid(x, y, costs), along=along)
+                found = replace(cls.laid(x, y, costs), along=along)
+        return found
+
+    @classmethod
+    def between(cls, problem: Problem, x: FloatArray, y: FloatArray) -> "Arrangement":
+        """
+        Lay cells between lines, among which all lines of the rasters are.
+
+        Examples
+        --------
+        >>> lines = np.array([0.0, 0.5, 1.0])
+        >>> Arrangement.between(Problem((0, 0), (1, 1)), lines, lines).costs.tolist()
+        [[1.0, 1.0], [1.0, 1.0]]
+        """
+        costs = _costs(problem, x, y)
+        return replace(cls.laid(x, y, costs), along=None if refusal(problem) else _along_lines(problem, x, y, costs))
 
     @classmethod
     def laid(cls, x: FloatArray, y: FloatArray, costs: FloatArray, block: int = 1) -> "Arrangement":

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from cgla_graph._types import FloatArray
+from cgla_graph._types import FloatArray, Point
 from cgla_graph.certificate.certificate import Certificate, prove
 from cgla_graph.certificate.subsolution import first_grid
 from cgla_graph.certificate.through import Through, bottleneck, grids_through
@@ -19,7 +19,8 @@ from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.uncertain.field import UncertainField
 from cgla_graph.model.uncertain.tail_mean import TailMean
 from cgla_graph.refine.refine import refine_path
-from cgla_graph.solvers.uncertain.bundle import Bundle
+from cgla_graph.solvers.uncertain.bundle import Bundle, level_of
+from cgla_graph.solvers.uncertain.cell_cut import CellCut, WaysThrough
 
 #: Searches of the whole map, and steps of an ascent near one path, at most.
 MOST_SEARCHES, MOST_STEPS = 12, 40
@@ -33,6 +34,8 @@ ONE_WAY = 0.03
 PLACES = 200
 #: Weights whose bounds through places are combined, at most; their grids have so many cells along the longer side.
 MOST_WAYS, CUT_GRIDS = 6, (128, 256, 512)
+#: Proofs over cells of the cut, at most.
+MOST_CUTS = 60
 #: Cells of a grid of the cut, at most.
 CUT_CELLS = 400_000
 
@@ -82,7 +85,8 @@ class Search:
     **Cut.** Where several ways are best under different weights, no weighted sum is as great as the objective (two ways
     with costs (10, 1) and (1, 10): worst case 10, best sum 5.5). Yet for each place and each ``q``, no path through the
     place has a lower objective than ``S_q + T_q`` there (`through`). Each path passes a place where the greatest of
-    these over several ``q`` is at least the `bottleneck`.
+    these over several ``q`` is at least the `bottleneck`. On cells of `nearest` rasters, weights are sought for the
+    place that leaves least (`cell_cut`).
 
     Parameters
     ----------
@@ -254,6 +258,10 @@ class Search:
         for weights in (*ways, *tight):
             if not any(np.abs(weights - other).sum() < self.aim for other in chosen):
                 chosen.append(weights)
+        if (cut := CellCut.begin(self.problem, CUT_CELLS, self.bundle.paths[self.bundle.best])) is not None:
+            self._cut_over_cells(cut, chosen[:MOST_WAYS])
+            if self._is_close() or not cut.proof.loose:
+                return
         for along in CUT_GRIDS:
             last = first_grid(self.problem, along)
             places: FloatArray | None = None
@@ -271,6 +279,49 @@ class Search:
             self._bounded(bound, self.found.weights, None)
             if self._is_close():
                 return
+
+    def _cut_over_cells(self, cut: CellCut, tried: list[FloatArray]) -> None:
+        """Bound all paths by the sides of cells that they have to cross, under weights that are best for these."""
+        ways = WaysThrough(self.problem, cut.proof.cells)
+        for weights in tried:
+            ways.add(self.weighted(weights))
+        finer: CellCut | None = cut
+        while finer is not None and self.found.counts["cuts"] < MOST_CUTS:
+            cut = finer
+            for weights in tried:
+                self._bounded(cut.add(self.weighted(weights), self.bundle.upper), weights, None)
+            self.found.counts["cuts"] += len(tried)
+            while True:
+                least, place = cut.narrowest()
+                self._bounded(min(least, self.bundle.upper), self.found.weights, None)
+                if self._is_close() or least == -math.inf or self.found.counts["cuts"] >= MOST_CUTS:
+                    return
+                weights, known, promised = self._best_through(ways, place, tried)
+                if promised <= max(known, least) * (1.0 + 0.25 * OF_ASCENT * self.aim):
+                    break
+                tried.append(weights)
+                ways.add(self.weighted(weights))
+                self.found.counts["cuts"] += 1
+                cut.add(self.weighted(weights), self.bundle.upper)
+            finer = cut.finer(self.bundle.upper)
+
+    def _best_through(
+        self, ways: WaysThrough, place: Point, tried: list[FloatArray]
+    ) -> tuple[FloatArray, float, float]:
+        """Return weights under which paths through a place cost most, what is known there, and what is promised."""
+        halves = ways.halves(place)
+        if not all(halves):
+            return tried[0], math.inf, math.inf
+        first, second = (np.array([self._costs(half) for half in some]) for some in halves)
+        costs = (first[:, None] + second).reshape(-1, first.shape[1])
+        by_weights = np.array(tried) @ costs.T
+        known = by_weights.min(axis=1)
+        promised, weights, _ = level_of(costs, self.tail, tried[int(known.argmax())], 1.0, float(known.max()))
+        one, other = divmod(int(by_weights.max(axis=0).argmin()), len(second))
+        path = np.vstack([halves[0][one], halves[1][other][1:]])
+        if self.tail.of(costs[one * len(second) + other]) < self.bundle.upper and self.problem.evaluate(path).feasible:
+            self._refined(path, self.tail.weights(self._costs(self.bundle.paths[self.bundle.add(path)])))
+        return weights, float(known.max()), promised
 
     def _through(self, weights: FloatArray, last: tuple[int, int]) -> Through | None:
         """Bound all paths through each place under weights; None where the grid has too many cells."""
