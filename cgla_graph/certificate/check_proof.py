@@ -35,7 +35,7 @@ Point: TypeAlias = tuple[float, float]
 #: Reads an array of a proof file: name, ``f`` for floats or ``i`` for whole numbers, number of axes.
 Reader: TypeAlias = Callable[[str, str, int], Any]
 
-FORMAT, VERSION = "path-cost-proof", 5
+FORMAT, VERSION = "path-cost-proof", 6
 #: Bytes of the description, and of all that is read, uncompressed.
 MOST_TEXT, MOST_IN_ALL = 1 << 24, 1 << 29
 #: Numbers are below this, and spreads above its reciprocal: no product here is too great for a float.
@@ -388,17 +388,17 @@ def joined(n: int, one: Wholes, other: Wholes) -> Wholes:
     return least
 
 
-def gaps(problem: Problem, columns: Interval, rows: Interval) -> tuple[Wholes, Wholes, Wholes, Truths]:
+def areas_at(problem: Problem, lines: list[Interval], i: Wholes, j: Wholes) -> tuple[Truths, Truths]:
     """
-    Find the rectangles that no edge of an area meets: rows, first columns, columns after the last, which are inside.
+    Tell which rectangles, of columns i and rows j, edges of areas may meet, and which of the others are inside.
 
-    Columns and rows are intervals, in order. Edges meet all rectangles of a row that are not in a gap. A gap is inside
-    if an odd number of edges that cross the middle of the row is before it.
+    `lines` are columns and rows: intervals, in order. Along a row, edges begin to be met, and end. Where none is met, a
+    rectangle is inside if an odd number of edges that cross the middle of the row has ended before it.
     """
-    ax, ay, bx, by = problem.edges.T
+    (columns, rows), (ax, ay, bx, by) = lines, problem.edges.T
     first = np.searchsorted(rows.hi, np.minimum(ay, by))
     last = np.searchsorted(rows.lo, np.maximum(ay, by), side="right") - 1
-    problem.spend(np.maximum(last - first + 1, 0).sum() + len(rows.lo), 10)
+    problem.spend(np.maximum(last - first + 1, 0).sum() + len(rows.lo) + np.broadcast(i, j).size, 10)
     edge, row = ranges(first, last)
     ax, ay, bx, by = problem.edges[edge].T
     rise = np.where(by == ay, 1.0, by - ay)
@@ -408,21 +408,17 @@ def gaps(problem: Problem, columns: Interval, rows: Interval) -> tuple[Wholes, W
         for side, end in ((rows.lo, 0.0), (rows.hi, 1.0))
     )
     off = 2.0**-48 * (np.abs(ax) + np.abs(bx))
-    # as numbers, row by row, with one more at both ends that counts as met
-    width = len(columns.lo) + 2
-    starts = np.arange(len(rows.lo)) * width
-    begin = row * width + np.searchsorted(columns.hi, np.minimum(x, to_x) - off) + 1
-    end = row * width + np.searchsorted(columns.lo, np.maximum(x, to_x) + off, side="right") + 1
-    middle = 0.5 * (rows.lo + rows.hi)[row]
-    crossed = np.sort(end[(ay > middle) != (by > middle)])
-    begin = np.concatenate([begin, starts, starts + width - 1])
-    order = np.argsort(begin, kind="stable")
-    end = np.maximum.accumulate(np.concatenate([end, starts + 1, starts + width])[order])
-    begin = begin[order]
-    (free,) = np.nonzero(begin[1:] > end[:-1])
-    low, high = end[free], begin[free + 1]
-    inside = np.searchsorted(crossed, low, side="right") % 2 == 1
-    return low // width, low % width - 1, high - low // width * width - 1, inside
+    width, middle = len(columns.lo) + 1, 0.5 * (rows.lo + rows.hi)[row]
+    begin = row * width + np.searchsorted(columns.hi, np.minimum(x, to_x) - off)
+    end = row * width + np.searchsorted(columns.lo, np.maximum(x, to_x) + off, side="right")
+    crosses = (ay > middle) != (by > middle)
+    # from each begin and end on: whether an edge is met, and whether an odd number has been crossed
+    places, change, crossed = np.append(begin, end), np.repeat([1, -1], len(row)), np.append(0 * row, crosses)
+    order = np.argsort(places, kind="stable")
+    is_met = np.append(0, np.cumsum(change[order])) > 0
+    is_inside = (np.append(0, np.cumsum(crossed[order])) % 2 == 1) & ~is_met
+    at = np.searchsorted(places[order], j * width + i, side="right")
+    return is_met[at], is_inside[at]
 
 
 class Grid:
@@ -432,9 +428,8 @@ class Grid:
     Cell (i, j) is around node (i, j), where the map is from node (0, 0) to node `last`. Units are cells divided by an
     even number of parts: cell i is from unit ``i parts - parts / 2`` on. A cell that no edge of an area meets is a
     piece, or closed if it is inside an area. Another one consists of unit squares: those that no edge meets are closed
-    if they are inside. The others are gathered into pieces: squares that touch, corners included, belong together. All
-    there is of a piece is a list of rectangles (`owners`, `rectangles`), of which there is one in cells that are not
-    cut. Without parts, areas are not looked at.
+    if they are inside. The others are pieces, run by run along rows, equal runs of rows one above another together.
+    Without parts, areas are not looked at.
     """
 
     def __init__(self, problem: Problem, last: list[int], parts: int, columns: Wholes, rows: Wholes) -> None:
@@ -448,15 +443,15 @@ class Grid:
         order = distinct(rows * (last[0] + 1) + columns)
         demand(len(order) < MOST_CELLS, "a grid has too many cells")
         problem.spend(len(order), 100)
-        #: Columns and rows of the cell of each piece, in order, and whether an edge meets it.
+        #: Columns and rows of the cell of each piece, in order, whether an edge meets it, and the sides of each piece.
         self.columns, self.rows = order % (last[0] + 1), order // (last[0] + 1)
-        self.is_cut = np.zeros(len(order), dtype=np.bool_)
-        self.owners, self.rectangles = np.arange(len(order)), self._sides(self.columns, self.rows)
-        touching = self._cut() if parts and len(problem.edges) and len(order) else None
+        self.is_cut, self.sides = np.zeros(len(order), dtype=np.bool_), self._sides_of_cells()
+        if parts and len(problem.edges) and len(order):
+            self._cut()
         #: The numbers of the control values around each piece, and the places of those that come first.
-        self.controls, self.uncut_places = self._numbered(touching)
-        #: Boxes around what is open of each piece, and nine numbers for the cost there.
-        _, self.boxes = extents(self.owners, self.rectangles)
+        self.controls, self.uncut_places = self._numbered()
+        #: Boxes on each of which slopes are compared with nine numbers for the cost: the pieces, most often.
+        self.boxes = self.sides
         is_bent = any(not one.is_flat for one in problem.rasters)
         for axis, index in enumerate((self.columns, self.rows) if is_bent else ()):
             # (rasters may have lines through the middles of cells: each box becomes four, one after all others)
@@ -525,18 +520,20 @@ class Grid:
         """Enclose the length of a unit along an axis."""
         return (Interval(self.problem.bounds[axis + 2]) - self.problem.bounds[axis]) / float(self.units[axis])
 
+    def place(self, axis: int, units: Wholes) -> Interval:
+        """Enclose places along an axis in map units."""
+        return Interval(units) * self.step(axis) + self.problem.bounds[axis]
+
     def places(self, sides: list[Wholes]) -> tuple[list[Interval], list[Interval]]:
         """Enclose the sides of boxes in map units: west and east, and south and north."""
-        west, east, south, north = (
-            Interval(side) * self.step(n // 2) + self.problem.bounds[n // 2] for n, side in enumerate(sides)
-        )
+        west, east, south, north = (self.place(n // 2, side) for n, side in enumerate(sides))
         return [west, east], [south, north]
 
     def lines(self, axis: int, first: int, count: int, size: int) -> Interval:
         """Enclose what is on the map of some parts along an axis, of so many units each, from a unit on."""
         demand(count < MOST_CELLS, "a grid is too fine")
         units = np.clip(first + size * np.arange(count + 1), 0, self.units[axis])
-        places = Interval(units) * self.step(axis) + self.problem.bounds[axis]
+        places = self.place(axis, units)
         return Interval(places.lo[:-1], places.hi[1:])
 
     def name(self, piece: int) -> str:
@@ -552,101 +549,84 @@ class Grid:
         around: Wholes = np.array([b * (self.last[0] + 3) + a for b in (-1, 0, 1) for a in (-1, 0, 1)])
         return cells[:, None] + around
 
-    def _sides(self, columns: Wholes, rows: Wholes) -> list[Wholes]:
-        """Return the sides of cells on the map, in units."""
+    def _sides_of_cells(self) -> list[Wholes]:
+        """Return west, east, south and north of the cells of all pieces, in units on the map."""
         half = self.parts // 2
         return [
             np.clip(index * self.parts + side, 0, units)
-            for units, index in zip(self.units, (columns, rows), strict=True)
+            for units, index in zip(self.units, (self.columns, self.rows), strict=True)
             for side in (-half, half)
         ]
 
-    def _cut(self) -> tuple[Wholes, Wholes] | None:
-        """Replace cells by the pieces that areas leave of them; return pairs that touch, None if no cell is cut."""
-        low = int(self.columns.min()), int(self.rows.min())
+    def _areas_at(self, columns: Wholes, rows: Wholes, size: int, begin: int) -> tuple[Truths, Truths]:
+        """Tell which boxes of so many units, from a first one on, edges may meet, and which others are inside."""
+        low = [int(index.min()) if index.size else 0 for index in (columns, rows)]
         lines = [
-            self.lines(axis, low[axis] * self.parts - self.parts // 2, int(index.max()) + 1 - low[axis], self.parts)
-            for axis, index in enumerate((self.columns, self.rows))
+            self.lines(axis, low[axis] * size + begin, int(index.max(initial=-1)) + 1 - low[axis], size)
+            for axis, index in enumerate((columns, rows))
         ]
-        row, first, after, inside = gaps(self.problem, *lines)
-        cells = self.numbers(self.columns, self.rows)
-        begin, end = (np.append(-1, self.numbers(low[0] + column, low[1] + row)) for column in (first, after))
-        gap = np.searchsorted(begin, cells, side="right") - 1
-        cut = cells >= end[gap]
-        stays = cut | ~np.append(False, inside)[gap]
-        self.columns, self.rows, cells, self.is_cut = self.columns[stays], self.rows[stays], cells[stays], cut[stays]
-        self.owners, self.rectangles = np.arange(len(cells)), self._sides(self.columns, self.rows)
-        if not self.is_cut.any():
-            return None
-        # cells up to two beside those that are cut are taken apart as well: all that share their control values
-        apart = is_among(cells, distinct(self.around_cells(distinct(self.around_cells(cells[self.is_cut]).T)).T))
-        cell, v, start, stop = self._rows_of_squares(np.flatnonzero(apart))
-        one, other = touching_rows(v, start, stop)
-        own = cell[one] == cell[other]
-        root = joined(len(cell), one[own], other[own])
-        # pieces are in the order of cells, then of their first row
-        (whole,), many = np.nonzero(~apart), len(cell) + 1
-        piece = cell * many + root + 1
-        found = distinct(np.append(whole * many, piece))
-        some, piece = self.is_cut[cell], np.searchsorted(found, piece)
-        self.columns, self.rows = self.columns[found // many], self.rows[found // many]
-        self.is_cut = self.is_cut[found // many]
-        (uncut,) = np.nonzero(~self.is_cut)
-        sides = self._sides(self.columns[uncut], self.rows[uncut])
-        self.owners = np.append(uncut, piece[some])
-        order = np.argsort(self.owners, kind="stable")
-        self.owners = self.owners[order]
-        squares = (one[some] for one in (start, stop, v, v + 1))
-        self.rectangles = [np.append(*both)[order] for both in zip(sides, squares, strict=True)]
-        return np.divmod(distinct(piece[one[~own]] * len(found) + piece[other[~own]]), len(found))
+        return areas_at(self.problem, lines, columns - low[0], rows - low[1])
 
-    def _rows_of_squares(self, cells: Wholes) -> tuple[Wholes, Wholes, Wholes, Wholes]:
-        """Return open squares: their cells, rows, first columns and columns after the last, in order of rows."""
-        west, east, south, north = self._sides(self.columns[cells], self.rows[cells])
-        left, bottom = int(west.min()), int(south.min())
-        columns, rows = (
-            self.lines(axis, first, int(after.max()) - first, 1)
-            for axis, (first, after) in enumerate(((left, east), (bottom, north)))
-        )
-        row, first, after, inside = gaps(self.problem, columns, rows)
-        # numbers of squares, row by row: open ones are between closed ones
-        width = self.units[0] + 1
-        closed, to = ((bottom + row[inside]) * width + left + column[inside] for column in (first, after))
-        begin, end = np.append(-1, to), np.append(closed, 1 << 62)
-        which, v = ranges(south, north - 1)
-        west, east = v * width + west[which], v * width + east[which]
-        part, n = ranges(np.searchsorted(end, west, side="right"), np.searchsorted(begin, east) - 1)
-        self.problem.spend(len(part), 10)
-        start, stop = np.maximum(begin[n], west[part]), np.minimum(end[n], east[part])
-        order = np.argsort(start, kind="stable")
-        v, part = v[part[order]], part[order]
-        return cells[which[part]], v, start[order] - v * width, stop[order] - v * width
+    def _cut(self) -> None:
+        """Replace cells that edges meet by the runs of their open squares, and drop those inside of areas."""
+        half, steps = self.parts // 2, np.arange(self.parts)
+        is_met, is_inside = self._areas_at(self.columns, self.rows, self.parts, -half)
+        (cut,), (whole,) = np.nonzero(is_met), np.nonzero(~is_met & ~is_inside)
+        demand(len(cut) * self.parts**2 < MOST_PARTS, "there are too many parts of cells")
+        corner = np.array([self.columns[cut], self.rows[cut]])[:, :, None, None] * self.parts - half
+        u, v = corner[0] + steps, corner[1] + steps[:, None]
+        on_map = (u >= 0) & (u < self.units[0]) & (v >= 0) & (v < self.units[1])
+        is_open = on_map & ~self._areas_at(u, v, 1, 0)[1]
+        # (where squares along a row change, a run begins or ends; equal runs of rows one above another are one piece)
+        cell, row, column = np.nonzero(np.diff(is_open, axis=2, prepend=False, append=False))
+        v, u = corner[1, cell, 0, 0] + row, corner[0, cell, 0, 0] + column
+        runs = np.array([cut[cell[::2]], u[::2], u[1::2], v[::2]])
+        runs = runs[:, np.lexsort(runs[::-1])]
+        first = (np.diff(runs, prepend=-2) != [[0], [0], [0], [1]]).any(axis=0)
+        piece, sides = np.append(whole, runs[0, first]), [*runs[1:, first], runs[3, np.roll(first, -1)] + 1]
+        order = np.argsort(piece, kind="stable")
+        self.sides = [np.append(side[whole], ours)[order] for side, ours in zip(self.sides, sides, strict=True)]
+        piece = piece[order]
+        self.columns, self.rows, self.is_cut = self.columns[piece], self.rows[piece], is_met[piece]
 
-    def _numbered(self, touching: tuple[Wholes, Wholes] | None) -> tuple[Wholes, Wholes]:
+    def _touching(self) -> tuple[Wholes, Wholes]:
+        """Return pairs of pieces that touch, corners included, two cells or less from a cell that an edge meets."""
+        cells, up = self.numbers(self.columns, self.rows), self.units[0] + 1
+        around = distinct(self.around_cells(distinct(self.around_cells(cells[self.is_cut]))))
+        (near,) = np.nonzero(is_among(cells, around))
+        west, east, south, north = (side[near] for side in self.sides)
+        # rows of squares, in order
+        piece, v = ranges(south, north - 1)
+        order = np.lexsort((west[piece], v))
+        piece, row = piece[order], v[order] * up
+        begin, end = row + west[piece], row + east[piece]
+        (beside,) = np.nonzero((row[:-1] == row[1:]) & (end[:-1] >= begin[1:]))
+        below, above = ranges(np.searchsorted(end, begin + up), np.searchsorted(begin, end + up, side="right") - 1)
+        one, other = piece[np.append(beside, below)], piece[np.append(beside + 1, above)]
+        pairs = distinct(one * len(cells) + other)
+        return near[pairs // len(cells)], near[pairs % len(cells)]
+
+    def _numbered(self) -> tuple[Wholes, Wholes]:
         """Return the numbers of control values around pieces, shape (m, 9): what touches shares those around both."""
         at = self.around_cells(self.numbers(self.columns, self.rows))
         n_shared = int(at.max(initial=0)) + 1
-        if touching is not None:
-            # (where no cell around a place is cut, all share the value there)
-            near, links = is_among(at, distinct(at[self.is_cut].T)), []
-            which = np.cumsum(near).reshape(at.shape) - 1
-            one, other = touching
-            across, along = self.columns[other] - self.columns[one], self.rows[other] - self.rows[one]
-            for n in range(9):
-                a, b = n % 3 - across, n // 3 - along
-                some = near[one, n] & (a >= 0) & (a < 3) & (b >= 0) & (b < 3)
-                links.append((which[one[some], n], which[other[some], (3 * b + a)[some]]))
-            at[near] = n_shared + joined(int(near.sum()), *map(np.concatenate, zip(*links, strict=True)))
+        # (where no cell around a place is cut, all share the value there)
+        near = is_among(at, distinct(at[self.is_cut].T))
+        one, other = self._touching()
+        self.problem.spend(len(one), 100)
+        demand(len(one) < MOST_CELLS, "too many pieces touch")
+        pair, n, m = np.nonzero((at[one][:, :, None] == at[other][:, None]) & near[one][:, :, None])
+        at[near] = n_shared + joined(at.size, 9 * one[pair] + n, 9 * other[pair] + m).reshape(at.shape)[near]
         places = distinct(at.T)
         return np.searchsorted(places, at), places[places < n_shared]
 
     def pieces_at(self, point: Point) -> Wholes:
         """List the pieces that hold a point."""
-        seen = np.ones(len(self.owners), dtype=np.bool_)
+        seen = np.ones(len(self.columns), dtype=np.bool_)
         for axis in range(2):
-            place, (low, high) = self.unit_of(axis, Fraction(point[axis])), self.rectangles[2 * axis : 2 * axis + 2]
+            place, (low, high) = self.unit_of(axis, Fraction(point[axis])), self.sides[2 * axis : 2 * axis + 2]
             seen &= (low <= math.floor(place)) & (high >= math.ceil(place))
-        return np.unique(self.owners[seen])
+        return np.flatnonzero(seen)
 
     def leads(self) -> bool:
         """Tell whether pieces may lead from start to goal: those that touch share the values in their middles."""
@@ -660,32 +640,18 @@ class Grid:
         return (self.columns >= west) & (self.columns < east) & (self.rows >= south) & (self.rows < north)
 
     def rim(self, west: int, east: int, south: int, north: int) -> tuple[Wholes, list[Wholes]]:
-        """Return the pieces that touch a rectangle of cells from outside, and the boxes without area where they do."""
+        """Return the pieces that touch a rectangle of cells from outside, and the boxes where they do."""
         beside = self.within(west - 1, east + 1, south - 1, north + 1) & ~self.within(west, east, south, north)
-        some = beside[self.owners]
         limits = (np.array([west, east, south, north]) * self.parts - self.parts // 2).tolist()
-        left, right, bottom, top = (
-            (np.minimum if n % 2 else np.maximum)(side[some], limits[n]) for n, side in enumerate(self.rectangles)
-        )
-        seen = (left <= right) & (bottom <= top)
-        return extents(self.owners[some][seen], [side[seen] for side in (left, right, bottom, top)])
+        sides, meet = common(self.sides, limits)
+        (some,) = np.nonzero(beside & meet)
+        return some, [side[some] for side in sides]
 
 
-def extents(owners: Wholes, rectangles: list[Wholes]) -> tuple[Wholes, list[Wholes]]:
-    """Return the pieces that have rectangles, which are in their order, and the boxes around those of each."""
-    (first,), ways = np.nonzero(np.diff(owners, prepend=-1)), (np.minimum, np.maximum) * 2
-    return owners[first], [
-        way.reduceat(side, first) if len(side) else side for way, side in zip(ways, rectangles, strict=True)
-    ]
-
-
-def touching_rows(v: Wholes, start: Wholes, stop: Wholes) -> tuple[Wholes, Wholes]:
-    """Return pairs of rows of squares that touch, corners included; they are sorted by v, then start, and are apart."""
-    width = int(stop.max()) + 1
-    begin, end = v * width + start, v * width + stop
-    (beside,) = np.nonzero((v[:-1] == v[1:]) & (stop[:-1] >= start[1:]))
-    below, above = ranges(np.searchsorted(end, begin + width), np.searchsorted(begin, end + width, side="right") - 1)
-    return np.append(beside, below), np.append(beside + 1, above)
+def common(one: list[Wholes], other: list[Any]) -> tuple[list[Wholes], Truths]:
+    """Return what boxes have in common with others (west, east, south, north), and whether they meet."""
+    west, east, south, north = ((np.minimum if n % 2 else np.maximum)(one[n], other[n]) for n in range(4))
+    return [west, east, south, north], (west <= east) & (south <= north)
 
 
 # --- Surfaces ---------------------------------------------------------------------------------------------------------
@@ -778,6 +744,8 @@ class Surface:
         demand(not wrong.any(), lambda: f"the slope has no bound in {grid.name(int(wrong.argmax()))}")
         steepest, (steep,) = self.steepness.max(initial=0.0), np.nonzero(self.steepness > 1.0)
         if len(steep):
+            # (pieces with the same function count once)
+            steep = steep[np.unique(grid.controls[steep], axis=0, return_index=True)[1]]
             spans = np.ptp(bezier(self.controls[steep]).reshape(-1, 9), axis=1) * self.unit
             lost = (Interval(up(math.fsum(spans.tolist()))) * (1.0 - Interval(1.0) / steepest)).hi
             self.loss = float(up(self.loss + lost))
@@ -864,29 +832,25 @@ class Surface:
         box = numbers_of(inside["box"], 4, whole=True)
         around = grid.inside_block(finer, parts, box)
         inner = Surface(inside["surface"], array, around, end, level + 1)
-        # the rectangle in cells of the grid inside, and its margin to the sides of the box that are not beyond the map:
-        # a way that leaves the box pays for that twice
-        same, leaving = [one * finer - finer // 2 for one in cells], math.inf
-        for n, most in enumerate((around.last[0], around.last[0], around.last[1], around.last[1])):
-            if box[n] <= most if n % 2 else box[n] > 0:
-                margin = abs(box[n] - same[n])
-                demand(same[n] < box[n] if n % 2 else same[n] > box[n], "a block leaves its box")
-                step = around.step(n // 2) * float(around.parts * margin)
-                leaving = min(leaving, float((step * (2.0 * around.least_cost)).lo))
+        # the rectangle in cells of the grid inside, and its margins: a way that leaves the box pays twice for the least
+        same = [one * finer - finer // 2 for one in cells]
+        margins = [float(b - a if n % 2 else a - b) for n, (a, b) in enumerate(zip(same, box, strict=True))]
+        demand(min(margins) > 0.0, "a block leaves its box")
+        twice = [around.step(axis) * around.parts * (2.0 * around.least_cost) for axis in (0, 0, 1, 1)]
+        leaving = min(float((one * margin).lo) for one, margin in zip(twice, margins, strict=True))
         if end:
             self.inner, self.leaving = inner, leaving
         # pairs of boxes on the rim that meet, all in common units
         other, others = around.rim(*same)
         times = finer * around.parts, grid.parts
-        its, others = ([side * by for side in sides] for sides, by in zip((its, others), times, strict=True))
         demand(len(one) * len(other) < MOST_CELLS, "the rim of a block has too many pieces")
         grid.problem.spend(len(one), len(other), 10)
-        west, east, south, north = ((np.minimum if n % 2 else np.maximum)(its[n][:, None], others[n]) for n in range(4))
-        p, q = np.nonzero((west <= east) & (south <= north))
+        both, meet = common([side[:, None] * times[0] for side in its], [side * times[1] for side in others])
+        p, q = np.nonzero(meet)
         demand(not inner.in_block[other[q]].any(), "a block inside a block is across its rim")
         if not len(p):
             return 0.0
-        both = [side[p, q] for side in (west, east, south, north)]
+        both = [side[p, q] for side in both]
         phi = self.on(one[p], both, times[0])
         more = phi - inner.on(other[q], both, times[1])
         charge = up((more.hi.max() if end else up(more.hi.max() - more.lo.min())) + inner.loss)
@@ -898,13 +862,29 @@ class Surface:
 # --- Cells of constant cost -------------------------------------------------------------------------------------------
 
 
+#: The sides of a cell (lower, upper, left, right) as places of a lattice from its lower left corner on: row and column.
+SIDES = np.array(
+    [[(0, 0), (0, 1), (0, 2)], [(2, 0), (2, 1), (2, 2)], [(0, 0), (1, 0), (2, 0)], [(0, 2), (1, 2), (2, 2)]]
+)
+
+
+def with_border(cells: Truths) -> Truths:
+    """Tell which places of the lattice are such cells, or sides or corners of them."""
+    rows, columns = (2 * n - 1 for n in cells.shape)
+    found = np.zeros((rows + 2, columns + 2), dtype=np.bool_)
+    for j, i in product(range(3), repeat=2):
+        found[j : j + rows : 2, i : i + columns : 2] |= cells
+    return found
+
+
 class Cells:
     """
-    Rectangles between lines, the least cost of a unit of length in each, and the least one along each side.
+    Rectangles between lines, and the least cost of a unit of length in each and along each side.
 
     A line is a strip ``[a, b]``, most often of no width. Start and goal are on lines along both axes. The map is drawn
     together across all strips; sizes of cells are rounded down, so that no path gets longer by that. From here on, they
-    are exact.
+    are exact. On a lattice, odd rows and columns are those of cells, even ones are lines: sides are in an odd row or
+    column, corners in neither.
     """
 
     def __init__(self, described: dict[str, Any], array: Reader, problem: Problem) -> None:
@@ -926,78 +906,67 @@ class Cells:
         demand(self.shape[0] * self.shape[1] < MOST_CELLS, "there are too many cells")
         self.sizes = [down(line[1:, 0] - line[:-1, 1]) for line in self.lines]
         demand(min(float(size.min()) for size in self.sizes) > 0.0, "a cell has no size")
-        self.costs = self._costs(0, 0)
+        #: On the lattice.
+        self.costs = self._costs()
         demand((self.costs < 1e100).all(), "a cost is too great")
-        #: Along horizontal lines, shape (rows + 1, columns), and vertical ones, shape (rows, columns + 1).
-        self.along = self._costs(0, 1), self._costs(1, 0)
         #: Those that no edge of an area meets, with the lines around them, and that are inside.
-        self.closed = np.zeros(self.shape, dtype=np.bool_)
         around = [Interval(line[:-1, 0], line[1:, 1]) for line in self.lines]
-        for row, first, after, is_inside in zip(*gaps(problem, *around), strict=True):
-            self.closed[row, first:after] = is_inside
+        self.closed = areas_at(problem, around, *np.indices(self.shape)[::-1])[1]
 
-    def _costs(self, *is_line: int) -> Floats:
-        """Bound the cost from below between lines along x and y, or on them."""
-        risk: Any = np.zeros([self.shape[1 - axis] + is_line[axis] for axis in (1, 0)])
+    def _costs(self) -> Floats:
+        """Bound the cost from below on the lattice."""
+        risk: Any = np.zeros([2 * n + 1 for n in self.shape])
         for raster in self.problem.rasters:
             # (one column more, as an end)
             values = np.pad(raster.corners[0], ((1, 1), (1, 2)))
-            columns, rows = (self._touched(raster, axis, is_line[axis]) for axis in range(2))
-            self.problem.spend(len(values) + 2 * len(rows), values.shape[1] + 2 * len(columns), 10)
+            columns, rows = (self._touched(raster, axis) for axis in range(2))
+            self.problem.spend(len(values) + len(rows), values.shape[1] + len(columns), 10)
             ends = np.array([(some.start, some.stop) for some in columns]).ravel()
             risk = down(risk + [np.minimum.reduceat(values[some].min(axis=0), ends)[::2] for some in rows])
         return np.asarray(np.maximum(down(1.0 + down(self.problem.k * risk)), 1.0))
 
-    def _touched(self, raster: "Raster", axis: int, is_line: int) -> list[slice]:
-        """List the columns or rows of a raster, counted from 1, that have a place between lines, or touch a line."""
-        places, line = raster.knots[axis], self.lines[axis]
-        if not is_line:
-            between = zip(line[:-1, 1].tolist(), line[1:, 0].tolist(), strict=True)
-            return [slice(bisect_right(places, low), bisect_left(places, high) + 1) for low, high in between]
-        # (the outer edges belong to the raster)
-        return [
-            slice(bisect_left(places, low) + (low == places[0]), bisect_right(places, high) + 1 - (high == places[-1]))
-            for low, high in line.tolist()
-        ]
+    def _touched(self, raster: "Raster", axis: int) -> list[slice]:
+        """List the columns or rows of a raster, counted from 1, that touch a line, or have a place between lines."""
+        places, after, found = raster.knots[axis], 0, []
+        for low, high in self.lines[axis].tolist():
+            first = bisect_left(places, low)
+            between, after = slice(after, first + 1), bisect_right(places, high)
+            # (the outer edges belong to the raster)
+            found += [between, slice(first + (low == places[0]), after + 1 - (high == places[-1]))]
+        return found[1:]
 
 
 class Net:
-    """
-    Points on the sides of cells that paths may enter, in order: corners, those on horizontal, and on vertical sides.
-
-    Sides of a cell are the lower, upper, left and right one.
-    """
+    """Points at corners and on sides of the cells that paths may enter, in the order of the lattice."""
 
     def __init__(self, parts: Floats, cells: Cells, is_open: Truths) -> None:
         self.cells, self.is_open = cells, is_open
         demand(len(parts) < 1 << 10 and (np.diff(parts, prepend=0.0, append=1.0) > 0.0).all(), "parts are not in order")
         self.parts: Floats = np.concatenate([[0.0], parts, [1.0]])
-        wide = np.pad(self.is_open, 1)
-        has_side = wide[1:, 1:-1] | wide[:-1, 1:-1], wide[1:-1, 1:] | wide[1:-1, :-1]
-        is_corner = np.pad(has_side[0], ((0, 0), (1, 0))) | np.pad(has_side[0], ((0, 0), (0, 1)))
-        self.count, numbers = 0, []
-        for has, size in ((is_corner, 1), (has_side[0], len(parts)), (has_side[1], len(parts))):
-            numbers.append(np.where(has, self.count + size * (np.cumsum(has).reshape(has.shape) - 1), -1))
-            self.count += size * int(has.sum())
+        counts = with_border(is_open).astype(np.int64)
+        counts[::2, 1::2] *= len(parts)
+        counts[1::2, ::2] *= len(parts)
+        counts[1::2, 1::2] = 0
+        self.count = int(counts.sum())
         demand(self.count < MOST_PARTS, "there are too many points")
-        self.corner, self.side = numbers[0], numbers[1:]
-        #: The points at the start and the goal.
-        self.ends = self.corner[cells.ends[:, 1], cells.ends[:, 0]]
-        demand((self.ends >= 0).all(), "an end is beside cells that are missing")
-        self.rows, self.columns = np.nonzero(self.is_open)
+        #: The first point of each place of the lattice, and those at the start and the goal.
+        self.first = np.cumsum(counts).reshape(counts.shape) - counts
+        columns, rows = 2 * cells.ends.T
+        self.ends = self.first[rows, columns]
+        demand((counts[rows, columns] > 0).all(), "an end is beside cells that are missing")
+        self.rows, self.columns = np.nonzero(is_open)
         # (no path that costs less than what is claimed gets to the border of a cell that is not open)
-        inside = np.pad(self.is_open, 1, constant_values=True)
-        is_used = inside[1:, 1:-1] & inside[:-1, 1:-1], inside[1:-1, 1:] & inside[1:-1, :-1]
-        self.along = [np.where(used, cost, np.inf) for used, cost in zip(is_used, cells.along, strict=True)]
+        self.along = np.where(with_border(~is_open), np.inf, cells.costs)
 
     def points(self, part: slice) -> Wholes:
         """Return the numbers of the points on the sides of some open cells, shape (n, 4, m + 2)."""
-        j, i, inner, found = self.rows[part], self.columns[part], np.arange(len(self.parts) - 2), []
-        for axis, up, right in ((0, 0, 0), (0, 1, 0), (1, 0, 0), (1, 0, 1)):
-            first = self.corner[j + up, i + right][:, None]
-            last = self.corner[j + up + axis, i + right + 1 - axis][:, None]
-            found.append(np.hstack([first, self.side[axis][j + up, i + right][:, None] + inner, last]))
-        return np.stack(found, axis=1)
+        begin, middle, end = np.moveaxis(self.on_sides(self.first, part), 2, 0)[..., None]
+        return np.concatenate([begin, middle + np.arange(len(self.parts) - 2), end], axis=2)
+
+    def on_sides(self, lattice: Any, part: slice) -> Any:
+        """Return what a lattice has at the begin, in the middle and at the end of sides of some open cells."""
+        row, column = (2 * at[part, None, None] for at in (self.rows, self.columns))
+        return lattice[row + SIDES[:, :, 0], column + SIDES[:, :, 1]]
 
     def least(self, values: Floats) -> Floats:
         """Return the least of the values on the border of each cell, shape (rows, columns)."""
@@ -1031,8 +1000,7 @@ class Heights:
         j, i, numbers = net.rows[part], net.columns[part], net.points(part)
         cells.problem.spend(numbers.size, 100)
         sizes = np.stack([cells.sizes[0][i], cells.sizes[1][j]], axis=1)
-        costs, (up, right) = cells.costs[j, i], net.along
-        along = np.stack([up[j, i], up[j + 1, i], right[j, i], right[j, i + 1]], axis=1)
+        costs, along = cells.costs[2 * j + 1, 2 * i + 1], net.on_sides(net.along, part)[:, :, 1]
         values: Floats = (self.whole[numbers] - self.whole[numbers[:, :1, :1]]) * self.unit
         self.is_flat &= not values.any()
         places = net.parts * sizes[:, [0, 0, 1, 1], None]
@@ -1181,18 +1149,14 @@ def check_free(problem: Problem, path: Floats) -> None:
     low, high = (way(problem.edges[:, :2], problem.edges[:, 2:]) for way in (np.minimum, np.maximum))
     demand(not is_inside(problem, *exact(path[0])), "the path begins inside an area")
     for n, (begin, end) in enumerate(pairwise(path)):
-        near = (low <= np.maximum(begin, end)) & (high >= np.minimum(begin, end))
+        near = ((low <= np.maximum(begin, end)) & (high >= np.minimum(begin, end))).all(axis=1)
+        problem.spend(len(near) + 1000 * near.sum() + 100)
         (x, y), (dx, dy) = exact(begin), exact(end) - exact(begin)
-        edges = problem.edges[near.all(axis=1)]
-        problem.spend(len(near) + 1000 * len(edges) + 100)
-        ax, ay, bx, by = exact(edges.T)
-        # (without any edge near, a segment is where its begin is)
-        if not len(ax) or not (dx or dy):
-            continue
+        ax, ay, bx, by = exact(problem.edges[near].T)
         across, to_edge = dx * (by - ay) - dy * (bx - ax), (ax - x) * (by - ay) - (ay - y) * (bx - ax)
+        # (edges along a segment end where others of their outlines meet its line)
         some = across != 0
-        along = [((p - x) * dx + (q - y) * dy)[~some] / (dx * dx + dy * dy) for p, q in ((ax, ay), (bx, by))]
-        cuts = {Fraction(0), Fraction(1), *(to_edge[some] / across[some]), *np.concatenate(along)}
+        cuts = {Fraction(0), Fraction(1), *(to_edge[some] / across[some])}
         for first, last in pairwise(sorted(t for t in cuts if 0 <= t <= 1)):
             t = (first + last) / 2
             demand(not is_inside(problem, x + t * dx, y + t * dy), f"the path crosses an area after waypoint {n}")

@@ -52,6 +52,8 @@ STEP, MOST_BOXES = 1.0 / 24.0, 1_000_000
 BEYOND, SUB_CELLS, ROUNDS, STEEP = 2, 200_000, 6, 1.002
 #: Pieces that may be charged for have slopes from this on; and surfaces are scaled by a little more than their slopes.
 NEARLY_STEEP, MORE = 0.9, 1.0 + 1e-7
+#: Sides of boxes beyond the map are so many cells away from it.
+FAR = 1 << 40
 #: Grids have cells that are so many floats wide, at least, and a map that is narrower than so many is too narrow.
 LEAST_FLOATS, FEW_FLOATS = 16.0, 1e5
 #: The gap of a file is at most so many times that of a bound that is given, or so much of the tolerance.
@@ -309,10 +311,9 @@ class _Sheet:
         keys = mesh.rows.astype(np.int64) * width + mesh.columns
         cell = cells[np.searchsorted(keys, rows * width + columns)]
         # the first square of each piece
-        first = np.searchsorted(grid.owners, np.arange(len(columns)))
         half = grid.parts // 2
-        u = grid.rectangles[0][first] - grid.columns * grid.parts + half
-        v = grid.rectangles[2][first] - grid.rows * grid.parts + half
+        u = grid.sides[0] - grid.columns * grid.parts + half
+        v = grid.sides[2] - grid.rows * grid.parts + half
         cut = place[cell] >= 0
         label = np.zeros(len(columns), dtype=np.int64)
         label[cut] = labels[place[cell[cut]], v[cut], u[cut]]
@@ -485,7 +486,7 @@ class _Writer:
         # (half of the outermost cells is outside of the bounds of the mesh)
         first = [one + (one > 0) for one in low]
         final = [one - (one < most) for one, most in zip(high, last, strict=True)]
-        box = [first[0], final[0] + 1, first[1], final[1] + 1]
+        box = _as_far([first[0], final[0] + 1, first[1], final[1] + 1], last)
         sheet = _Sheet.on(level.mesh, outer.grid.inside_block(FINER, 0, box), low)
         centre = level.goal_block.centre[0] + low[0], level.goal_block.centre[1] + low[1]
         block: dict[str, Any] = {"cells": _around(centre, level.reach)}
@@ -533,7 +534,7 @@ class _Writer:
         columns, rows = mesh.columns + first[0], mesh.rows + first[1]
         away = np.minimum.reduce([columns - low[0], high[0] - columns, rows - low[1], high[1] - rows])
         keep = (away >= 0) & mesh.matters
-        box = [low[0], high[0] + 1, low[1], high[1] + 1]
+        box = _as_far([low[0], high[0] + 1, low[1], high[1] + 1], last)
         sheet = _Sheet.on(mesh, outer.grid.inside_block(FINER, parts_of(mesh), box), first)
         is_finer = levels > 1 and self.floats_across() >= LEAST_FLOATS * FINER * max(last)
         laid = corners_of(problem, mesh, LEAST_REACH, [])[0] if is_finer else []
@@ -619,6 +620,11 @@ def _box(outer: _Sheet, cells: Rectangle, margin: int) -> tuple[tuple[int, int],
         for end, sign in ((0, -1), (1, 1))
     )
     return last, (low[0], low[1]), (high[0], high[1])
+
+
+def _as_far(box: Rectangle, last: tuple[int, int]) -> Rectangle:
+    """Return a box whose sides at the border of the map are so far beyond that no way pays for leaving there."""
+    return [side if 0 < side <= last[n // 2] else (FAR if n % 2 else -FAR) for n, side in enumerate(box)]
 
 
 def _least_loss(steepness: FloatArray, spans: FloatArray, height: float) -> float:

@@ -118,15 +118,13 @@ class _CellWriter:
         strips = [_strips(problem, checked, axis, of, NEAR * least) for axis, of in enumerate(lines)]
         described = {name: archive.add(lines, name) for name, lines in zip("xy", strips, strict=True)}
         cells = checker.Cells(described, archive.array, checked)
-        costs = np.where(cells.closed, math.inf, cells.costs)
-        above, right = (
-            np.pad(cells.costs, ((1, 1), (0, 0)), mode="edge"),
-            np.pad(cells.costs, ((0, 0), (1, 1)), mode="edge"),
-        )
+        inside = cells.costs[1::2, 1::2]
+        costs = np.where(cells.closed, math.inf, inside)
+        above, right = np.pad(inside, ((1, 1), (0, 0)), mode="edge"), np.pad(inside, ((0, 0), (1, 1)), mode="edge")
         beside = np.minimum(above[1:], above[:-1]), np.minimum(right[:, 1:], right[:, :-1])
-        along = tuple(np.minimum(*pair) for pair in zip(cells.along, beside, strict=True))
+        along = np.minimum(cells.costs[::2, 1::2], beside[0]), np.minimum(cells.costs[1::2, ::2], beside[1])
         is_lesser = any((one < other).any() for one, other in zip(along, beside, strict=True))
-        proof.cells = replace(proof.cells, costs=costs, along=(along[0], along[1]) if is_lesser else None)
+        proof.cells = replace(proof.cells, costs=costs, along=along if is_lesser else None)
         return cls(problem, archive, proof, described, cells, tolerance)
 
     def net(self, parts: FloatArray) -> tuple[dict[str, Any], checker.Net]:
@@ -155,13 +153,19 @@ class _CellWriter:
         if points is None:
             return None
         described, net = self.net(points.parts)
+        # (values are those at corners, at points on horizontal sides, and at those on vertical ones)
+        held, inner = checker.with_border(net.is_open), np.arange(len(points.parts))
+        is_held, corners = held[::2, ::2].ravel(), net.first[::2, ::2][held[::2, ::2]]
+        sides = [net.first[some][held[some]][:, None] + inner for some in (np.s_[::2, 1::2], np.s_[1::2, ::2])]
+        places = np.concatenate([corners, *map(np.ravel, sides)])
         reach = 1.01 * cost if math.isfinite(cost) else math.inf
         best, total = 0.0, np.zeros(net.count)
         ends = self.problem.goal, self.problem.start
         for name, end, number in (("to_goal", ends[0], 1), ("to_start", ends[1], 0)):
             values = bound.values_to(points, end, reach)
-            corners = values[: points.n_corners][net.corner.ravel() >= 0]
-            found = self.heights(np.concatenate([corners, values[points.n_corners :]]), net, number)
+            in_order = np.empty(net.count)
+            in_order[places] = np.append(values[: points.n_corners][is_held], values[points.n_corners :])
+            found = self.heights(in_order, net, number)
             if found is None:
                 return None
             described[name], above = found

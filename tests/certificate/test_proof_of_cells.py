@@ -170,7 +170,8 @@ def on_border(t: Any) -> list[Any]:  # noqa: ANN401 - arrays
 def single(heights: Any, parts: list[float], lower: float) -> tuple[dict[str, Any], dict[str, Any]]:  # noqa: ANN401 - a function
     """Describe a proof on a map of one cell of cost 3, from its lower left corner to the upper right one."""
     archive, inner = Archive(), np.array(parts)
-    places = np.concatenate([[(0, 0), (2, 0), (0, 2), (2, 2)], *on_border(inner)])
+    below, above, left, right = on_border(inner)
+    places = np.concatenate([[(0, 0)], below, [(2, 0)], left, right, [(0, 2)], above, [(2, 2)]])
     whole = np.rint(np.ldexp(heights(places), 20)).astype(np.int64)
     lines = archive.add(np.array([(0.0, 0.0), (2.0, 2.0)]), "lines")
     bounds = [0.0, 0.0, 2.0, 2.0]

@@ -366,7 +366,7 @@ def wall_across(one: Described, arrays: Arrays, draw: Draw, more: float) -> list
             finer = int(draw.choice([3, 5]))
             column = int(laid.last[0] * draw.uniform(0.4, 0.6))
             cells = [column, column + 2, -1, laid.last[1] + 2]
-            box = [finer * column - 2 * finer, finer * column + 4 * finer, -1, finer * laid.last[1] + 2]
+            box = [finer * column - 2 * finer, finer * column + 4 * finer, -(1 << 40), 1 << 40]
             block_laid = laid.inside_block(finer, 0, box)
             height = draw.uniform(0.0, 1.0) * by
             places = places_of(block_laid)
