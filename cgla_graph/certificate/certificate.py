@@ -217,6 +217,12 @@ class Certificate(Plottable):
         """Whether the gap is within the tolerance."""
         return self.gap <= self.tolerance
 
+    @property
+    def proof_settings(self) -> dict[str, float]:
+        """Settings of `cgla_graph.save_proof` for a file that is about as good as this proof."""
+        # (the greater one of 0 and NaN is 0)
+        return {"tolerance": self.tolerance, "known": self.known, "bound": max(0.0, self.lower_bound)}
+
     def save(self, file: str | os.PathLike[str]) -> "Proven":
         """
         Prove the bound of its path again, and write the proof to a file (`cgla_graph.save_proof`).
@@ -258,8 +264,7 @@ class Certificate(Plottable):
                 "graphs; prove it again: cgla_graph.save_proof(problem, file, path)"
             )
             raise ProblemError(msg)
-        settings = {"tolerance": self.tolerance, "known": self.known, "bound": self.lower_bound}
-        return save_proof(self.problem, file, self.path, **settings)
+        return save_proof(self.problem, file, self.path, **self.proof_settings)
 
     def corridor(
         self, delta: float = 0.01, *, max_cells: int = corridor.MOST_CELLS, most_ways: int = corridor.MOST_WAYS

@@ -152,13 +152,12 @@ def proof_of_run(file: Path, run: "Run", tolerance: float) -> ProofLine:
     """
     solution, certificate = run.solution, run.certificate
     has_path, problem = solution.status.has_path, run.on_map.problem
-    known, bound = (math.inf, math.nan) if certificate is None else (certificate.known, certificate.lower_bound)
+    settings = {} if certificate is None else certificate.proof_settings
+    bound = math.nan if certificate is None else certificate.lower_bound
     if not has_path and bound != math.inf and solution.status is not Status.NO_PATH:
         return ProofLine(file, fault=f"{file}: not written: no path was found, and maybe there is one")
     path = solution.path if has_path else None
-    # (the greater one of 0 and NaN is 0)
-    settings = {"tolerance": tolerance, "known": known, "bound": max(0.0, bound)}
-    return written(file, bound, lambda: save_proof(problem, file, path, **settings))
+    return written(file, bound, lambda: save_proof(problem, file, path, **(settings | {"tolerance": tolerance})))
 
 
 def targets_of(study: "Study", folder: Path) -> dict[str, Path]:

@@ -386,8 +386,7 @@ class PlanCheck(Plottable):
             raise ProblemError(msg)
         is_held = best.problem.evaluate(self.on.route).feasible
         path = self.on.route if is_held else None
-        settings = {"tolerance": best.tolerance, "known": best.known, "bound": best.lower_bound}
-        found = save_proof(best.problem, file, path, **settings)
+        found = save_proof(best.problem, file, path, **best.proof_settings)
         box = "" if self.on.has_bounds else "of paths in a box around the plan"
         missing = "" if is_held else "without the plan, which meets an area, or leaves the map or the clearance"
         return {**found, "note": "; ".join(filter(None, [missing, box, found["note"]]))}
