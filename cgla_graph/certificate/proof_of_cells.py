@@ -13,7 +13,6 @@ from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
-from scipy import ndimage
 
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.certificate import check_proof as checker
@@ -133,6 +132,8 @@ class _CellWriter:
 
     def apart(self) -> dict[str, Any]:
         """Describe values that tell the start from the goal if no cells that touch lead from one to the other."""
+        from scipy import ndimage  # noqa: PLC0415 - slow to import, and few proofs are over cells
+
         part, _ = ndimage.label(self.proof.is_open, AROUND)
         start, goal = (
             {int(part[cell]) for cell in self.proof.cells.cells_of(end)}

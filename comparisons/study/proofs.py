@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cgla_graph._text import at_most, figure, floored, json_number, place, rounded_down
-from cgla_graph.certificate.proof_file import Proven, problem_digest, save_proof
 from cgla_graph.certificate.proof_target import ON_EARTH, proof_target, require_provable
 from cgla_graph.comparisons import files
 from cgla_graph.errors import CglaError, ProblemError
@@ -21,6 +20,7 @@ from cgla_graph.scenarios.scenario import Scenario
 
 if TYPE_CHECKING:
     from cgla_graph.airspace.plan_check.result import PlanCheck
+    from cgla_graph.certificate.proof_file import Proven
     from cgla_graph.comparisons.study.runner import Run
     from cgla_graph.comparisons.study.study import Study
     from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario
@@ -48,7 +48,7 @@ class ProofLine:
     """
 
     file: Path
-    found: Proven | None = None
+    found: "Proven | None" = None
     fault: str = ""
     bound: float = math.nan
 
@@ -150,6 +150,8 @@ def proof_of_run(file: Path, run: "Run", tolerance: float) -> ProofLine:
     OutputError
         If the file cannot be written.
     """
+    from cgla_graph.certificate.proof_file import save_proof  # noqa: PLC0415 - slow to import, and few runs are saved
+
     solution, certificate = run.solution, run.certificate
     has_path, problem = solution.status.has_path, run.on_map.problem
     settings = {} if certificate is None else certificate.proof_settings
@@ -250,6 +252,8 @@ def linked_proofs(home: Path, scenarios: Sequence["AnyScenario"]) -> dict[str, d
         index = json.loads((home / INDEX).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
         return {}
+    from cgla_graph.certificate.proof_file import problem_digest  # noqa: PLC0415 - as above, and few studies have proofs
+
     found = {}
     for one in scenarios:
         entry = index.get(one.name) if isinstance(index, dict) else None
@@ -276,7 +280,7 @@ def proof_of_check(file: Path, checked: "PlanCheck") -> ProofLine:
     return written(file, bound, lambda: checked.save_proof(file))
 
 
-def written(file: Path, bound: float, save: Callable[[], Proven]) -> ProofLine:
+def written(file: Path, bound: float, save: Callable[[], "Proven"]) -> ProofLine:
     """
     Say what a file proves that is written here; if it cannot be, why.
 
