@@ -1,6 +1,7 @@
 """Slabs: the times between two events, in which all threats move straight on and no area opens or closes."""
 
 import dataclasses
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -69,7 +70,8 @@ class Slab(ShortRepr):
         [0.5, 0.5]
         """
         threats = self.threats.copy()
-        if time != self.begins:
+        # (before the first event, nothing moves)
+        if math.isfinite(self.begins):
             threats[:, [0, 1, 4, 6]] += (time - self.begins) * threats[:, [2, 3, 5, 7]]
         return fixed(threats)
 

@@ -190,6 +190,15 @@ def test_fields_replace_each_other_by_the_hour() -> None:
     assert per_time.evaluate([(0, 0.1, 0.5), (2, 0.3, 0.5), (4, 0.3, 0.5)]).risk == pytest.approx(0.4)
 
 
+def test_a_threat_stands_still_before_its_track_begins() -> None:
+    """Its place was not a number then: planner and proof left it out."""
+    storm = cg.MovingThreat([(1, 0.5, 0.5), (2, 0.5, 0.1)], spread=0.1)
+    problem = cg.TimedProblem((0.1, 0.5), (0.9, 0.5), moving=[storm], k=5.0, speed=0.8)
+    first = problem.slabs(3.0)[0]
+    assert first.ends == 1.0
+    assert first.threats.tolist() == first.threats_at(0.5).tolist() == [[0.5, 0.5, 0.0, 0.0, 0.1, 0.0, 1.0, 0.0]]
+
+
 @st.composite
 def winds(draw: st.DrawFn) -> cg.Wind:
     shape = draw(st.sampled_from([(1, 2, 3), (3, 2, 2), (2, 1, 4)]))
