@@ -13,7 +13,7 @@ import numpy as np
 
 from cgla_graph._kernel import inlined, kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
-from cgla_graph.timed.floor_kernels import moving_floor
+from cgla_graph.timed.floor_kernels import moving_floor, toll_floor
 from cgla_graph.timed.march_kernels import STEEPEST, WALL, Flow, SmallArray, burden, travel_time
 
 #: Bound of the relative rounding of what is lost.
@@ -179,6 +179,7 @@ def layer_excess(
     place: tuple[float, float, float],
     k: float,
     threats: FloatArray,
+    tolls: FloatArray,
     still: FloatArray,
     winds: FloatArray,
     flow: Flow,
@@ -204,6 +205,8 @@ def layer_excess(
         Risk weight.
     threats
         At the middle of the layer's time (`floor_kernels`).
+    tolls
+        Likewise. A path pays them on any heading, so that they count as a rise of the spline.
     still
         Floors of rasters, shape ``(rows, columns, 5)``, or ``(0, 0, 5)`` without any.
     winds
@@ -224,7 +227,7 @@ def layer_excess(
     half_time = 0.5 * durations[1] * (1.0 + 2.0**-40)
     values, slopes = np.empty((3, 3, 3)), np.empty((3, 3, 3))
     gx, gy, steepened = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3, 3, 2))
-    floor, turn = np.empty(6), np.zeros((3, 2))
+    floor, turn, toll = np.empty(6), np.zeros((3, 2)), np.zeros(4)
     near = np.empty((threats.shape[0], threats.shape[1]))
     scale = 1.0 if per_time else v
     for j in range(excess.shape[0]):
@@ -245,6 +248,7 @@ def layer_excess(
             at_x, wide = _inner(x, half, bounds[0], bounds[2])
             part = math.sqrt(wide * wide + high * high)
             moving_floor(x + half * at_x, y + half * at_y, reach * part, half_time, near[:count], floor)
+            toll_floor(x + half * at_x, y + half * at_y, reach * part, half_time, tolls, toll)
             if still.shape[0]:
                 floor[0] += still[j, i, 0] + half * (at_x * still[j, i, 1] + at_y * still[j, i, 2])
                 floor[1] += still[j, i, 1]
@@ -265,6 +269,8 @@ def layer_excess(
                 for b in range(3):
                     for a in range(3):
                         rate = 0.25 * (slopes[s, 1, 1] + slopes[s, 1, a] + slopes[s, b, 1] + slopes[s, b, a])
+                        rate += toll[0] + half * ((a - 1) * wide * toll[1] + (b - 1) * high * toll[2])
+                        rate += (s - 1) * half_time * toll[3]
                         risk = floor[0] + half * ((a - 1) * wide * floor[1] + (b - 1) * high * floor[2])
                         risk = k * (risk + (s - 1) * half_time * floor[3] - floor[4])
                         if changes:

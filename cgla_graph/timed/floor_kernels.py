@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from cgla_graph._kernel import kernel
+from cgla_graph._kernel import inlined, kernel
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph.model.risk_raster_kernels import raster_floor
 
@@ -125,6 +125,72 @@ def moving_floor(x: float, y: float, reach: float, half_time: float, threats: Fl
     out[0], out[1], out[2], out[3] = risk, gx, gy, gt
     out[4] = math.inf if math.isnan(bend) else 0.5 * bend * (1.0 + 2.0**-40) + blur
     out[5] = floor * (1.0 - 2.0**-40)
+
+
+@inlined
+def _form(toll: FloatArray, ax: float, ay: float, bx: float, by: float) -> float:
+    """Return the product of two vectors by the quadratic form of a toll."""
+    return float(toll[4] * ax * bx + toll[5] * (ax * by + ay * bx) + toll[6] * ay * by)
+
+
+@kernel
+def toll_floor(x: float, y: float, reach: float, half_time: float, tolls: FloatArray, out: FloatArray) -> None:
+    """
+    Bound tolls from below on a cell, as `moving_floor` bounds threats: value in the middle, slopes along x, y and t.
+
+    With a price ``p + p_1 tau``, a toll is at least ``(p + p_1 tau) (1 - |r + delta|^2)``, in the norm of its form, `r`
+    from its centre. But for ``- p |delta|^2 - p_1 tau (2 r . delta + |delta|^2)``, this is linear. Where that bound is
+    below 0 in the middle, it is replaced by 0.
+
+    Parameters
+    ----------
+    x, y, reach, half_time
+        As of `moving_floor`.
+    tolls
+        At the middle of its time (`tolls.tolls_from`), shape ``(m, 9)``.
+    out
+        The floor, shape ``(4,)``.
+    """
+    out[:] = 0.0
+    for i in range(tolls.shape[0]):
+        toll = tolls[i]
+        price, rate = toll[7], toll[8]
+        dx, dy = x - toll[X], y - toll[Y]
+        wide = 0.5 * (toll[4] + toll[6]) + math.hypot(0.5 * (toll[4] - toll[6]), toll[5])
+        far = _form(toll, dx, dy, dx, dy)
+        if not far < 1.0:
+            continue
+        big = math.sqrt(wide) * reach + math.sqrt(_form(toll, toll[VX], toll[VY], toll[VX], toll[VY])) * half_time
+        change = abs(rate) * half_time
+        drop = price * big * big + change * big * (2.0 * math.sqrt(far) + big)
+        gx, gy = -2.0 * price * (toll[4] * dx + toll[5] * dy), -2.0 * price * (toll[5] * dx + toll[6] * dy)
+        # (places, times and these sums are rounded)
+        blur = 2.0**-40 * (drop + (price + change) * (1.0 + far)) + 2.0**-46 * (abs(x * gx) + abs(y * gy))
+        value = price * (1.0 - far) - drop - blur
+        if value > 0.0:
+            out[0] += value
+            out[1] += gx
+            out[2] += gy
+            out[3] += rate * (1.0 - far) - gx * toll[VX] - gy * toll[VY]
+
+
+@kernel
+def node_tolls(
+    x_first: float,
+    y_first: float,
+    step: float,
+    begin: WholeArray,
+    end: WholeArray,
+    tolls: FloatArray,
+    unit: float,
+    out: FloatArray,
+) -> None:
+    """Add tolls times `unit` at the nodes of one layer to `out`, as `node_risks` writes risks."""
+    for m in range(tolls.shape[0]):
+        for j in range(out.shape[0]):
+            for i in range(begin[j], end[j]):
+                dx, dy = x_first + i * step - tolls[m, X], y_first + j * step - tolls[m, Y]
+                out[j, i] += unit * tolls[m, 7] * max(1.0 - _form(tolls[m], dx, dy, dx, dy), 0.0)
 
 
 @kernel

@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import ShortRepr
@@ -34,6 +35,8 @@ class Slab(ShortRepr):
         The areas that are closed, as they were given; None: none.
     bounds, clearance
         Of the problem.
+    tolls
+        When it begins (`tolls_from`).
     """
 
     begins: float
@@ -43,6 +46,7 @@ class Slab(ShortRepr):
     no_fly: BaseGeometry | None
     bounds: Bounds = dataclasses.field(repr=False)
     clearance: float = dataclasses.field(default=0.0, repr=False)
+    tolls: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 9)), repr=False)
 
     @cached_property
     def area(self) -> NoFlyArea:
@@ -69,14 +73,22 @@ class Slab(ShortRepr):
         >>> slab.threats_at(5)[0, :2].round(3).tolist()
         [0.5, 0.5]
         """
-        threats = self.threats.copy()
+        return self._moved(time, self.threats, [0, 1, 4, 6], [2, 3, 5, 7])
+
+    def tolls_at(self, time: float) -> FloatArray:
+        """Return the tolls at a time of the slab."""
+        return self._moved(time, self.tolls, [0, 1, 7], [2, 3, 8])
+
+    def _moved(self, time: float, motions: FloatArray, what: list[int], rates: list[int]) -> FloatArray:
+        moved = motions.copy()
         # (before the first event, nothing moves)
         if math.isfinite(self.begins):
-            threats[:, [0, 1, 4, 6]] += (time - self.begins) * threats[:, [2, 3, 5, 7]]
-        return fixed(threats)
+            moved[:, what] += (time - self.begins) * moved[:, rates]
+        return fixed(moved)
 
     def part(self, begins: float, ends: float) -> "Slab":
         """Return the slab of a part of its time."""
         if (begins, ends) == (self.begins, self.ends):
             return self
-        return replace(self, begins=begins, ends=ends, threats=self.threats_at(begins))
+        threats, tolls = self.threats_at(begins), self.tolls_at(begins)
+        return replace(self, begins=begins, ends=ends, threats=threats, tolls=tolls)

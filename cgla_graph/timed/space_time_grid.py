@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -118,6 +118,8 @@ class Grid:
         Times at which something changes, rising.
     wind
         The wind, if it changes; that of `flow` is its mean.
+    tolls
+        In the middle of each layer, shape ``(n, m, 9)``.
     """
 
     origin: Point
@@ -132,6 +134,7 @@ class Grid:
     ends: tuple[Point, Point]
     events: FloatArray
     wind: Wind | None = None
+    tolls: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 9)))
 
     @classmethod
     def lay(cls, problem: "TimedProblem", until: float, cells: int, ratio: float) -> "Grid":
@@ -182,12 +185,14 @@ class Grid:
         most = max(len(slab.threats) + len(slab.field.threats) for slab in slabs)
         threats = np.zeros((len(layers), most, 8))
         threats[:, :, 4] = 1.0
+        tolls = np.zeros((len(layers), len(problem.tolls), 9))
         for n, number in enumerate(layers):
             slab = slabs[number]
             standing = [(one.x, one.y, 0.0, 0.0, one.spread, 0.0, one.peak, 0.0) for one in slab.field.threats]
             now = np.vstack([slab.threats_at(float(made.middles[n])), np.array(standing).reshape(-1, 8)])
             threats[n, : len(now)] = now
-        return replace(made, threats=threats, still=[still[n] for n in layers])
+            tolls[n] = slab.tolls_at(float(made.middles[n]))
+        return replace(made, threats=threats, tolls=tolls, still=[still[n] for n in layers])
 
     def _still(self, slab: "Slab") -> Still:
         """Lay out what stands still in a slab."""
@@ -306,8 +311,9 @@ class Grid:
 
     def reversed(self) -> "Grid":
         """Return the grid backwards in time."""
-        threats = self.threats[::-1].copy()
+        threats, tolls = self.threats[::-1].copy(), self.tolls[::-1].copy()
         threats[:, :, [2, 3, 5, 7]] *= -1.0
+        tolls[:, :, [2, 3, 8]] *= -1.0
         v, wx, wy, per_time, price = self.flow
         flow = v, -wx, -wy, per_time, price
         wind = None if self.wind is None else self.wind.reversed
@@ -315,6 +321,7 @@ class Grid:
             self,
             knots=-self.knots[::-1],
             threats=threats,
+            tolls=tolls,
             still=tuple(reversed(self.still)),
             flow=flow,
             ends=(self.ends[1], self.ends[0]),

@@ -23,6 +23,8 @@ away from the mean wind faster than the airspeed and the greatest gust together.
 **Waiting** in one place adds ``- W_t <= p + k r``, for its price `p` and the risk of a unit of time as in flight in
 still air. Without it, the inequality says nothing of waiting; but circles are paths, and cost as any flight.
 
+**Tolls** (`tolls`) are added to ``c``: linear floors on each cell, as of the risk.
+
 **Arrival.** ``W`` has a tip at the goal that no spline follows. The inequality is not required in a block of cells
 around it, at all times: a path that first enters the block at ``y`` costs at least ``psi(y)`` from there
 (`space_time_grid.Block`), and ``W`` is lowered by its greatest excess over ``psi`` on the rim.
@@ -371,7 +373,9 @@ class _Search:
 
 
 def _lasting(problem: TimedProblem, until: float) -> float:
-    """Choose how many cells of flight a layer lasts: the slower the threats, the more."""
+    """Choose how many cells of flight a layer lasts: the slower the threats, the more; tolls are soon over."""
+    if problem.tolls:
+        return LASTS[0][1]
     fastest = 0.0
     for slab in problem.slabs(until):
         if len(slab.threats):

@@ -9,7 +9,7 @@ import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.timed import excess_kernels, march_kernels
-from cgla_graph.timed.floor_kernels import node_risks
+from cgla_graph.timed.floor_kernels import node_risks, node_tolls
 from cgla_graph.timed.frames import Frame, Runs, around_runs, in_layer, joined, widened
 from cgla_graph.timed.march_kernels import STEEPEST, WALL, SmallArray
 from cgla_graph.timed.space_time_grid import Block, Grid
@@ -130,11 +130,14 @@ class Surface:
         return Weather(frame, self._risks(layer, frame, runs), self.grid.winds(layer, frame, frame.runs(runs)))
 
     def _risks(self, layer: int, frame: Frame, runs: Runs) -> FloatArray:
-        """Return the risk at the nodes of runs in the middle of a layer, times its weight."""
+        """Return the risk at the nodes of runs in the middle of a layer, times its weight, with tolls as such risk."""
         grid, out = self.grid, np.zeros(frame.size)
         still = frame.of(grid.still[layer].risk)
         node_risks(*grid.place(frame), *frame.runs(runs), grid.threats[layer], still, out)
         out *= grid.k
+        if grid.tolls.any():
+            unit = 1.0 if grid.flow[3] else 1.0 / grid.flow[0]
+            node_tolls(*grid.place(frame), *frame.runs(runs), grid.tolls[layer], unit, out)
         return out
 
     def _layer(self, n: int) -> int:
@@ -264,7 +267,8 @@ class Surface:
             skipped = grid.closed(n, frame) | self.in_block(n)
             excess_kernels.layer_excess(
                 self.layers(n, frame), self.lasting(n), *runs, skipped, grid.bounds, grid.place(frame), grid.k,
-                grid.threats[n], frame.of(floors) if len(floors) else floors, grid.winds(n, frame, runs), grid.flow,
+                grid.threats[n], grid.tolls[n], frame.of(floors) if len(floors) else floors,
+                grid.winds(n, frame, runs), grid.flow,
                 self.excess[n], self.least[n],
             )  # fmt: skip
 

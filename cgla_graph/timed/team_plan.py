@@ -40,6 +40,8 @@ class TeamPlan(Plottable):
         What was done, in one line.
     names
         Of the UAVs, for pictures and files; empty: their numbers, from 0 on.
+    apart
+        A proven bound that counts what it costs to keep apart where flights meet (`tolls`); NaN where there is none.
 
     Examples
     --------
@@ -61,6 +63,7 @@ class TeamPlan(Plottable):
     seconds: float = 0.0
     message: str = ""
     names: tuple[str, ...] = ()
+    apart: float = math.nan
 
     def __post_init__(self) -> None:
         """Name the UAVs."""
@@ -73,6 +76,12 @@ class TeamPlan(Plottable):
 
     @property
     def lower_bound(self) -> float:
+        """Proven: `alone_bound`, or `apart` if that is higher."""
+        # (the one that is not a number comes last)
+        return max(self.alone_bound, self.apart)
+
+    @property
+    def alone_bound(self) -> float:
         """The sum of the bounds that are proven for each flight without the team; NaN where one is missing."""
         return sum(plan.lower_bound for plan in self.alone) if self.alone else math.nan
 
@@ -104,7 +113,7 @@ class TeamPlan(Plottable):
 
     def document(self) -> dict[str, Any]:
         """Return all of it as JSON: numbers of the team, and of each UAV its flight and that without the team."""
-        names = ("cost", "lower_bound", "gap", "loss", "separation", "least_distance")
+        names = ("cost", "lower_bound", "alone_bound", "gap", "loss", "separation", "least_distance")
         numbers = {name: json_number(getattr(self, name)) for name in names}
         uavs = [
             {"name": name, **(self.plans[i].document() if self.plans else {}), "alone": self.alone[i].numbers()}

@@ -33,6 +33,7 @@ from cgla_graph.motion.trajectory import Trajectory
 from cgla_graph.timed.moving import MovingThreat, motion_in_slab
 from cgla_graph.timed.slabs import Slab
 from cgla_graph.timed.timed_area import TimedArea, union_of
+from cgla_graph.timed.tolls import Toll, tolls_from
 from cgla_graph.timed.wind import Wind
 
 #: Over which measure risk is integrated.
@@ -73,6 +74,7 @@ class TimedMap(ShortRepr):
     separation: float = 0.0
     risk_per: RiskPer = "ground"
     projection: LocalProjection | None = dataclasses.field(default=None, repr=False)
+    tolls: Sequence[Toll] = dataclasses.field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         """Check all parts once, so that no solver has to."""
@@ -143,6 +145,7 @@ class TimedMap(ShortRepr):
         times += [time for area in self.areas for time in area.changes]
         times += [time for time, _ in self.fields]
         times += self.wind_grid.changes
+        times += [time for toll in self.tolls for time in toll.rows[:, 0].tolist()]
         return fixed(np.unique(np.array(times)))
 
     @cached_property
@@ -157,9 +160,8 @@ class TimedMap(ShortRepr):
                 closed[numbers] = union_of(self.no_fly, [self.areas[i].polygon for i in numbers])
             now = [later for time, later in self.fields if time <= begins]
             threats = motion_in_slab(self.moving, begins)
-            slabs.append(
-                Slab(begins, ends, threats, (now or [self.field])[-1], closed[numbers], self.bounds, self.clearance)
-            )
+            field, tolls = (now or [self.field])[-1], tolls_from(self.tolls, begins)
+            slabs.append(Slab(begins, ends, threats, field, closed[numbers], self.bounds, self.clearance, tolls))
         return tuple(slabs)
 
     def wind_at(self, points: ArrayLike, time: float) -> FloatArray:

@@ -61,6 +61,8 @@ class TimedProblem(TimedMap):
         unit of time; the field is then in risk per unit of time.
     projection
         See above.
+    tolls
+        Prices of time near places, which the bound of a team adds to the cost (`Toll`); not in changing wind.
 
     Raises
     ------
@@ -177,7 +179,10 @@ class TimedProblem(TimedMap):
             ground_distance=float(np.hypot(*np.diff(rows[:, 1:], axis=0).T).sum()),
             waiting=flight.waited,
             risk=risk,
-            cost=flight.air_distance + price * flight.waited + self.k * risk,
+            cost=flight.air_distance
+            + price * flight.waited
+            + self.k * risk
+            + sum(toll.paid(rows) for toll in self.tolls),
             clearance=clearance,
             separation=separation,
             violations=(*out_of_time(self, rows), *outside(self, rows), *flight.faults, *crossed, *met),

@@ -171,13 +171,16 @@ def _team_lines(scenario: Scenario, team: TeamPlan) -> dict[str, str]:
         for name, plan, alone in zip(team.names, team.plans, team.alone, strict=bool(team.plans))
     }
     known, is_proven = bool(team.plans), not math.isnan(team.lower_bound)
+    by = "the sum of those of flights alone"
+    if team.apart > team.alone_bound:
+        by = f"as they keep apart ({rounded_down(team.alone_bound, 9)}{unit} for flights alone)"
     apart = "no two fly at one time" if math.isinf(team.least_distance) else figure(team.least_distance, 6) + unit
     return {
         "scenario": scenario.full_title,
         "status": f"{team.status.label}: {team.status.value}",
         **uavs,
         "cost": f"{figure(team.cost, 9)}{unit} together",
-        "bound": f"{rounded_down(team.lower_bound, 9)}{unit}, the sum of those of flights alone" if is_proven else "",
+        "bound": f"{rounded_down(team.lower_bound, 9)}{unit}, {by}" if is_proven else "",
         "gap": percent(team.gap) if known and is_proven else "",
         "lost": f"{percent(max(team.loss, 0.0))} to meetings" if known else "",
         "apart": f"{apart}; separation {team.separation:g}{unit}" if known else "",

@@ -22,6 +22,7 @@ from cgla_graph.motion.trajectory import Trajectory, least_distance
 from cgla_graph.solvers.timed.found_flight import FoundFlight
 from cgla_graph.solvers.timed.planning import NODES, Search
 from cgla_graph.solvers.timed.solving_timed import judged, proven_in_time, solve_timed
+from cgla_graph.solvers.timed.tolling import with_tolls
 from cgla_graph.timed.space_time_proof import MOST_CELLS, TOLERANCE, check_settings
 from cgla_graph.timed.team_plan import TeamPlan
 from cgla_graph.timed.timed_plan import TimedPlan
@@ -69,7 +70,8 @@ def solve_team(
     Returns
     -------
     team
-        The best team found; its bound is the sum of those of flights alone. Without one, the status says so.
+        The best team found; its bound is the sum of those of flights alone. Where its gap is above the tolerance,
+        another bound counts what it costs to keep apart (`tolling`). Without a team, the status says so.
 
     Raises
     ------
@@ -103,7 +105,11 @@ def solve_team(
     search = _Orders(team, separation, alone, max(nodes // COARSER, 1_000))
     with showing("planning the team"):
         search.run(orders, np.random.default_rng(seed))
-    return dataclasses.replace(search.answer(), names=names, seconds=time.perf_counter() - began)
+    found = search.answer()
+    if tolerance is not None:
+        with showing("proving what keeping apart costs"):
+            found = with_tolls(team, found, tolerance, max_cells)
+    return dataclasses.replace(found, names=names, seconds=time.perf_counter() - began)
 
 
 def _checked(problems: object, separation: float) -> list[TimedProblem]:
@@ -177,7 +183,7 @@ class _Orders:
             self.order,
             self.tried,
             message=f"{evading} of {counted(len(plans), 'UAV')} cost more than alone, best of "
-            f"{counted(self.tried, 'order')}; the bound is that of flights alone",
+            f"{counted(self.tried, 'order')}",
         )
 
     def _loss(self, i: int, plan: TimedPlan) -> float:
