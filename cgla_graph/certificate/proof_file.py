@@ -426,8 +426,7 @@ class _Writer:
             held = {"cells": cells, "inside": self.around_end(sheet, cells, block.end, AROUND_ENDS)}
             places = [_rectangle(level.mesh, corner, (0, 0)) for corner in bound.corners]
             inside = partial(self.around_corners, sheet, places, AROUND_CORNERS)
-            height = cost if math.isfinite(cost) else bound.bound
-            described = self.surface(sheet, bound.values, height, held, places, inside)
+            described = self.surface(sheet, bound.values, bound.bound, held, places, inside)
             surface = checker.Surface(described, self.archive.array, sheet.grid, block.end)
             surfaces[name] = described, surface
             best = max(best, min(cost, surface.bound(other)))
@@ -466,9 +465,7 @@ class _Writer:
         tried = checker.Surface(described(1.0, []), self.archive.array, sheet.grid, None)
         rectangles = [*places, around_end["cells"]] if around_end else places
         steepness = np.where(sheet.holds(rectangles), 0.0, tried.steepness)
-        controls = checker.bezier(tried.controls)
-        spans = (controls.max(axis=(1, 2)) - controls.min(axis=(1, 2))) * tried.unit
-        scale = _least_loss(steepness, spans, height)
+        scale = _least_loss(tried, steepness, height)
         held = {"end": around_end} if around_end else {}
         return described(scale, inside(np.append(finite / scale, math.inf))) | held
 
@@ -627,10 +624,15 @@ def _as_far(box: Rectangle, last: tuple[int, int]) -> Rectangle:
     return [side if 0 < side <= last[n // 2] else (FAR if n % 2 else -FAR) for n, side in enumerate(box)]
 
 
-def _least_loss(steepness: FloatArray, spans: FloatArray, height: float) -> float:
-    """Choose what a surface is divided by: pieces that stay too steep are charged for, by the change on each."""
-    above = np.flatnonzero(steepness > NEARLY_STEEP)
+def _least_loss(surface: checker.Surface, steepness: FloatArray, height: float) -> float:
+    """Choose what a surface is divided by: what stays too steep is charged for, by the change on each cell."""
+    (above,) = np.nonzero(steepness > NEARLY_STEEP)
     if not len(above):
         return 1.0
-    order = above[np.argsort(steepness[above])[::-1]]
-    return least_loss(steepness[order], spans[order], height)[0] * MORE
+    # (pieces with the same function count once)
+    _, first, same = np.unique(surface.grid.controls[above], axis=0, return_index=True, return_inverse=True)
+    steepest = np.zeros(len(first))
+    np.maximum.at(steepest, same, steepness[above])
+    spans = np.ptp(checker.bezier(surface.controls[above[first]]).reshape(-1, 9), axis=1) * surface.unit
+    order = np.argsort(steepest)[::-1]
+    return least_loss(steepest[order], spans[order], height)[0] * MORE
