@@ -1,4 +1,5 @@
-# make compare: from a map to a fair comparison.  make test: all tests but the slow ones, with fewer random examples.
+# make compare: from a map to a fair comparison.  make test: all tests but the slow ones, with fewer random examples,
+# without those of costly checks that have passed with the same sources (TESTED=: with them).
 # make check: all that has to pass.  make fuzz: property-based tests on new random examples.
 PYTHON ?= python3
 VENV ?= .venv
@@ -19,8 +20,9 @@ export OPENBLAS_NUM_THREADS := 1
 compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
 
+TESTED ?= browser paper proofs solvers manual
 test: $(INSTALLED)
-	CGLA_EXAMPLES=0.25 $(PYTEST) -m "not slow" --ignore=tests/benchmarks
+	CGLA_EXAMPLES=0.25 $(PYTEST) -m "not slow" --ignore=tests/benchmarks $$($(BIN)/python tests/support/digests.py --due $(TESTED))
 
 # the property-based tests of Lemma 1 and Theorem 1 alone, half a minute
 theorem-1: $(INSTALLED)
@@ -44,7 +46,7 @@ check: lint suite bounds browser paper proofs solvers manual
 suite: $(INSTALLED)
 	$(PYTEST) $$($(BIN)/python tests/support/digests.py --others browser paper proofs solvers manual)
 
-# costly checks, which CI leaves out where nothing that they look at has changed (tests/support/digests.py): tests of
+# costly checks, which `make test` and CI leave out where nothing that they look at has changed (tests/support/digests.py): tests of
 # kernels with accesses to arrays checked, tests that drive a browser, tests of the paper's claims, of proofs in the plane
 # and of solvers, the blocks of the manual, and `make compare`
 bounds browser paper proofs solvers manual comparison: $(INSTALLED)

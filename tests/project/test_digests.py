@@ -49,6 +49,12 @@ def test_a_changed_kernel_makes_ci_check_kernels(tree: Path, name: str, again: b
     assert runs(tree) == again
 
 
+def test_only_tests_that_have_passed_are_left_out(tree: Path) -> None:
+    assert digests.passed(["bounds", "browser"], tree) == ["bounds"]
+    (tree / "cgla_graph/_kernel.py").write_text("after\n", encoding="utf-8")
+    assert digests.passed(["bounds", "browser"], tree) == []
+
+
 def test_so_does_another_numba_or_list_of_tests(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as other:
         other.setattr(importlib.metadata, "version", lambda _: "0.0")

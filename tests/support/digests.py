@@ -1,10 +1,11 @@
 """
-Costly checks, which CI repeats only where what they look at has changed.
+Costly checks, which `make test` and CI repeat only where what they look at has changed.
 
 ``digests.py CHECK …`` runs the checks. With ``CGLA_DIGESTS=read`` it leaves out those whose digest is the one in
 ``tests/digests``; with ``CGLA_DIGESTS=write`` it writes the digest of each that has passed (``make digests``).
 ``digests.py --passed CHECK`` runs nothing, and fails if CHECK would have to run. ``digests.py --others CHECK …`` prints
-the options by which pytest runs all other tests.
+the options by which pytest runs all other tests, ``digests.py --due CHECK …`` those by which it leaves out the tests of
+checks that have passed.
 
 Examples in docstrings do not count: none of these checks runs them, and the other tests always do.
 """
@@ -13,6 +14,7 @@ import ast
 import hashlib
 import importlib.metadata
 import os
+import platform
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Mapping
@@ -59,6 +61,8 @@ OF_SOLVERS = (
 )  # fmt: skip
 #: The blocks of the README and the manual, and its pictures.
 OF_MANUAL = ("tests/project/test_blocks.py", "tests/project/test_figures.py")
+#: The pages of the manual; Sphinx makes those in another folder.
+PAGES = tuple(f"docs/{folder}*.md" for folder in ("", "how-it-works/", "reference/", "tutorials/"))
 NUMERICS = ("numba", "numpy", "scipy", "shapely")
 LIBRARY = ("cgla_graph/**/*", "solvers/**/*")
 #: Parts of these that neither a comparison of planners nor a claim runs.
@@ -133,12 +137,11 @@ CHECKS: Mapping[str, Check] = {
     ),
     "manual": Check(
         (
-            *(*LIBRARY, "comparisons/**/*", "docs/**/*.md", "README.md", "tests/support/**/*", *OF_MANUAL),
+            *(*LIBRARY, "comparisons/**/*", *PAGES, "README.md", "tests/support/**/*", *OF_MANUAL),
             *("docs/_extensions/manual_figures.py", "docs/figures/*"),
         ),
         OF_MANUAL,
         packages=(*NUMERICS, "matplotlib"),
-        without=("docs/generated/**/*",),
     ),
     "comparison": Check(
         (*LIBRARY, "comparisons/study/**/*", "comparisons/plots/**/*"), ("make", "compare"), without=NOT_COMPARED
@@ -169,8 +172,9 @@ def without_examples(path: Path) -> bytes:
 
 
 def digest(check: Check, root: Path = ROOT) -> str:
-    """Return a digest of names and texts of the sources, of the command, and of the versions of packages."""
-    whole = hashlib.sha256(repr((check.words, *map(importlib.metadata.version, check.packages))).encode())
+    """Return a digest of names and texts of the sources, of the command, the platform, and versions of packages."""
+    versions = map(importlib.metadata.version, check.packages)
+    whole = hashlib.sha256(repr((check.words, sys.platform, platform.machine(), *versions)).encode())
     for path in files_of(check, root):
         whole.update(path.relative_to(root).as_posix().encode() + b"\0" + without_examples(path) + b"\0")
     return whole.hexdigest()
@@ -185,6 +189,11 @@ def has_passed(name: str, root: Path = ROOT) -> bool:
     """Tell whether a check has passed with the sources that there are."""
     file = kept(name, root)
     return file.is_file() and file.read_text(encoding="ascii").strip() == digest(CHECKS[name], root)
+
+
+def passed(names: Iterable[str], root: Path = ROOT) -> list[str]:
+    """List those of some checks that have passed with the sources that there are."""
+    return [name for name in names if has_passed(name, root)]
 
 
 def perform(check: Check) -> int:
@@ -220,5 +229,7 @@ if __name__ == "__main__":
     _, first, *more = sys.argv
     if first == "--others":
         print(others(more))
+    elif first == "--due":
+        print(others(passed(more)))
     else:
         sys.exit(not has_passed(more[0]) if first == "--passed" else main([first, *more]))
