@@ -47,7 +47,8 @@ def runs_under(
     >>> import cgla_graph as cg
     >>> field = cg.UncertainField([cg.RiskField([cg.Threat(0.5, y, 0.1)]) for y in (0.4, 0.6)])
     >>> problem = cg.Problem((0.1, 0.5), (0.9, 0.5), field, k=10.0)
-    >>> scenario = dataclasses.replace(cg.load_scenario("paper"), problem=problem)
+    >>> lattice = cg.Lattice(9, bounds=(0.1, 0.1, 0.9, 0.9))
+    >>> scenario = dataclasses.replace(cg.load_scenario("paper"), problem=problem, lattice=lattice)
     >>> runs = runs_under(scenario, [Entrant.parse("hybrid"), Entrant.parse("cgla")], "worst", tolerance=0.05)
     >>> best, on_lattice = (run.solution for run in runs)
     >>> bool(best.lower_bound == on_lattice.lower_bound <= best.cost <= on_lattice.cost)

@@ -206,6 +206,7 @@ def test_each_uav_of_a_team_is_drawn_while_it_flies() -> None:
 
 
 def test_solvers_are_compared_as_in_python(cgla: Call) -> None:
+    Path("storm.toml").write_text(STORM.replace("departure = [0, 2]", "departure = 0.8"), encoding="utf-8")
     words = ("compare", "storm.toml", "--no-certificate", "--solvers", "space-time-lattice,space-time")
     plans = cgla(*words, "--json").document()["plans"]
     problem = cg.load_scenario("storm.toml").timed
