@@ -276,7 +276,7 @@ def test_along_the_border_it_closes_in() -> None:
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["still", "ground", "time", "changes"]))
 def test_what_is_too_steep_inside_of_the_border_is_found(seed: int, kind: str) -> None:
-    """On cells that the border cuts, the part inside counts, with the risk and the wind that are there."""
+    """On cells that the border cuts, the part inside counts, with the risk, the tolls and the wind that are there."""
     rng = np.random.default_rng(seed)
     step, half, k = 0.02, 0.01, 10.0
     low, high = half * rng.choice([-1.0, 0.0, 0.6], 2), half * rng.choice([0.7, 1.0], 2)
@@ -287,6 +287,7 @@ def test_what_is_too_steep_inside_of_the_border_is_found(seed: int, kind: str) -
     )
     durations = tuple(rng.uniform(0.01, 0.02, 3).tolist())
     threats = np.array([[*rng.uniform(-0.2, 0.2, 2), *rng.normal(0.0, 0.5, 2), 0.1, 0.1, 0.7, -0.2] for _ in range(2)])
+    toll = np.array([*rng.uniform(-0.05, 0.05, 2), *rng.normal(0.0, 0.5, 2), 300.0, 90.0, 500.0, 3.0, -40.0])
     wind = cg.Wind.of(*(rng.normal(0.0, 0.3, 2) * (kind != "still")))
     begin, end, winds, span = np.array([0, 1, 0]), np.array([0, 2, 0]), np.zeros((0, 0, 9)), 0.5 * durations[1]
     if kind == "changes":
@@ -295,7 +296,7 @@ def test_what_is_too_steep_inside_of_the_border_is_found(seed: int, kind: str) -
     excess, least = np.zeros((2, 3, 3), dtype=np.float32)
     excess_kernels.layer_excess(
         layers, durations, begin, end, np.zeros((3, 3), dtype=bool), (*low, *high), (-step, -step, step), k, threats,
-        np.zeros((0, 0, 5)), winds, (1.0, *wind.constant, kind != "ground", math.inf), excess, least,
+        toll[None], np.zeros((0, 0, 5)), winds, (1.0, *wind.constant, kind != "ground", math.inf), excess, least,
     )  # fmt: skip
     ticks = np.array([-span - durations[0], -span, span, span + durations[2]])
     headings = np.linspace(0.0, 2.0 * math.pi, 90)
@@ -313,6 +314,8 @@ def test_what_is_too_steep_inside_of_the_border_is_found(seed: int, kind: str) -
             clear *= 1.0 - (peak + t * higher) * math.exp(-0.5 * far**2)
         ground = wind.at((x, y), t) + np.column_stack([np.cos(headings), np.sin(headings)])
         paid = 1.0 + k * (1.0 - clear) * (np.hypot(*ground.T) if kind == "ground" else 1.0)
+        rx, ry = x - toll[0] - t * toll[2], y - toll[1] - t * toll[3]
+        paid += (3.0 - 40.0 * t) * max(1.0 - 300.0 * rx * rx - 180.0 * rx * ry - 500.0 * ry * ry, 0.0)
         assert (-falls - ground @ np.array([gx, gy]) - paid).max() <= excess[1, 1]
 
 
