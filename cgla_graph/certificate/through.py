@@ -33,6 +33,7 @@ On a map of the Earth the bounds count on the Earth, as that of `certificate` do
 """
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -581,12 +582,11 @@ def bottleneck(least: FloatArray, bounds: Bounds, start: Point, goal: Point) -> 
             raise ProblemError(msg)
         ends.append((row, column))
     values = np.unique(least)
-    around = np.ones((3, 3))
-    # (with the greatest number, all cells are in one piece)
-    few, enough = 0, len(values) - 1
-    while few < enough:
-        middle = (few + enough) // 2
-        pieces, _ = ndimage.label(least <= values[middle], around)
+
+    def joined(value: float) -> bool:
+        pieces, _ = ndimage.label(least <= value, np.ones((3, 3)))
         one, other = (int(pieces[end]) for end in ends)
-        few, enough = (few, middle) if one == other != 0 else (middle + 1, enough)
-    return float(values[enough])
+        return one == other != 0
+
+    # (with the greatest number, all cells are in one piece)
+    return float(values[bisect_left(values[:-1], x=True, key=joined)])

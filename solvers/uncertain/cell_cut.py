@@ -14,6 +14,7 @@ are left out of chains. (Chains pass cells that an area cuts from any side to an
 """
 
 import math
+from bisect import bisect_left
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -133,21 +134,14 @@ class CellCut:
 
     def _place_of(self, value: float) -> Point:
         """Return the middle of an interval that has a number, or else the corner."""
-        cells, m, (side, number) = (
-            self.points.cells,
-            self.proof.m,
-            np.divmod(np.argmax(self.of_sides == value), self.proof.m + 1),
-        )
+        m = self.proof.m
+        side, number = divmod(int(np.argmax(self.of_sides == value)), m + 1)
         if self.of_sides[side, number] != value:
             nodes = np.array([np.argmax(self.of_corners == value)])
         else:
             corner, kind = divmod(int(self.points.sides[2][side]), 2)
-            order = [
-                corner,
-                *range(first := self.points.n_corners + int(side) * m, first + m),
-                corner + (1, len(cells.x))[kind],
-            ]
-            nodes = np.array(order[number : number + 2])
+            first, last = self.points.n_corners + side * m, corner + (1, len(self.points.cells.x))[kind]
+            nodes = np.array([corner, *range(first, first + m), last])[number : number + 2]
         x, y = self.points.places(nodes).mean(axis=0).tolist()
         return x, y
 
@@ -189,16 +183,15 @@ def least_greatest(pairs: IntArray, values: FloatArray, starts: list[int], goals
     """
     if set(starts) & set(goals):
         return -math.inf
-    order, count = np.unique(values), 1 + int(max(pairs.max(initial=0), *starts, *goals))
-    few, enough = 0, len(order)
-    while few < enough:
-        middle = (few + enough) // 2
-        kept = pairs[:, values <= order[middle]]
+    order, count = np.append(np.unique(values), math.inf), 1 + int(max(pairs.max(initial=0), *starts, *goals))
+
+    def joined(value: float) -> bool:
+        kept = pairs[:, values <= value]
         graph = coo_array((np.ones(kept.shape[1], dtype=np.int8), kept), shape=(count, count))
         piece = connected_components(graph, directed=False)[1]
-        joined = set(piece[starts].tolist()) & set(piece[goals].tolist())
-        few, enough = (few, middle) if joined else (middle + 1, enough)
-    return float(order[enough]) if enough < len(order) else math.inf
+        return not set(piece[starts].tolist()).isdisjoint(piece[goals].tolist())
+
+    return float(order[bisect_left(order[:-1], x=True, key=joined)])
 
 
 class WaysThrough:
