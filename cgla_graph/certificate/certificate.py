@@ -57,7 +57,7 @@ from cgla_graph.model.clearance import GAP
 from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.small_problem import SMALL_PATH, small_problem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, TOLERANCE
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, TOLERANCE, gap_between
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.regions.arrangement import refusal
 from cgla_graph.regions.paths import least_path
@@ -208,9 +208,7 @@ class Certificate(Plottable):
     @property
     def gap(self) -> float:
         """The greatest possible excess of that path over the optimum, ``upper_bound / lower_bound - 1``."""
-        if self.lower_bound == self.upper_bound:
-            return 0.0
-        return self.upper_bound / self.lower_bound - 1.0 if self.lower_bound != 0.0 else math.inf
+        return 0.0 if self.lower_bound == self.upper_bound else gap_between(self.upper_bound, self.lower_bound)
 
     @property
     def reached(self) -> bool:

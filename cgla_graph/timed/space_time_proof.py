@@ -63,6 +63,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph._validate import instance, positive_number, whole_number
 from cgla_graph.certificate.certificate import prove
 from cgla_graph.errors import ProblemError
+from cgla_graph.model.solution import gap_between
 from cgla_graph.timed import excess_kernels
 from cgla_graph.timed.frames import Frame, Runs
 from cgla_graph.timed.march_kernels import travel_time
@@ -152,9 +153,7 @@ class TimedCertificate(ShortRepr):
     @property
     def gap(self) -> float:
         """``upper_bound / lower_bound - 1``; infinite where no path is known, NaN where there is none."""
-        if math.isinf(self.lower_bound):
-            return math.nan
-        return self.upper_bound / self.lower_bound - 1.0 if self.lower_bound > 0.0 else math.inf
+        return gap_between(self.upper_bound, self.lower_bound)
 
     @property
     def reached(self) -> bool:

@@ -1,6 +1,5 @@
 """Certificates in words and as a table: how the bracket closed, grid by grid."""
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -9,6 +8,7 @@ from cgla_graph.certificate.certificate import Certificate, Grid
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
+from cgla_graph.model.solution import gap_between
 
 #: The columns of `certificate.csv`, one row a grid: its step in map units and as a fraction of the longer side.
 COLUMNS = ("spacing", "fraction", "cells", "lower_bound", "upper_bound", "gap")
@@ -38,7 +38,7 @@ def certificate_table(run: Run) -> FittedTable:
         "cells": lambda grid: f"{grid.cells:,}",
         "lower bound": lambda grid: rounded_down(grid.lower_bound, 7),
         "upper bound": lambda grid: figure(grid.upper_bound, 7),
-        "gap at most": lambda grid: at_most(_gap(grid)),
+        "gap at most": lambda grid: at_most(gap_between(grid.upper_bound, grid.lower_bound)),
     }
     proof = proof_of(run)
     of_points = ", mean distance of points on cells" if proof.proof == "cells" else ""
@@ -47,13 +47,6 @@ def certificate_table(run: Run) -> FittedTable:
         "cells: the tube, which no better path leaves",
     )
     return FittedTable.of("", proof.grids, {}, columns, (f"in {unit}", "cells"), notes)
-
-
-def _gap(grid: Grid) -> float:
-    """Return how far apart the two bounds of a grid are; infinite where one is missing."""
-    if grid.lower_bound == grid.upper_bound:
-        return 0.0
-    return grid.upper_bound / grid.lower_bound - 1.0 if grid.lower_bound > 0.0 else math.inf
 
 
 def grid_rows(proof: Certificate) -> list[dict[str, Any]]:
@@ -65,7 +58,7 @@ def grid_rows(proof: Certificate) -> list[dict[str, Any]]:
             "cells": grid.cells,
             "lower_bound": json_number(grid.lower_bound),
             "upper_bound": json_number(grid.upper_bound),
-            "gap": json_number(_gap(grid)),
+            "gap": json_number(gap_between(grid.upper_bound, grid.lower_bound)),
         }
         for grid in proof.grids
     ]
