@@ -56,7 +56,7 @@ OF_SOLVERS = (
     ),
     *(
         f"tests/timed/test_{name}.py"
-        for name in ("others", "planning", "space_time_proof", "teams", "timed_peers", "timed_problem")
+        for name in ("others", "planning", "space_time_proof", "teams", "timed_peers", "timed_problem", "tolls")
     ),
 )  # fmt: skip
 #: The blocks of the README and the manual, and its pictures.
