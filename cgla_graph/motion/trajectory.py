@@ -157,6 +157,18 @@ class Trajectory:
         piece = trajectory_kernels.piece_at(self.times, time)
         return trajectory_kernels.position(self.times, self.points, piece, time)
 
+    def positions(self, times: ArrayLike) -> FloatArray:
+        """
+        Return the positions at `times`, shape ``(n, 2)``; the start before its first time, the goal after its last.
+
+        Examples
+        --------
+        >>> Trajectory([0, 4], [(0, 0), (2, 0)]).positions([-1, 1, 9]).tolist()
+        [[0.0, 0.0], [0.5, 0.0], [2.0, 0.0]]
+        """
+        when = number_array("times", times)
+        return np.column_stack([np.interp(when, self.times, axis) for axis in self.points.T])
+
     def part(self, first: float, last: float) -> "Trajectory | None":
         """
         Return the motion between `first` and `last`, ticks, as far as it exists; None outside its times.

@@ -74,7 +74,8 @@ class TimedMap(ShortRepr):
     separation: float = 0.0
     risk_per: RiskPer = "ground"
     projection: LocalProjection | None = dataclasses.field(default=None, repr=False)
-    tolls: Sequence[Toll] = dataclasses.field(default=(), repr=False)
+    #: Of the bound of a team (`tolled`).
+    tolls: tuple[Toll, ...] = dataclasses.field(default=(), init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check all parts once, so that no solver has to."""
@@ -145,7 +146,7 @@ class TimedMap(ShortRepr):
         times += [time for area in self.areas for time in area.changes]
         times += [time for time, _ in self.fields]
         times += self.wind_grid.changes
-        times += [time for toll in self.tolls for time in toll.rows[:, 0].tolist()]
+        times += [time for toll in self.tolls for time in toll.centre.times.tolist()]
         return fixed(np.unique(np.array(times)))
 
     @cached_property

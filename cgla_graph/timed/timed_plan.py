@@ -111,7 +111,7 @@ class TimedPlan(Plottable):
         if not len(self.trajectory):
             msg = f"there is no flight: {self.status.label}"
             raise OutputError(msg)
-        x, y = (float(np.interp(time, self.trajectory[:, 0], self.trajectory[:, i])) for i in (1, 2))
+        ((x, y),) = self.motion.positions([time]).tolist()
         return x, y
 
     def save(self, file: str | os.PathLike[str]) -> Path:

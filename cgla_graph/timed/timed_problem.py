@@ -1,6 +1,8 @@
 """Problems in space and time, and the oracle that evaluates every timed path."""
 
+import dataclasses
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -10,10 +12,12 @@ from cgla_graph._types import FloatArray
 from cgla_graph._validate import finite_number, instance, point_array
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem, problem_wanted
+from cgla_graph.motion.trajectory import Trajectory
 from cgla_graph.timed.timed_evaluation import Timed, TimedEvaluation, timed_rows
 from cgla_graph.timed.timed_faults import nearest_area, nearest_other, out_of_time, outside
 from cgla_graph.timed.timed_flight import flown, flown_leg
 from cgla_graph.timed.timed_map import TimedMap
+from cgla_graph.timed.tolls import Toll
 from cgla_graph.timed.wind import ground_speeds
 
 
@@ -61,8 +65,6 @@ class TimedProblem(TimedMap):
         unit of time; the field is then in risk per unit of time.
     projection
         See above.
-    tolls
-        Prices of time near places, which the bound of a team adds to the cost (`Toll`); not in changing wind.
 
     Raises
     ------
@@ -166,7 +168,8 @@ class TimedProblem(TimedMap):
         >>> problem.evaluate([(0, 0.35, 0.5), (5.5, 0.9, 0.5)]).violations
         ('leg 0 crosses a closed area after time 0',)
         """
-        flight = flown(self, timed_rows(trajectory))
+        given = timed_rows(trajectory)
+        flight = flown(self, given)
         rows = flight.rows
         risk = float(flight.risks.sum())
         price = self.speed if self.waiting is None else self.waiting
@@ -182,7 +185,7 @@ class TimedProblem(TimedMap):
             cost=flight.air_distance
             + price * flight.waited
             + self.k * risk
-            + sum(toll.paid(rows) for toll in self.tolls),
+            + sum(toll.paid(Trajectory(given[:, 0], given[:, 1:])) for toll in self.tolls),
             clearance=clearance,
             separation=separation,
             violations=(*out_of_time(self, rows), *outside(self, rows), *flight.faults, *crossed, *met),
@@ -210,3 +213,10 @@ class TimedProblem(TimedMap):
             )
             raise ProblemError(msg)
         return since
+
+
+def tolled(problem: TimedProblem, tolls: Iterable[Toll]) -> TimedProblem:
+    """Return a problem whose costs count tolls too; not in changing wind, and no planner looks at them."""
+    made = dataclasses.replace(problem)
+    object.__setattr__(made, "tolls", tuple(tolls))
+    return made

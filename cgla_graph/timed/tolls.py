@@ -18,6 +18,7 @@ import numpy as np
 from cgla_graph._text import ShortRepr
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import fixed
+from cgla_graph.motion.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,38 +28,39 @@ class Toll(ShortRepr):
 
     Attributes
     ----------
-    rows
-        Rows ``t, x, y, p``, shape ``(n, 4)``: centres and prices change linearly between them. The first and the last
-        price are 0.
+    centre
+        How the centre moves.
+    prices
+        At the times of `centre`, shape ``(n,)``: they change linearly between them. The first and the last are 0.
     shape
         ``M_xx, M_xy, M_yy``: the flight pays ``p max(1 - r^T M r, 0)`` at ``r`` from the centre.
 
     Examples
     --------
-    >>> toll = Toll(np.array([(0, 0.5, 0.5, 0), (1, 0.5, 0.5, 2), (2, 0.5, 0.5, 0)]), (4.0, 0.0, 4.0))
-    >>> round(toll.most, 9), round(toll.paid(np.array([(0, 0.25, 0.5), (2, 0.25, 0.5)])), 9)
+    >>> toll = Toll(Trajectory([0, 1, 2], [(0.5, 0.5)] * 3), np.array([0.0, 2.0, 0.0]), (4.0, 0.0, 4.0))
+    >>> round(toll.most, 9), round(toll.paid(Trajectory([0, 2], [(0.25, 0.5)] * 2)), 9)
     (2.0, 1.5)
     """
 
-    rows: FloatArray
+    centre: Trajectory
+    prices: FloatArray
     shape: tuple[float, float, float]
 
     @property
     def most(self) -> float:
         """What flights that keep apart pay together, at most: the integral of the price."""
-        return float(np.trapezoid(self.rows[:, 3], self.rows[:, 0])) * (1.0 + 1e-12)
+        return float(np.trapezoid(self.prices, self.centre.times)) * (1.0 + 1e-12)
 
-    def paid(self, flight: FloatArray) -> float:
+    def paid(self, flight: Trajectory) -> float:
         """
-        Return what a flight in rows ``(t, x, y)`` pays.
+        Return what a flight pays.
 
         Where it pays, the price is a cubic polynomial of the time, for which Simpson's rule is exact.
         """
-        times = self.rows[:, 0]
-        t = np.unique(np.append(flight[:, 0], np.clip(times, flight[0, 0], flight[-1, 0])))
-        price = np.interp(t, times, self.rows[:, 3])
-        axes = ((flight[:, i], self.rows[:, i]) for i in (1, 2))
-        away = np.stack([np.interp(t, flight[:, 0], own) - np.interp(t, times, its) for own, its in axes])
+        times = self.centre.times
+        t = np.unique(np.append(flight.times, np.clip(times, flight.begins, flight.ends)))
+        price = np.interp(t, times, self.prices)
+        away = (flight.positions(t) - self.centre.positions(t)).T
         by, away = np.diff(away), away[:, :-1]
         # (as a part ``s`` of the way to the next time, the form is ``c + 2 b s + a s^2``)
         (xx, xy, yy) = self.shape
@@ -88,10 +90,10 @@ def tolls_from(tolls: Sequence[Toll], begins: float) -> FloatArray:
     """
     motions = np.zeros((len(tolls), 9))
     for motion, toll in zip(motions, tolls, strict=True):
-        times = toll.rows[:, 0]
+        times, rows = toll.centre.times, np.column_stack([toll.centre.points, toll.prices])
         motion[4:7] = toll.shape
-        motion[[0, 1, 7]] = [np.interp(begins, times, toll.rows[:, i]) for i in (1, 2, 3)]
+        motion[[0, 1, 7]] = [np.interp(begins, times, column) for column in rows.T]
         after = int(np.searchsorted(times, begins, side="right"))
         if 0 < after < len(times):
-            motion[[2, 3, 8]] = np.diff(toll.rows[after - 1 : after + 1, 1:], axis=0)[0] / np.diff(times)[after - 1]
+            motion[[2, 3, 8]] = np.diff(rows[after - 1 : after + 1], axis=0)[0] / np.diff(times)[after - 1]
     return fixed(motions)

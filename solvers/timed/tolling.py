@@ -16,7 +16,7 @@ from cgla_graph.motion.trajectory import Trajectory, least_distance
 from cgla_graph.timed.space_time_proof import timed_lower_bound
 from cgla_graph.timed.team_plan import TeamPlan
 from cgla_graph.timed.timed_plan import TimedPlan
-from cgla_graph.timed.timed_problem import TimedProblem
+from cgla_graph.timed.timed_problem import TimedProblem, tolled
 from cgla_graph.timed.tolls import Toll
 
 #: Flights that keep no more than this part of the separation meet.
@@ -37,6 +37,13 @@ LEAST = 0.02
 LEAST_TOLERANCE, CELLS = 5e-4, 300_000
 
 
+class Known(NamedTuple):
+    """A flight that need not keep apart, and its cost."""
+
+    motion: Trajectory
+    cost: float
+
+
 class Meeting(NamedTuple):
     """A toll of price 1 for some flights, by the number of the UAV."""
 
@@ -47,7 +54,7 @@ class Meeting(NamedTuple):
         """What all pay together, at most."""
         return next(iter(self.tolls.values())).most
 
-    def paid(self, number: int, flight: FloatArray) -> float:
+    def paid(self, number: int, flight: Trajectory) -> float:
         """Return what a flight of a UAV pays."""
         return self.tolls[number].paid(flight) if number in self.tolls else 0.0
 
@@ -77,8 +84,8 @@ def with_tolls(team: Sequence[TimedProblem], plan: TeamPlan, tolerance: float, m
     if not units:
         return plan
     flights = [list(_flights(*each)) for each in zip(team, plan.alone, plan.plans, strict=True)]
-    costs = [[problem.evaluate(rows).cost for rows in known] for problem, known in zip(team, flights, strict=True)]
-    paid = [np.array([[unit.paid(i, rows) for unit in units] for rows in known]) for i, known in enumerate(flights)]
+    costs = [[one.cost for one in known] for known in flights]
+    paid = [np.array([[unit.paid(i, one.motion) for unit in units] for one in own]) for i, own in enumerate(flights)]
     prices = best_prices(costs, paid, [unit.most for unit in units])
     priced = [pays @ prices + own for own, pays in zip(costs, paid, strict=True)]
     together = float(prices @ [unit.most for unit in units])
@@ -93,8 +100,8 @@ def with_tolls(team: Sequence[TimedProblem], plan: TeamPlan, tolerance: float, m
         if not tolls:
             bound += alone.lower_bound
             continue
-        own = dataclasses.replace(problem, tolls=tolls)
-        proof = timed_lower_bound(own, flights[i][best], tolerance=aim, max_cells=min(max_cells, CELLS))
+        flight = flights[i][best].motion
+        proof = timed_lower_bound(tolled(problem, tolls), flight, tolerance=aim, max_cells=min(max_cells, CELLS))
         bound += max(proof.lower_bound, alone.lower_bound)
     return dataclasses.replace(plan, apart=bound * (1.0 - ROUNDING))
 
@@ -102,7 +109,7 @@ def with_tolls(team: Sequence[TimedProblem], plan: TeamPlan, tolerance: float, m
 def tolls_of(number: int, units: Sequence[Meeting], prices: FloatArray) -> tuple[Toll, ...]:
     """Return the tolls that a UAV pays."""
     return tuple(
-        dataclasses.replace(unit.tolls[number], rows=unit.tolls[number].rows * [1.0, 1.0, 1.0, price])
+        dataclasses.replace(unit.tolls[number], prices=price * unit.tolls[number].prices)
         for unit, price in zip(units, prices, strict=True)
         if price > 0.0 and number in unit.tolls
     )
@@ -126,14 +133,13 @@ def meetings(team: Sequence[TimedProblem], plan: TeamPlan) -> Iterator[Meeting]:
                 relative = 0.5 * (va - vb)
                 spared = sum(float(relative @ form @ relative) for form in forms)
                 lasts = min(math.sqrt(6.0 * SPARED / max(spared, 1e-300)), half)
-                if not lasts > 0.0:
-                    continue
                 for number in range(-(ROWS // 2), ROWS // 2 + 1):
                     times = time + lasts * (number + np.array([-1.0, 0.0, 1.0]))
-                    if np.hypot(*(_at(a, times) - _at(b, times))[1]) > NEAR * plan.separation:
+                    at_a, at_b = a.positions(times), b.positions(times)
+                    if not times[0] < times[1] < times[2] or np.hypot(*(at_a - at_b)[1]) > NEAR * plan.separation:
                         continue
-                    rows = np.column_stack([times, 0.5 * (_at(a, times) + _at(b, times)), [0.0, 1.0, 0.0]])
-                    first, second = (Toll(rows, (form[0, 0], form[0, 1], form[1, 1])) for form in forms)
+                    centre, prices = Trajectory(times, 0.5 * (at_a + at_b)), np.array([0.0, 1.0, 0.0])
+                    first, second = (Toll(centre, prices, (form[0, 0], form[0, 1], form[1, 1])) for form in forms)
                     yield Meeting({i: first, j: second})
                     if np.array_equal(*forms) and len(team) > 2:  # noqa: PLR2004 - a pair has been yielded
                         yield Meeting(dict.fromkeys(range(len(team)), first))
@@ -158,24 +164,16 @@ def _velocities(a: Trajectory, b: Trajectory, time: float) -> tuple[FloatArray, 
     """Return the velocities of two flights around a time."""
     first, last = max(a.begins, b.begins), min(a.ends, b.ends)
     soon = np.clip(time + 1e-3 * (last - first) * np.array([-1.0, 1.0]), first, last)
-    va, vb = ((_at(one, soon)[1] - _at(one, soon)[0]) / max(soon[1] - soon[0], 1e-300) for one in (a, b))
+    va, vb = (np.diff(one.positions(soon), axis=0)[0] / max(soon[1] - soon[0], 1e-300) for one in (a, b))
     return va, vb
 
 
-def _at(motion: Trajectory, times: FloatArray) -> FloatArray:
-    return np.column_stack([np.interp(times, motion.times, motion.points[:, i]) for i in (0, 1)])
-
-
-def _flights(problem: TimedProblem, alone: TimedPlan, own: TimedPlan) -> Iterator[FloatArray]:
+def _flights(problem: TimedProblem, alone: TimedPlan, own: TimedPlan) -> Iterator[Known]:
     """Yield feasible flights without the team: alone, between that and the one of the team, and beyond."""
-    yield alone.trajectory
+    yield Known(alone.motion, alone.cost)
     if len(alone.trajectory) == 1:
         return
-    shares = np.linspace(0.0, 1.0, 100)
-    paths = []
-    for rows in (alone.trajectory, own.trajectory):
-        since = (rows[:, 0] - rows[0, 0]) / (rows[-1, 0] - rows[0, 0])
-        paths.append(np.column_stack([np.interp(shares, since, rows[:, i]) for i in (1, 2)]))
+    paths = [one.positions(np.linspace(one.begins, one.ends, 100)) for one in (alone.motion, own.motion)]
     for side in SIDES:
         path = paths[0] + side * (paths[1] - paths[0])
         path[[0, -1]] = problem.start, problem.goal
@@ -185,9 +183,10 @@ def _flights(problem: TimedProblem, alone: TimedPlan, own: TimedPlan) -> Iterato
             rows = problem.fly(path, departure)
         except ProblemError:
             continue
-        if problem.evaluate(rows).feasible:
-            yield rows
-    yield own.trajectory
+        seen = problem.evaluate(rows)
+        if seen.feasible:
+            yield Known(Trajectory(rows[:, 0], rows[:, 1:]), seen.cost)
+    yield Known(own.motion, own.cost)
 
 
 def best_prices(costs: Sequence[Sequence[float]], paid: Sequence[FloatArray], most: Sequence[float]) -> FloatArray:

@@ -1,6 +1,5 @@
 """Tolls: flights that keep apart pay no more than their integrals, and bounds with them are bounds."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -15,23 +14,25 @@ from cgla_graph.motion.trajectory import Trajectory, least_distance
 from cgla_graph.solvers.timed.tolling import _forms
 from cgla_graph.timed.floor_kernels import toll_floor
 from cgla_graph.timed.space_time_proof import timed_lower_bound
+from cgla_graph.timed.timed_problem import tolled
 from cgla_graph.timed.tolls import Toll, tolls_from
 
 EAST = cg.TimedProblem((0.1, 0.5), (0.9, 0.5), speed=1.0)
 WEST = cg.TimedProblem((0.9, 0.5), (0.1, 0.5), speed=1.0)
 
 
-def flight(rng: np.random.Generator) -> FloatArray:
-    """Draw a flight through the middle of the map: rows, at other times and speeds each."""
+def flight(rng: np.random.Generator) -> Trajectory:
+    """Draw a flight through the middle of the map, at other times and speeds each."""
     points = 0.5 + rng.uniform(-0.15, 0.15, (4, 2))
-    return np.column_stack([np.cumsum(rng.uniform(0.02, 0.4, 4)), points])
+    return Trajectory(np.cumsum(rng.uniform(0.02, 0.4, 4)), points)
 
 
 def toll(rng: np.random.Generator, shape: FloatArray) -> Toll:
     """Draw the place and price of a toll in the middle of the map."""
     times = np.cumsum(rng.uniform(0.05, 0.3, 4))
-    rows = np.column_stack([times, 0.5 + rng.uniform(-0.05, 0.05, (4, 2)), [0.0, *rng.uniform(0.1, 2.0, 2), 0.0]])
-    return Toll(rows, (shape[0, 0], shape[0, 1], shape[1, 1]))
+    centre, prices = Trajectory(times, 0.5 + rng.uniform(-0.05, 0.05, (4, 2))), rng.uniform(0.1, 2.0, 4)
+    prices[[0, -1]] = 0.0
+    return Toll(centre, prices, (shape[0, 0], shape[0, 1], shape[1, 1]))
 
 
 def most_paid(seed: int, wider: float) -> float:
@@ -39,8 +40,7 @@ def most_paid(seed: int, wider: float) -> float:
     rng, most, tried = np.random.default_rng(seed), 0.0, 0
     while tried < 60:
         team = [flight(rng) for _ in range(int(rng.integers(2, 5)))]
-        motions = [Trajectory(rows[:, 0], rows[:, 1:]) for rows in team]
-        apart = min(least_distance(a, b)[0] for i, a in enumerate(motions) for b in motions[:i])
+        apart = min(least_distance(a, b)[0] for i, a in enumerate(team) for b in team[:i])
         # (most drawn teams are too close to be of use)
         if not 0.02 < apart < math.inf:
             continue
@@ -53,7 +53,7 @@ def most_paid(seed: int, wider: float) -> float:
             for form in shape:
                 rng.bit_generator.state = state
                 parts.append(toll(rng, form))
-            paid = sum(part.paid(rows) for part, rows in zip(parts, team, strict=False))
+            paid = sum(part.paid(motion) for part, motion in zip(parts, team, strict=False))
             most = max(most, paid / parts[0].most)
     return most
 
@@ -73,12 +73,12 @@ def test_flights_closer_than_that_pay_more() -> None:
 @given(st.integers(0, 10**6))
 def test_what_a_flight_pays_is_the_integral(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    rows, one = flight(rng), toll(rng, np.array([[90.0, 20.0], [20.0, 60.0]]))
-    t = np.linspace(rows[0, 0], rows[-1, 0], 40_001)
-    x, y = (np.interp(t, rows[:, 0], rows[:, i]) - np.interp(t, one.rows[:, 0], one.rows[:, i]) for i in (1, 2))
+    motion, one = flight(rng), toll(rng, np.array([[90.0, 20.0], [20.0, 60.0]]))
+    t = np.linspace(motion.begins, motion.ends, 40_001)
+    x, y = (motion.positions(t) - one.centre.positions(t)).T
     inside = np.maximum(1.0 - 90.0 * x * x - 40.0 * x * y - 60.0 * y * y, 0.0)
-    price = np.interp(t, one.rows[:, 0], one.rows[:, 3])
-    assert one.paid(rows) == pytest.approx(np.trapezoid(price * inside, t), abs=1e-5)
+    price = np.interp(t, one.centre.times, one.prices)
+    assert one.paid(motion) == pytest.approx(np.trapezoid(price * inside, t), abs=1e-5)
 
 
 @given(st.integers(0, 10**6))
@@ -86,7 +86,7 @@ def test_floors_of_tolls_are_below_them(seed: int) -> None:
     """At sampled places and times of a cell; without the bound of the bend, it fails."""
     rng = np.random.default_rng(seed)
     tolls = [toll(rng, np.array([[90.0, 20.0], [20.0, 60.0]])) for _ in range(2)]
-    knots = np.unique(np.concatenate([one.rows[:, 0] for one in tolls]))
+    knots = np.unique(np.concatenate([one.centre.times for one in tolls]))
     n = int(rng.integers(0, len(knots) - 1))
     half_time, half = 0.4 * (knots[n + 1] - knots[n]) * rng.random(), 0.02 * rng.random()
     middle, (x, y) = 0.5 * (knots[n] + knots[n + 1]), 0.5 + rng.uniform(-0.15, 0.15, 2)
@@ -101,16 +101,16 @@ def test_floors_of_tolls_are_below_them(seed: int) -> None:
 
 def test_no_flight_pays_less_than_the_bound_with_tolls() -> None:
     """The straight flight pays 0.0115 of them, and no other one much less; without tolls, it costs 0.8."""
-    rows = np.array([(0.35, 0.5, 0.5, 0.0), (0.4, 0.5, 0.5, 0.25), (0.45, 0.5, 0.5, 0.0)])
-    tolled = dataclasses.replace(EAST, tolls=(Toll(rows, (200.0, 0.0, 200.0)),))
-    straight = tolled.fly([tolled.start, tolled.goal])
-    assert tolled.evaluate(straight).cost == pytest.approx(0.8 + 0.0125 * (1.0 - 200.0 * 0.05**2 / 6.0))
-    found = timed_lower_bound(tolled, straight, tolerance=1e-3, max_cells=30_000)
+    centre = Trajectory([0.35, 0.4, 0.45], [(0.5, 0.5)] * 3)
+    problem = tolled(EAST, [Toll(centre, np.array([0.0, 0.25, 0.0]), (200.0, 0.0, 200.0))])
+    straight = problem.fly([problem.start, problem.goal])
+    assert problem.evaluate(straight).cost == pytest.approx(0.8 + 0.0125 * (1.0 - 200.0 * 0.05**2 / 6.0))
+    found = timed_lower_bound(problem, straight, tolerance=1e-3, max_cells=30_000)
     assert found.lower_bound > 0.808
     rng, bumps = np.random.default_rng(0), np.sin(np.linspace(0.0, math.pi, 40))[:, None]
-    path = np.linspace(tolled.start, tolled.goal, 40)
+    path = np.linspace(problem.start, problem.goal, 40)
     for _ in range(300):
-        cost = tolled.evaluate(tolled.fly(path + bumps * rng.normal(0.0, 0.05, 2))).cost
+        cost = problem.evaluate(problem.fly(path + bumps * rng.normal(0.0, 0.05, 2))).cost
         assert cost >= found.lower_bound
 
 
