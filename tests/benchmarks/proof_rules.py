@@ -88,7 +88,7 @@ def without_corner_blocks() -> Iterator[None]:
 def without_steep_charges() -> Iterator[None]:
     """Divide surfaces by the greatest ratio of slope and cost."""
 
-    def greatest(steepness: Any, *_: Any) -> float:  # noqa: ANN401 - an array
+    def greatest(_: Any, steepness: Any, *__: Any) -> float:  # noqa: ANN401 - a surface, an array
         return max(float(steepness.max(initial=0.0)), 1.0) * proof_file.MORE
 
     with patch.object(proof_file, "_least_loss", greatest):
