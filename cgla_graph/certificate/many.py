@@ -49,6 +49,8 @@ SQUARE = 8
 THINNED = 0.05
 #: Corners within so many spacings of a descent are those that it may be led around.
 BESIDE = 4.0
+#: A descent that crosses areas is led around them from so many waypoints before to so many after.
+LED = 6
 
 
 @dataclass(eq=False)
@@ -246,10 +248,19 @@ class GoalSurface:
         path = np.vstack([start, inside, self.goal])
         tolerance = THINNED * min(mesh.spacing)
         thin = shapely.get_coordinates(shapely.simplify(shapely.LineString(path), tolerance, preserve_topology=False))
-        for found in (thin, path):
-            if not self.ground.problem.model.area.crosses(found[:-1], found[1:]).any():
-                return np.asarray(found)
-        return around_corners(replace(self.ground.problem, start=start, goal=self.goal), thin, BESIDE * max(spacing))
+        area = self.ground.problem.model.area
+        crossed = np.flatnonzero(area.crosses(thin[:-1], thin[1:]))
+        if not len(crossed) or not area.crosses(path[:-1], path[1:]).any():
+            return np.asarray(path if len(crossed) else thin)
+        # (the part that crosses areas is led around them if it can be, or else the whole)
+        free = np.flatnonzero(~area.contains(thin))
+        first = int(free[free <= max(int(crossed[0]) - LED, 0)].max(initial=0))
+        last = int(free[free >= min(int(crossed[-1]) + 1 + LED, len(thin) - 1)].min(initial=len(thin) - 1))
+        for one, other in ((first, last), (0, len(thin) - 1)):
+            led = around_corners(self.ground.problem, thin[one : other + 1], BESIDE * max(spacing))
+            if len(led):
+                return np.vstack([thin[:one], led, thin[other + 1 :]])
+        return np.empty((0, 2))
 
     def bounds(self, points: FloatArray, costs: FloatArray) -> FloatArray:
         """
