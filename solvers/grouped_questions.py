@@ -23,6 +23,8 @@ TOLERANCE = 0.01
 #: Cells along the longer side of the grid for a gap of 1 %, by how many questions have their goal in common, at least;
 #: for other gaps, the number goes with the root of the gap. Where fewer have, each is proven by itself.
 STEPS = {24: 512, 6: 384, 4: 256}
+#: Where so many questions are left, at least, they have a tube in common, on a grid with so many cells, and then more.
+LEFT, JOINT = 16, (400_000, 1_200_000)
 #: Name of the solver in answers.
 NAME = "map"
 
@@ -67,7 +69,7 @@ class Questions:
     tell
         Gets lines of progress.
     n_solves, most_solves, n_own
-        Surfaces solved, those for one goal at most, and proofs of single questions.
+        Surfaces solved over the whole map, those for one goal at most, and proofs of single questions.
     """
 
     problem: Problem
@@ -163,13 +165,28 @@ class Questions:
             if not len(found.open(self.tolerance)) or not more or surface.n_solves == MOST_SOLVES:
                 break
             more = surface.solve()
+        self.n_solves += surface.n_solves
+        self.most_solves = max(self.most_solves, surface.n_solves)
+        few, many = JOINT
+        self._bound_in_tube(surface, others, found, few)
         for number in found.open(self.tolerance).tolist():
             found.offer(number, self.problem, refined(self.problem, found.paths[number], self.tolerance))
         # (with better paths, fewer charges are met)
         self._bound(surface, others, found, found.open(self.tolerance))
-        self.n_solves += surface.n_solves
-        self.most_solves = max(self.most_solves, surface.n_solves)
+        self._bound_in_tube(surface, others, found, many)
         return found
+
+    def _bound_in_tube(self, whole: GoalSurface | CellSurface, others: FloatArray, found: _Found, cells: int) -> None:
+        """If many questions are left, bound their paths on a finer grid, in one tube around all that may be better."""
+        left, coarse = found.open(self.tolerance), self.ground(COARSE)
+        left = left[np.isfinite(found.costs[left])]
+        if len(left) < LEFT or coarse is None or isinstance(whole, CellSurface):
+            return
+        most = min(round(cells * TOLERANCE / self.tolerance), usual_cells(self.problem))
+        surface = self._on(coarse.within(others[left], whole.goal, found.costs[left], most), whole.goal, others[left])
+        while surface.solve() and surface.n_solves < MOST_SOLVES:
+            pass
+        self._bound(surface, others, found, left)
 
     def _bound(self, surface: GoalSurface | CellSurface, others: FloatArray, found: _Found, asked: IntArray) -> None:
         if len(asked):
@@ -190,8 +207,9 @@ class Questions:
         most = int(math.sqrt(min(usual_cells(problem), MAX_CELLS)))
         steps = min(max(round(fewest * math.sqrt(TOLERANCE / self.tolerance)), 128), most)
         ground = self.ground(steps)
-        if ground is None:
-            return None
+        return None if ground is None else self._on(ground, end, others)
+
+    def _on(self, ground: Ground, end: Point, others: FloatArray) -> GoalSurface:
         away = np.hypot(*(others - end).T)
         farthest = tuple(others[int(np.argmax(away))].tolist())
         return GoalSurface.towards(ground, end, farthest, WORTH * self.tolerance * float(np.median(away)))

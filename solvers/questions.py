@@ -71,8 +71,9 @@ class Map(ShortRepr):
         Find a path for each question, and prove how good it is.
 
         Many starts with one goal (or many goals with one start) share one surface of costs-to-go, which is solved three
-        times at most. Paths go down that surface; those whose gap is above the tolerance are refined; what is still
-        above it then, or begins so near to the goal that the surface says nothing, gets a proof of its own. So do
+        times at most. Paths go down that surface; where many of them keep a gap above the tolerance, they share finer
+        surfaces in a tube around all that may be better; those above it are refined. What is still above it then, or
+        begins so near to the goal that the surface says nothing, gets a proof of its own. So do
         questions that share an end with at most two others; bounds of the map leave a narrow tube to each of them,
         where the cost is not constant on cells.
 

@@ -34,6 +34,8 @@ COUNT = 16
 AIM = 0.01
 #: Tubes have about so many cells, on the nearest of a few grids that all of them share: cells along its longer side.
 CELLS, SHARED = 12_000, (160, 224, 320, 448)
+#: A tube that many starts share counts as at least this part of the map.
+LEAST_SHARE = 0.1
 #: Cells along the longer side of the grid that proofs of single problems begin with, and how many of these problems
 #: landmarks are laid for, at least.
 COARSE, MANY = 96, 8
@@ -69,11 +71,12 @@ class Landmarks:
         low, high = np.moveaxis(np.array(heights) if heights else none, 1, 0)
         return cls(level, low, high)
 
-    def kept(self, problem: Problem, cost: float) -> WholeArray:
-        """List the cells (`cell_runs`) through which a path from start to goal may cost less than some cost."""
-        mesh = self.level.mesh
-        least = proven(problem, self.bounds_from(problem.start) + self.bounds_from(problem.goal), surfaces=2)
-        keep = ~(least >= cost)
+    def kept(self, starts: FloatArray, goal: Point, costs: FloatArray) -> WholeArray:
+        """List the cells (`cell_runs`) through which a path from a start to a goal may cost less than its cost."""
+        mesh, to_goal = self.level.mesh, self.bounds_from(goal)
+        keep = np.zeros(len(to_goal), dtype=np.bool_)
+        for (x, y), cost in zip(starts.tolist(), costs.tolist(), strict=True):
+            keep |= ~(proven(self.level.problem, self.bounds_from((x, y)) + to_goal, surfaces=2) >= cost)
         return cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
 
     def bounds_from(self, point: Point) -> FloatArray:
@@ -149,10 +152,21 @@ class Ground:
         if not problem.field.is_proper or not is_provable(problem):
             return None
         last = first_grid(problem, steps)
-        level = Level.lay(problem.relaxed(), last, cell_runs.rectangle(last), widest=1.0)
+        return cls._on(problem, last, cell_runs.rectangle(last))
+
+    @classmethod
+    def _on(cls, problem: Problem, last: tuple[int, int], runs: WholeArray) -> "Ground":
+        level = Level.lay(problem.relaxed(), last, runs, widest=1.0)
         piece_of = np.full(level.mesh.n_nodes, -1, dtype=np.int32)
         piece_of[level.mesh.controls[:, 4]] = np.arange(len(level.mesh.controls), dtype=np.int32)
         return cls(problem, level, piece_of)
+
+    def within(self, starts: FloatArray, goal: Point, costs: FloatArray, cells: int) -> "Ground":
+        """Lay a grid of about so many cells where a path from a start to a goal may cost less than its cost."""
+        kept, (columns, rows) = self.landmarks.kept(starts, goal, costs), self.level.mesh.last
+        share = int((kept[:, 2] - kept[:, 1]).sum()) / ((columns + 1) * (rows + 1))
+        last = first_grid(self.problem, round(math.sqrt(cells / max(share, LEAST_SHARE))))
+        return self._on(self.problem, last, cell_runs.refined(kept, (columns, rows), last))
 
     @cached_property
     def landmarks(self) -> Landmarks:
@@ -209,7 +223,8 @@ class Ground:
         whole, runs
             The grid, which other problems share, and the cells (`cell_runs`).
         """
-        kept, (columns, rows) = self.landmarks.kept(problem, cost), self.level.mesh.last
+        kept = self.landmarks.kept(np.array([problem.start]), problem.goal, np.array([cost]))
+        columns, rows = self.level.mesh.last
         share = max(int((kept[:, 2] - kept[:, 1]).sum()), 1) / ((columns + 1) * (rows + 1))
         steps = min(SHARED, key=lambda one: abs(math.log(one**2 * share / CELLS)))
         if steps not in self.shared:

@@ -15,9 +15,10 @@ from strategies import a_part_of
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate import many
-from cgla_graph.certificate.landmarks import Landmarks
+from cgla_graph.certificate.landmarks import Ground, Landmarks
 from cgla_graph.errors import ProblemError
 from cgla_graph.regions import bound as over_cells
+from cgla_graph.solvers import grouped_questions
 
 #: How many random maps.
 NUMBER = int(os.environ.get("CGLA_MAPS", "3"))
@@ -119,6 +120,32 @@ def test_bounds_subtract_the_charges_of_steep_cells(charged: bool, monkeypatch: 
 def without_charges(find: Any) -> Any:  # noqa: ANN401 - a method
     """Leave the charges out of a surface."""
     return lambda *arguments: replace(find(*arguments), charges=np.zeros(len(find(*arguments).charges)))
+
+
+@pytest.mark.parametrize("every", [1, 8])
+def test_questions_that_are_left_share_a_tube(every: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    # (the broken twin has a tube around the paths of a few)
+    within = Ground.within
+
+    def narrow(ground: Ground, starts: FloatArray, goal: Any, costs: FloatArray, cells: int) -> Ground:  # noqa: ANN401
+        tubes.append(cells)
+        return within(ground, starts[::every], goal, costs[::every], cells)
+
+    tubes: list[int] = []
+    monkeypatch.setattr(Ground, "within", narrow)
+    monkeypatch.setattr(grouped_questions, "STEPS", {4: 96})
+    monkeypatch.setattr(grouped_questions, "JOINT", (40_000, 160_000))
+    problem = replace(PAPER, no_fly=shapely.union_all([BOX, shapely.Point(0.7, 0.6).buffer(0.1)]))
+    starts = places(problem, 40, np.random.default_rng(6))
+    answers = cg.Map(problem).solve(starts=starts)
+    singles = [replace(problem, start=tuple(start)) for start in starts.tolist()]
+    best = [cg.solve(one, tolerance=None).cost for one in singles]
+    assert tubes[0] == 40_000
+    assert answers.most_solves == 3
+    assert bool((answers.lower_bounds <= np.array(best) * (1.0 + 1e-12)).all()) == (every == 1)
+    if every == 1:
+        assert (answers.gaps <= 0.01).all()
+        assert answers.n_own < 16
 
 
 def test_both_directions_have_the_same_answers() -> None:
