@@ -7,7 +7,8 @@ places with ``x_1 - x_2 = y``, the sum of the quadratic forms is least ``y^T (M_
 / d^2``. With ``M_i = 2 I / d^2`` this holds for any number of flights: the squared distances from `a` of ``n`` places
 sum up to at least ``sum over pairs |x_i - x_j|^2 / n >= (n - 1) d^2 / 2``, and so their ``psi`` to at most ``n - (n -
 1)``. The centre may move. With any price ``p(t) >= 0``, the flights pay at most the integral of ``p`` together. A
-flight pays from its departure to its arrival alone.
+flight pays from its departure to its arrival alone. Around a flight that is given, ``M_1 = I / d^2`` with its place as
+the centre: who keeps apart pays nothing.
 """
 
 from collections.abc import Sequence

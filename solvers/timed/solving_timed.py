@@ -12,12 +12,13 @@ from cgla_graph._text import shown
 from cgla_graph.errors import SolverSettingError, UnknownSolverError
 from cgla_graph.model.solution import Status
 from cgla_graph.solvers.timed.found_flight import FoundFlight
+from cgla_graph.solvers.timed.passing import with_others
 from cgla_graph.solvers.timed.planning import plan_in_time
 from cgla_graph.solvers.timed.replanning import replan
 from cgla_graph.solvers.timed.space_time_lattice import plan_on_lattice
 from cgla_graph.solvers.timed.space_time_rrt_star import plan_by_rrt_star
 from cgla_graph.timed.space_time_proof import MOST_CELLS, TOLERANCE, TimedCertificate, check_settings, timed_lower_bound
-from cgla_graph.timed.timed_evaluation import Timed
+from cgla_graph.timed.timed_evaluation import Timed, timed_rows
 from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem
 
@@ -93,23 +94,38 @@ def solve_timed(
 
 def proven_in_time(problem: TimedProblem, plan: TimedPlan, tolerance: float, max_cells: int = MOST_CELLS) -> TimedPlan:
     """Return a plan with a proven bound of the cost of all flights; without a flight, the bound is that of the way."""
-    proof = timed_lower_bound(
-        problem, plan.trajectory if plan.status.has_path else None, tolerance=tolerance, max_cells=max_cells
-    )
+    proof = _proof(problem, plan, tolerance, max_cells)
     status = Status.NO_PATH if math.isinf(proof.lower_bound) and not plan.status.has_path else plan.status
-    message = f"{plan.message}; the bound is that of flights without others" if problem.others else plan.message
-    return replace(plan, status=status, message=message, lower_bound=proof.lower_bound, certificate=proof)
+    return replace(plan, status=status, lower_bound=proof.lower_bound, certificate=proof)
+
+
+def _proof(problem: TimedProblem, plan: TimedPlan, tolerance: float, max_cells: int) -> TimedCertificate:
+    """
+    Bound the cost of all flights.
+
+    Among others, flights without these are bounded first, around the best one, and pay tolls if that is not enough.
+    """
+    if not problem.others or not plan.status.has_path or problem.constant_wind is None:
+        known = plan.trajectory if plan.status.has_path else None
+        return timed_lower_bound(problem, known, tolerance=tolerance, max_cells=max_cells)
+    free = replace(problem, others=())
+    alone = min(judged(free, plan_in_time(free), plan.solver, 0.0), plan, key=lambda one: one.cost)
+    proof = timed_lower_bound(free, alone.trajectory, tolerance=tolerance, max_cells=max_cells)
+    return with_others(problem, plan, alone, replace(proof, upper_bound=plan.cost), max_cells)
 
 
 def bound_in_time(
     problem: TimedProblem, path: Timed | None, tolerance: float | None, max_cells: int | None
 ) -> TimedCertificate:
     """Bound the cost of all flights, held against a path or that of the default solver (`cgla_graph.lower_bound`)."""
-    if path is None:
-        found = solve_timed(problem, tolerance=None)
-        path = found.trajectory if found.status.has_path else None
     aim, most = TOLERANCE if tolerance is None else tolerance, MOST_CELLS if max_cells is None else max_cells
-    return timed_lower_bound(problem, path, tolerance=aim, max_cells=most)
+    if path is None:
+        return _proof(problem, solve_timed(problem, tolerance=None), aim, most)
+    plan = judged(problem, FoundFlight(Status.FOUND, timed_rows(path)), "", 0.0)
+    if not plan.status.has_path:
+        # (it says why)
+        return timed_lower_bound(problem, path, tolerance=aim, max_cells=most)
+    return _proof(problem, plan, aim, most)
 
 
 def judged(problem: TimedProblem, found: FoundFlight, name: str, seconds: float) -> TimedPlan:

@@ -15,7 +15,6 @@ from cgla_graph.model.clearance import ROUNDING
 from cgla_graph.motion.trajectory import Trajectory, least_distance
 from cgla_graph.timed.space_time_proof import timed_lower_bound
 from cgla_graph.timed.team_plan import TeamPlan
-from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem, tolled
 from cgla_graph.timed.tolls import Toll
 
@@ -45,14 +44,10 @@ class Known(NamedTuple):
 
 
 class Meeting(NamedTuple):
-    """A toll of price 1 for some flights, by the number of the UAV."""
+    """A toll of price 1 for some flights, by the number of the UAV, and what they pay together, at most."""
 
     tolls: dict[int, Toll]
-
-    @property
-    def most(self) -> float:
-        """What all pay together, at most."""
-        return next(iter(self.tolls.values())).most
+    most: float
 
     def paid(self, number: int, flight: Trajectory) -> float:
         """Return what a flight of a UAV pays."""
@@ -83,7 +78,10 @@ def with_tolls(team: Sequence[TimedProblem], plan: TeamPlan, tolerance: float, m
     units = list(meetings(team, plan))
     if not units:
         return plan
-    flights = [list(_flights(*each)) for each in zip(team, plan.alone, plan.plans, strict=True)]
+    known_ones = zip(
+        team, *([Known(one.motion, one.cost) for one in each] for each in (plan.alone, plan.plans)), strict=True
+    )
+    flights = [list(flights_around(*each)) for each in known_ones]
     costs = [[one.cost for one in known] for known in flights]
     paid = [np.array([[unit.paid(i, one.motion) for unit in units] for one in own]) for i, own in enumerate(flights)]
     prices = best_prices(costs, paid, [unit.most for unit in units])
@@ -117,9 +115,7 @@ def tolls_of(number: int, units: Sequence[Meeting], prices: FloatArray) -> tuple
 
 def meetings(team: Sequence[TimedProblem], plan: TeamPlan) -> Iterator[Meeting]:
     """Yield tolls where two flights meet, those alone or those of the team: in the middle between them."""
-    sides = [max(one.bounds[2] - one.bounds[0], one.bounds[3] - one.bounds[1]) for one in team]
-    # (the oracle allows for rounding)
-    apart = (plan.separation - 2.0 * ROUNDING * max(sides)) * (1.0 - 1e-12)
+    apart = kept_apart(plan.separation, team)
     if apart <= 0.0:
         return
     for motions in (plan.trajectories, [one.motion for one in plan.alone]):
@@ -140,9 +136,15 @@ def meetings(team: Sequence[TimedProblem], plan: TeamPlan) -> Iterator[Meeting]:
                         continue
                     centre, prices = Trajectory(times, 0.5 * (at_a + at_b)), np.array([0.0, 1.0, 0.0])
                     first, second = (Toll(centre, prices, (form[0, 0], form[0, 1], form[1, 1])) for form in forms)
-                    yield Meeting({i: first, j: second})
+                    yield Meeting({i: first, j: second}, first.most)
                     if np.array_equal(*forms) and len(team) > 2:  # noqa: PLR2004 - a pair has been yielded
-                        yield Meeting(dict.fromkeys(range(len(team)), first))
+                        yield Meeting(dict.fromkeys(range(len(team)), first), first.most)
+
+
+def kept_apart(separation: float, team: Sequence[TimedProblem]) -> float:
+    """Return how far flights really keep apart, as the oracle allows for rounding."""
+    sides = [max(one.bounds[2] - one.bounds[0], one.bounds[3] - one.bounds[1]) for one in team]
+    return (separation - 2.0 * ROUNDING * max(sides)) * (1.0 - 1e-12)
 
 
 def _forms(va: FloatArray, vb: FloatArray, apart: float) -> Iterator[tuple[FloatArray, FloatArray]]:
@@ -168,16 +170,16 @@ def _velocities(a: Trajectory, b: Trajectory, time: float) -> tuple[FloatArray, 
     return va, vb
 
 
-def _flights(problem: TimedProblem, alone: TimedPlan, own: TimedPlan) -> Iterator[Known]:
+def flights_around(problem: TimedProblem, alone: Known, own: Known) -> Iterator[Known]:
     """Yield feasible flights without the team: alone, between that and the one of the team, and beyond."""
-    yield Known(alone.motion, alone.cost)
-    if len(alone.trajectory) == 1:
+    yield alone
+    if len(alone.motion.times) == 1:
         return
     paths = [one.positions(np.linspace(one.begins, one.ends, 100)) for one in (alone.motion, own.motion)]
     for side in SIDES:
         path = paths[0] + side * (paths[1] - paths[0])
         path[[0, -1]] = problem.start, problem.goal
-        departure = alone.departure + side * (own.departure - alone.departure)
+        departure = alone.motion.begins + side * (own.motion.begins - alone.motion.begins)
         departure = min(max(departure, problem.departures[0]), problem.departures[1])
         try:
             rows = problem.fly(path, departure)
@@ -186,7 +188,7 @@ def _flights(problem: TimedProblem, alone: TimedPlan, own: TimedPlan) -> Iterato
         seen = problem.evaluate(rows)
         if seen.feasible:
             yield Known(Trajectory(rows[:, 0], rows[:, 1:]), seen.cost)
-    yield Known(own.motion, own.cost)
+    yield own
 
 
 def best_prices(costs: Sequence[Sequence[float]], paid: Sequence[FloatArray], most: Sequence[float]) -> FloatArray:

@@ -6,14 +6,16 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph.motion.trajectory import Trajectory
 from cgla_graph.solvers.timed.charting import chart_of
+from cgla_graph.solvers.timed.passing import _tolls, with_others
 from cgla_graph.solvers.timed.timed_kernels import flight_cost
+from cgla_graph.timed.space_time_proof import timed_lower_bound
 
 WEST, EAST = (0.1, 0.5), (0.9, 0.5)
 
@@ -120,3 +122,37 @@ def test_start_that_is_held_is_not_found_and_said() -> None:
     assert (plan.status.label, plan.cost) == ("not-found", math.inf)
     assert "one may exist" in plan.message
     assert planned(level(others=[Trajectory([0, 1], [WEST, WEST])], departure=(0, 2))).cost == pytest.approx(0.8)
+
+
+@given(st.integers(0, 10**6))
+def test_flights_that_keep_apart_pay_no_tolls_around_others(seed: int) -> None:
+    """The twin: tolls for twice the separation."""
+    rng = np.random.default_rng(seed)
+    problem = level(others=random_others(seed, 3)[1:])
+    path = np.linspace(WEST, EAST, 6)
+    path[1:-1] += rng.normal(0.0, 0.1, (4, 2))
+    rows = problem.fly(path)
+    motion = Trajectory(rows[:, 0], rows[:, 1:])
+    separation = problem.evaluate(rows).separation
+    assume(separation < math.inf)
+    kept = dataclasses.replace(problem, separation=separation)
+    tolls = list(_tolls(kept, Trajectory([0.0, 0.8], [WEST, EAST])))
+    assert sum(toll.paid(motion) for toll in tolls) <= 1e-15
+    too_wide = list(_tolls(dataclasses.replace(problem, separation=2.0 * separation), motion))
+    assert sum(toll.paid(motion) for toll in too_wide) > 0.0
+
+
+@pytest.mark.parametrize("cells", [20_000, pytest.param(300_000, marks=pytest.mark.slow)])
+def test_a_bound_counts_what_evading_costs(cells: int) -> None:
+    """Alone, it costs 0.8; head on, 0.825."""
+    problem = level(others=[Trajectory([0, 0.8], [EAST, WEST])])
+    plan = planned(problem)
+    alone = planned(level())
+    without = timed_lower_bound(level(), alone.trajectory, tolerance=2e-3)
+    proof = with_others(problem, plan, alone, dataclasses.replace(without, upper_bound=plan.cost), cells)
+    assert without.lower_bound <= 0.8
+    assert plan.cost * (0.995 if cells > 20_000 else 0.985) < proof.lower_bound <= plan.cost
+    rng, bumps = np.random.default_rng(0), np.sin(np.linspace(0.0, math.pi, len(plan.path)))[:, None]
+    for _ in range(300):
+        seen = problem.evaluate(problem.fly(plan.path + bumps * rng.normal(0.0, rng.choice([1e-3, 0.03]), 2)))
+        assert not seen.feasible or seen.cost >= proof.lower_bound
