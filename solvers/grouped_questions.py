@@ -178,9 +178,9 @@ class Questions:
 
     def _bound_in_tube(self, whole: GoalSurface | CellSurface, others: FloatArray, found: _Found, cells: int) -> None:
         """If many questions are left, bound their paths on a finer grid, in one tube around all that may be better."""
-        left, coarse = found.open(self.tolerance), self.ground(COARSE)
+        left = found.open(self.tolerance)
         left = left[np.isfinite(found.costs[left])]
-        if len(left) < LEFT or coarse is None or isinstance(whole, CellSurface):
+        if len(left) < LEFT or isinstance(whole, CellSurface) or (coarse := self.ground(COARSE)) is None:
             return
         most = min(round(cells * TOLERANCE / self.tolerance), usual_cells(self.problem))
         surface = self._on(coarse.within(others[left], whole.goal, found.costs[left], most), whole.goal, others[left])
