@@ -250,8 +250,10 @@ class GoalSurface:
         thin = shapely.get_coordinates(shapely.simplify(shapely.LineString(path), tolerance, preserve_topology=False))
         area = self.ground.problem.model.area
         crossed = np.flatnonzero(area.crosses(thin[:-1], thin[1:]))
-        if not len(crossed) or not area.crosses(path[:-1], path[1:]).any():
-            return np.asarray(path if len(crossed) else thin)
+        if not len(crossed):
+            return np.asarray(thin)
+        if not area.crosses(path[:-1], path[1:]).any():
+            return path
         # (the part that crosses areas is led around them if it can be, or else the whole)
         free = np.flatnonzero(~area.contains(thin))
         first = int(free[free <= max(int(crossed[0]) - LED, 0)].max(initial=0))
