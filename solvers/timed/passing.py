@@ -15,7 +15,6 @@ from cgla_graph.motion.trajectory import Trajectory, least_distance
 from cgla_graph.solvers.timed.tolling import (
     CELLS,
     LEAST_TOLERANCE,
-    Known,
     best_prices,
     flights_around,
     kept_apart,
@@ -52,7 +51,7 @@ def with_others(
     if proof.reached or not tolls:
         return proof
     free = replace(problem, others=())
-    flights = list(flights_around(free, *(Known(one.motion, one.cost) for one in (alone, plan))))
+    flights = list(flights_around(free, alone, plan))
     costs = np.array([one.cost for one in flights])
     paid = np.array([[toll.paid(one.motion) for toll in tolls] for one in flights])
     # (of equal bounds, that of the lowest prices)

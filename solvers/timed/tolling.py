@@ -15,6 +15,7 @@ from cgla_graph.model.clearance import ROUNDING
 from cgla_graph.motion.trajectory import Trajectory, least_distance
 from cgla_graph.timed.space_time_proof import timed_lower_bound
 from cgla_graph.timed.team_plan import TeamPlan
+from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem, tolled
 from cgla_graph.timed.tolls import Toll
 
@@ -44,10 +45,14 @@ class Known(NamedTuple):
 
 
 class Meeting(NamedTuple):
-    """A toll of price 1 for some flights, by the number of the UAV, and what they pay together, at most."""
+    """A toll of price 1 for some flights, by the number of the UAV."""
 
     tolls: dict[int, Toll]
-    most: float
+
+    @property
+    def most(self) -> float:
+        """What all pay together, at most."""
+        return next(iter(self.tolls.values())).most
 
     def paid(self, number: int, flight: Trajectory) -> float:
         """Return what a flight of a UAV pays."""
@@ -78,10 +83,7 @@ def with_tolls(team: Sequence[TimedProblem], plan: TeamPlan, tolerance: float, m
     units = list(meetings(team, plan))
     if not units:
         return plan
-    known_ones = zip(
-        team, *([Known(one.motion, one.cost) for one in each] for each in (plan.alone, plan.plans)), strict=True
-    )
-    flights = [list(flights_around(*each)) for each in known_ones]
+    flights = [list(flights_around(*each)) for each in zip(team, plan.alone, plan.plans, strict=True)]
     costs = [[one.cost for one in known] for known in flights]
     paid = [np.array([[unit.paid(i, one.motion) for unit in units] for one in own]) for i, own in enumerate(flights)]
     prices = best_prices(costs, paid, [unit.most for unit in units])
@@ -136,9 +138,9 @@ def meetings(team: Sequence[TimedProblem], plan: TeamPlan) -> Iterator[Meeting]:
                         continue
                     centre, prices = Trajectory(times, 0.5 * (at_a + at_b)), np.array([0.0, 1.0, 0.0])
                     first, second = (Toll(centre, prices, (form[0, 0], form[0, 1], form[1, 1])) for form in forms)
-                    yield Meeting({i: first, j: second}, first.most)
+                    yield Meeting({i: first, j: second})
                     if np.array_equal(*forms) and len(team) > 2:  # noqa: PLR2004 - a pair has been yielded
-                        yield Meeting(dict.fromkeys(range(len(team)), first), first.most)
+                        yield Meeting(dict.fromkeys(range(len(team)), first))
 
 
 def kept_apart(separation: float, team: Sequence[TimedProblem]) -> float:
@@ -170,16 +172,16 @@ def _velocities(a: Trajectory, b: Trajectory, time: float) -> tuple[FloatArray, 
     return va, vb
 
 
-def flights_around(problem: TimedProblem, alone: Known, own: Known) -> Iterator[Known]:
-    """Yield feasible flights without the team: alone, between that and the one of the team, and beyond."""
-    yield alone
-    if len(alone.motion.times) == 1:
+def flights_around(problem: TimedProblem, alone: TimedPlan, own: TimedPlan) -> Iterator[Known]:
+    """Yield feasible flights that need not keep apart: alone, between that and the one that does, and beyond."""
+    yield Known(alone.motion, alone.cost)
+    if len(alone.trajectory) == 1:
         return
     paths = [one.positions(np.linspace(one.begins, one.ends, 100)) for one in (alone.motion, own.motion)]
     for side in SIDES:
         path = paths[0] + side * (paths[1] - paths[0])
         path[[0, -1]] = problem.start, problem.goal
-        departure = alone.motion.begins + side * (own.motion.begins - alone.motion.begins)
+        departure = alone.departure + side * (own.departure - alone.departure)
         departure = min(max(departure, problem.departures[0]), problem.departures[1])
         try:
             rows = problem.fly(path, departure)
@@ -188,7 +190,7 @@ def flights_around(problem: TimedProblem, alone: Known, own: Known) -> Iterator[
         seen = problem.evaluate(rows)
         if seen.feasible:
             yield Known(Trajectory(rows[:, 0], rows[:, 1:]), seen.cost)
-    yield own
+    yield Known(own.motion, own.cost)
 
 
 def best_prices(costs: Sequence[Sequence[float]], paid: Sequence[FloatArray], most: Sequence[float]) -> FloatArray:
