@@ -7,20 +7,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from cgla_graph._files import write_files
 from cgla_graph._text import figure as digits
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
+from cgla_graph.motion.trajectory import Trajectory
 from cgla_graph.plots.looks import COLOURS
 from cgla_graph.plots.map import BaseMap
 from cgla_graph.plots.page import style
 from cgla_graph.plots.risk_samples import risk_samples
-from cgla_graph.plots.scene import Look, TitledProblem, clip_to_bounds, draw_area, draw_mark, unit_scale
+from cgla_graph.plots.scene import Look, TitledProblem, clip_to_bounds, draw_area, draw_mark, draw_ring, unit_scale
 from cgla_graph.timed.team_plan import TeamPlan
 from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem
@@ -38,6 +39,7 @@ class Flights(NamedTuple):
     problem: TimedProblem
     plans: Sequence[TimedPlan]
     names: Sequence[str]
+    others: Sequence[Trajectory]
     separation: float
     times: tuple[float, float]
     top: float
@@ -59,8 +61,11 @@ class Flights(NamedTuple):
         top = max(risk_samples(_at(problem, time), 120).top for time in np.linspace(*times, _PROBES).tolist())
         gale = float(np.hypot(problem.wind_grid.u, problem.wind_grid.v).max())
         if isinstance(plan, TimedPlan):
-            return cls(problem, plans, ("",), 0.0, times, top, gale)
-        return cls(problem, plans, plan.names, plan.separation, times, top, gale)
+            return cls(problem, plans, ("",), problem.others, problem.separation, times, top, gale)
+        # (the problems of a team have its flights among the others)
+        own = {_key(one.motion) for one in plans}
+        beside = {_key(one): one for each in plans for one in each.problem.others if _key(one) not in own}
+        return cls(problem, plans, plan.names, tuple(beside.values()), plan.separation, times, top, gale)
 
     @property
     def middle(self) -> float:
@@ -109,7 +114,7 @@ def timed_figure(plan: TimedPlan | TeamPlan, figure: Figure | None = None) -> Fi
 
 
 def draw_moment(axes: Axes, flights: Flights, time: float) -> None:
-    """Draw risk, closed areas and wind at a time, the flights so far, and the rest of them as thin lines."""
+    """Draw risk, closed areas and wind at a time, the flights so far, the rest of them thin, and others in grey."""
     problem = flights.problem
     shown = TitledProblem(_at(problem, time))
     with style():
@@ -121,24 +126,37 @@ def draw_moment(axes: Axes, flights: Flights, time: float) -> None:
             clip_to_bounds(axes, problem.bounds, draw_area(axes, slab.no_fly, scale), scale)
         if flights.gale > 0.0:
             _draw_wind(axes, flights, time, scale)
+        for other in flights.others:
+            clip_to_bounds(
+                axes, problem.bounds, _draw_flight(axes, other, time, "0.3", flights.separation, scale), scale
+            )
         for number, (plan, name) in enumerate(zip(flights.plans, flights.names, strict=True)):
             colour, place = COLOURS[number % len(COLOURS)], plan.at(time)
-            flown = np.vstack([plan.path[plan.trajectory[:, 0] < time], place])
             here = place[0] * scale, place[1] * scale
-            axes.plot(*(plan.path * scale).T, color=colour, linewidth=0.7, alpha=0.7, zorder=3.0)
-            axes.plot(*(flown * scale).T, color=colour, linewidth=1.8, zorder=3.1)
+            _draw_flight(axes, plan.motion, time, colour, flights.separation, scale)
             for end, marker, size in ((plan.path[0], "o", 5.0), (plan.path[-1], "*", 9.0)):
                 draw_mark(base.axes, end * scale, marker, size, markeredgecolor="black", zorder=4.0)
             draw_mark(axes, here, "o", 6.0, face=colour, markeredgecolor="white", zorder=5.0)
-            if flights.separation > 0.0 and plan.departure <= time <= plan.arrival:
-                # (discs of two UAVs that keep apart do not overlap)
-                disc = Circle(here, 0.5 * flights.separation * scale, fill=False, color=colour, linewidth=0.8)
-                axes.add_patch(disc)
             side = "left" if 2.0 * place[0] < problem.bounds[0] + problem.bounds[2] else "right"
             offset = (4 if side == "left" else -4, 4)
             axes.annotate(name, here, offset, textcoords="offset points", ha=side, fontsize=7, zorder=5.1)
         arrows = f", arrows: wind up to {flights.gale:.3g}" if flights.gale > 0.0 else ""
         axes.set_title(f"time {time:.4g}{arrows}", fontsize=9)
+
+
+def _draw_flight(
+    axes: Axes, motion: Trajectory, time: float, colour: str, separation: float, scale: float
+) -> list[Artist]:
+    """Draw a flight: thin, what is flown in bold, and half of the separation around it while it lasts."""
+    flown = motion.part(motion.begins, time)
+    drawn: list[Artist] = [*axes.plot(*(motion.points * scale).T, color=colour, linewidth=0.7, alpha=0.7, zorder=3.0)]
+    if flown is not None:
+        drawn += axes.plot(*(flown.points * scale).T, color=colour, linewidth=1.8, zorder=3.1)
+    if separation > 0.0 and motion.begins <= time <= motion.ends:
+        # (discs of two UAVs that keep apart do not overlap)
+        here = np.multiply(motion.at(time), scale)
+        drawn.append(draw_ring(axes, (here[0], here[1]), 0.5 * separation * scale, edgecolor=colour, linewidth=0.8))
+    return drawn
 
 
 def _draw_wind(axes: Axes, flights: Flights, time: float, scale: float) -> None:
@@ -197,6 +215,11 @@ def write_film(plan: TimedPlan | TeamPlan, path: Path) -> Path:
         film.save(str(Path(folder, "film.gif")), writer=PillowWriter(fps=10), dpi=90)
         write_files({path: Path(folder, "film.gif").read_bytes()})
     return path
+
+
+def _key(motion: Trajectory) -> tuple[bytes, bytes]:
+    """Return what equal trajectories have in common."""
+    return motion.times.tobytes(), motion.points.tobytes()
 
 
 def _at(problem: TimedProblem, time: float) -> Problem:

@@ -68,9 +68,8 @@ class Scenario(Plottable):
 
     in_time
         Settings of a `TimedProblem` beyond those of the problem, if the map changes in time: see `timed`.
-    uavs, separation
-        Start, goal and own settings of each UAV of a team, by its name, and their least distance, map units: see
-        `team`. The problem is that of the first.
+    uavs
+        Start, goal and own settings of each UAV of a team, by its name: see `team`. The problem is that of the first.
 
     Raises
     ------
@@ -97,7 +96,6 @@ class Scenario(Plottable):
     terrain: TerrainArea | None = field(default=None, repr=False)
     in_time: Mapping[str, Any] = field(default_factory=dict, repr=False)
     uavs: Mapping[str, tuple[Point, Point, Mapping[str, Any]]] = field(default_factory=dict, repr=False)
-    separation: float | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Keep the areas as they are, and check that the flight takes off and lands outside of zones below it."""
@@ -396,7 +394,6 @@ def scenario_of(
         terrain=None if builder.terrain is None else builder.terrain.area,
         in_time=in_time,
         uavs=uavs,
-        separation=table.separation,
     )
     with scenario_errors(place):
         _ = scenario.team

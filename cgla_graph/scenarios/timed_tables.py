@@ -12,6 +12,7 @@ from cgla_graph.airspace.zones.applying import moment_of_zones
 from cgla_graph.airspace.zones.timed_zones import LONGEST
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.risk import RiskField
+from cgla_graph.motion.trajectory import Trajectory
 from cgla_graph.scenarios.area_tables import Line, Pair, Ring, Table, is_table
 from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, RasterTable, ThreatTable
 from cgla_graph.scenarios.text_files import scenario_errors
@@ -20,16 +21,14 @@ from cgla_graph.timed.timed_area import TimedArea
 from cgla_graph.timed.wind import Wind
 
 Numbers: TypeAlias = Annotated[list[float], Field(min_length=1)]
-#: Keys that say how the map changes, or how it is flown in time: with any of them, the file has to have a speed.
-IN_TIME = ("moving", "timed_areas", "hours", "wind", "departure", "waiting", "latest", "risk_per", "separation")
+Rows: TypeAlias = Annotated[list[Annotated[list[float], Field(min_length=3, max_length=3)]], Field(min_length=1)]
 
 
 class MovingTable(Table):
     """A threat that moves along a track."""
 
-    track: list[Annotated[list[float], Field(min_length=3, max_length=3)]] = Field(
-        min_length=1,
-        description="rows [time, x, y], times increasing: straight on between them, at rest before and after",
+    track: Rows = Field(
+        description="rows [time, x, y], times increasing: straight on between them, at rest before and after"
     )
     spread: float | Numbers = Field(description="standard deviation, map units: a number, or one for each row")
     peak: float | Numbers = Field(
@@ -38,8 +37,24 @@ class MovingTable(Table):
 
     def build(self, ground: MapBuilder) -> MovingThreat:
         """Return the threat in map units."""
-        track = [(time, *ground.point([x, y])) for time, x, y in self.track]
-        return MovingThreat(track, self.spread, self.peak)
+        return MovingThreat(_placed(self.track, ground), self.spread, self.peak)
+
+
+class OtherTable(Table):
+    """Another aircraft, to keep away from."""
+
+    track: Rows = Field(
+        description="rows [time, x, y], times increasing: straight on between them, gone before and after"
+    )
+
+    def build(self, ground: MapBuilder) -> Trajectory:
+        """Return its flight in map units."""
+        rows = _placed(self.track, ground)
+        return Trajectory([row[0] for row in rows], [row[1:] for row in rows])
+
+
+def _placed(track: Rows, ground: MapBuilder) -> list[tuple[float, float, float]]:
+    return [(time, *ground.point([x, y])) for time, x, y in track]
 
 
 class ClosingTable(Table):
@@ -120,7 +135,10 @@ class TimedTable(MapTable):
     timed_areas: list[ClosingTable] = Field(default_factory=list)
     hours: list[HourTable] = Field(default_factory=list)
     uavs: list[TeamTable] = Field(default_factory=list, description="a team, instead of start and goal")
-    separation: float | None = Field(default=None, gt=0, description="least distance of its UAVs, map units")
+    others: list[OtherTable] = Field(default_factory=list)
+    separation: float | None = Field(
+        default=None, gt=0, description="least distance between the UAVs of a team, and from others, map units"
+    )
 
     def flight_times(self) -> tuple[datetime, datetime] | None:
         """Return the moment of time 0, that of the zones (`at`), and a day after the last departure, or the latest."""
@@ -142,17 +160,18 @@ def settings_in_time(table: TimedTable, ground: MapBuilder) -> dict[str, Any]:
     ValueError, CglaError
         If one of them is malformed, or needs a speed.
     """
-    given = [key for key in IN_TIME if key in table.model_fields_set]
     if table.speed is None:
-        if given:
-            msg = f"{given[0]} is there, but no speed; add speed = …, in map units per unit of time"
+        in_time = [key for key in TimedTable.model_fields if key not in MapTable.model_fields]
+        given = next((key for key in in_time if key in table.model_fields_set), None)
+        if given is not None:
+            msg = f"{given} is there, but no speed; add speed = …, in map units per unit of time"
             raise ValueError(msg)
         return {}
     wind: Any = table.wind
     if isinstance(wind, WindTable):
         with scenario_errors("wind"):
             wind = Wind(wind.u, wind.v, ground.bounds, wind.times or [0.0])
-    built: dict[str, list[Any]] = {"moving": [], "timed_areas": [], "hours": []}
+    built: dict[str, list[Any]] = {"moving": [], "timed_areas": [], "hours": [], "others": []}
     for key, parts in built.items():
         for number, entry in enumerate(getattr(table, key)):
             with scenario_errors(f"{key}.{number}"):
@@ -162,6 +181,8 @@ def settings_in_time(table: TimedTable, ground: MapBuilder) -> dict[str, Any]:
         "moving": built["moving"],
         "areas": [*built["timed_areas"], *(() if ground.zones is None else ground.zones.changing)],
         "fields": built["hours"],
+        "others": built["others"],
+        "separation": table.separation or 0.0,
         "departure": _departure(table.departure),
         "wind": tuple(wind) if isinstance(wind, list) else wind,
         "waiting": table.waiting,
@@ -184,8 +205,8 @@ def team_of(table: TimedTable, ground: MapBuilder) -> dict[str, tuple[Point, Poi
         If two have one name, an end is not on the map, or there is no separation.
     """
     team: dict[str, tuple[Point, Point, dict[str, Any]]] = {}
-    if bool(table.uavs) != (table.separation is not None):
-        msg = "a team has uavs and separation, the least distance between them; give both, or none"
+    if bool(table.uavs or table.others) != (table.separation is not None):
+        msg = "separation is the least distance between uavs, and from others; give it with these, and not alone"
         raise ValueError(msg)
     for number, uav in enumerate(table.uavs):
         if uav.name in team:

@@ -65,10 +65,10 @@ def plan_timed(
     tolerance = read_tolerance(proof.tolerance, certify=not proof.no_certificate, default=TOLERANCE)
     plan: TimedPlan | TeamPlan
     with console.running_solvers([]):
-        if scenario.separation is None:
-            plan = solve_timed(problem, tolerance=tolerance)
+        if scenario.uavs:
+            plan = solve_team(scenario.team, problem.separation, tolerance=tolerance)
         else:
-            plan = solve_team(scenario.team, scenario.separation, tolerance=tolerance)
+            plan = solve_timed(problem, tolerance=tolerance)
     has_flight = plan.status.has_path
     written = _write(scenario, plan, folder, kinds) if folder is not None and has_flight else []
     if output.as_json:
@@ -139,6 +139,9 @@ def _lines(scenario: Scenario, problem: TimedProblem, plan: TimedPlan) -> dict[s
     choice = f", the best from {first:g} to {last:g}" if last > first else ""
     proof = plan.certificate
     waits = problem.waiting is not None
+    apart = ""
+    if known and problem.others:
+        apart = _apart(problem.evaluate(plan.trajectory).separation, problem.separation, unit)
     over = "" if problem.wind is None else f", {figure(plan.ground_distance, 9)}{unit} over ground"
     return {
         "scenario": scenario.full_title,
@@ -151,6 +154,7 @@ def _lines(scenario: Scenario, problem: TimedProblem, plan: TimedPlan) -> dict[s
         "arrival": figure(plan.arrival, 6) if known else "",
         "duration": figure(plan.time, 6) if known else "",
         "distance": f"{figure(plan.air_distance, 9)}{unit} through the air{over}" if known else "",
+        "apart": apart,
         "waiting": figure(plan.waiting, 6) if known and waits else "",
         "risk": risk_text(plan.risk, problem.still.field, 6) if known else "",
         "k": f"{problem.k:g}",
@@ -174,7 +178,6 @@ def _team_lines(scenario: Scenario, team: TeamPlan) -> dict[str, str]:
     by = "the sum of those of flights alone"
     if team.apart > team.alone_bound:
         by = f"as they keep apart ({rounded_down(team.alone_bound, 9)}{unit} for flights alone)"
-    apart = "no two fly at one time" if math.isinf(team.least_distance) else figure(team.least_distance, 6) + unit
     return {
         "scenario": scenario.full_title,
         "status": f"{team.status.label}: {team.status.value}",
@@ -183,10 +186,16 @@ def _team_lines(scenario: Scenario, team: TeamPlan) -> dict[str, str]:
         "bound": f"{rounded_down(team.lower_bound, 9)}{unit}, {by}" if is_proven else "",
         "gap": percent(team.gap) if known and is_proven else "",
         "lost": f"{percent(max(team.loss, 0.0))} to meetings" if known else "",
-        "apart": f"{apart}; separation {team.separation:g}{unit}" if known else "",
+        "apart": _apart(team.least_distance, team.separation, unit) if known else "",
         "time": duration(team.seconds),
         "remark": team.message,
     }
+
+
+def _apart(least: float, separation: float, unit: str) -> str:
+    """Return the least distance of flights, beside the separation that was asked for."""
+    apart = "no two fly at one time" if math.isinf(least) else f"{figure(least, 6)}{unit}"
+    return f"{apart}; separation {separation:g}{unit}"
 
 
 def _write(scenario: Scenario, plan: TimedPlan | TeamPlan, folder: Path, kinds: Sequence[str]) -> list[Path]:

@@ -12,13 +12,7 @@ import numpy as np
 
 from cgla_graph.model.clearance import ROUNDING
 from cgla_graph.motion.trajectory import Trajectory, least_distance
-from cgla_graph.solvers.timed.tolling import (
-    CELLS,
-    LEAST_TOLERANCE,
-    best_prices,
-    flights_around,
-    kept_apart,
-)
+from cgla_graph.solvers.timed.tolling import LEAST_TOLERANCE, best_prices, flights_around, kept_apart
 from cgla_graph.timed.space_time_proof import TimedCertificate, timed_lower_bound
 from cgla_graph.timed.timed_plan import TimedPlan
 from cgla_graph.timed.timed_problem import TimedProblem, tolled
@@ -28,6 +22,8 @@ from cgla_graph.timed.tolls import Toll
 RAMP = 0.05
 #: Prices are those of the linear program times this: it does not know all flights.
 RAISED = 1.5
+#: A proof with tolls has no more cells than this.
+CELLS = 1_000_000
 
 
 def with_others(
@@ -63,7 +59,7 @@ def with_others(
     found = timed_lower_bound(paying, flights[best].motion, tolerance=aim, max_cells=min(max_cells, CELLS))
     bound = found.lower_bound * (1.0 - ROUNDING)
     if bound <= proof.lower_bound:
-        return proof
+        return replace(proof, message=f"{proof.message}; tolls around others prove no more")
     numbers = replace(proof, lower_bound=bound, proof=found.proof, grids=found.grids)
     return replace(numbers, message=f"with tolls: {found.message}", seconds=proof.seconds + found.seconds)
 

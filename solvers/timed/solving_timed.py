@@ -107,7 +107,9 @@ def _proof(problem: TimedProblem, plan: TimedPlan, tolerance: float, max_cells: 
     """
     if not problem.others or not plan.status.has_path or problem.constant_wind is None:
         known = plan.trajectory if plan.status.has_path else None
-        return timed_lower_bound(problem, known, tolerance=tolerance, max_cells=max_cells)
+        proof = timed_lower_bound(problem, known, tolerance=tolerance, max_cells=max_cells)
+        left_out = bool(problem.others) and not proof.reached
+        return replace(proof, message=f"{proof.message}; others are left out") if left_out else proof
     free = replace(problem, others=())
     alone = min(judged(free, plan_in_time(free), plan.solver, 0.0), plan, key=lambda one: one.cost)
     proof = timed_lower_bound(free, alone.trajectory, tolerance=tolerance, max_cells=max_cells)

@@ -14,6 +14,7 @@ import cgla_graph as cg
 from cgla_graph.motion.trajectory import Trajectory
 from cgla_graph.solvers.timed.charting import chart_of
 from cgla_graph.solvers.timed.passing import _tolls, with_others
+from cgla_graph.solvers.timed.solving_timed import bound_in_time
 from cgla_graph.solvers.timed.timed_kernels import flight_cost
 from cgla_graph.timed.space_time_proof import timed_lower_bound
 
@@ -140,6 +141,15 @@ def test_flights_that_keep_apart_pay_no_tolls_around_others(seed: int) -> None:
     assert sum(toll.paid(motion) for toll in tolls) <= 1e-15
     too_wide = list(_tolls(dataclasses.replace(problem, separation=2.0 * separation), motion))
     assert sum(toll.paid(motion) for toll in too_wide) > 0.0
+
+
+def test_a_bound_says_where_it_leaves_others_out() -> None:
+    head_on = [Trajectory([0, 0.8], [EAST, WEST])]
+    turning = cg.Wind([[[0.0, 0.1]]], [[[0.0, 0.0]]], (0, 0, 1, 1))
+    for wind, words in ((None, "tolls around others prove no more"), (turning, "others are left out")):
+        problem = level(others=head_on, wind=wind)
+        proof = bound_in_time(problem, problem.fly([WEST, (0.5, 0.65), EAST]), 1e-3, 100)
+        assert proof.message.endswith(words)
 
 
 @pytest.mark.parametrize("cells", [20_000, pytest.param(300_000, marks=pytest.mark.slow)])

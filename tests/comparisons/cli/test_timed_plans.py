@@ -1,6 +1,7 @@
 """`cgla plan` of maps that change in time."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib as mpl
@@ -177,7 +178,7 @@ def test_a_team_is_planned_drawn_and_written_together(cgla: Call, monkeypatch: p
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("separation = 0.1", "", "a team has uavs and separation"),
+        ("separation = 0.1", "", "separation is the least distance between uavs"),
         ('"late"', '"east"', "uavs.1.name is 'east'"),
         ("k = 2", "k = 2\nstart = [0, 0]", "start is there beside uavs"),
         ("[0, 1]", "[1, 0]", "its window ends before it begins"),
@@ -203,6 +204,43 @@ def test_each_uav_of_a_team_is_drawn_while_it_flies() -> None:
     np.testing.assert_allclose(discs[1], [(0.7, 0.3), (0.3, 0.7)], atol=1e-9)
     assert discs[1] == discs[3]
     assert [len(discs[0]), len(discs[2])] == [1, 1]
+
+
+PASSING = """
+start = [0.1, 0.5]
+goal = [0.9, 0.5]
+k = 2
+speed = 1
+separation = 0.1
+[[others]]
+track = [[0.2, 0.9, 0.5], [1.2, -0.1, 0.5]]
+"""
+
+
+def test_others_of_a_file_are_evaded_and_drawn(cgla: Call) -> None:
+    Path("passing.toml").write_text(PASSING, encoding="utf-8")
+    problem = cg.load_scenario("passing.toml").timed
+    assert problem is not None
+    answer = cgla("plan", "passing.toml", "--no-certificate")
+    lines = dict(line.split(maxsplit=1) for line in answer.out.splitlines())
+    assert lines["apart"].startswith("0.1000")
+    assert lines["apart"].endswith("; separation 0.1")
+    plan = cg.solve(problem, nodes=4_000, tolerance=None)
+    with mpl.rc_context({"backend": "agg"}):
+        shown = cg.plot(plan).figure.axes
+    discs = [[tuple(patch.center) for patch in one.patches if isinstance(patch, Circle)] for one in shown]
+    middle = 0.5 * plan.arrival
+    assert [len(one) for one in discs] == [1, 2, 2]
+    np.testing.assert_allclose(discs[1], [(1.1 - middle, 0.5), plan.at(middle)], atol=1e-9)
+    # (beside a team as well, and once)
+    team = cg.solve_team([problem, replace(problem, start=(0.1, 0.9), goal=(0.9, 0.9))], 0.1, nodes=1_000, orders=1)
+    with mpl.rc_context({"backend": "agg"}):
+        beside = cg.plot(team, Figure().add_subplot())
+    assert sum(isinstance(patch, Circle) for patch in beside.patches) == 3
+    for old, words in (("separation = 0.1", "separation is the least distance"), ("speed = 1", "others is there")):
+        Path("passing.toml").write_text(PASSING.replace(old, ""), encoding="utf-8")
+        with pytest.raises(ScenarioError, match=words):
+            cg.load_scenario("passing.toml")
 
 
 def test_solvers_are_compared_as_in_python(cgla: Call) -> None:
