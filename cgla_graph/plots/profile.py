@@ -3,7 +3,7 @@
 import csv
 import io
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,11 +17,15 @@ from cgla_graph._types import FloatArray
 from cgla_graph._validate import point_array
 from cgla_graph.errors import OutputError, ProblemError
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField
 from cgla_graph.people.units import density_text
 from cgla_graph.plots import pictures
 from cgla_graph.plots.page import heading, style
 from cgla_graph.plots.scene import cost_unit, unit_scale
 from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.timed.timed_evaluation import Timed, timed_rows
+from cgla_graph.timed.timed_flight import flown
+from cgla_graph.timed.timed_problem import TimedProblem
 
 #: Most rows, apart from waypoints, which are always included.
 MOST_ROWS = 20_000
@@ -48,6 +52,9 @@ class Profile:
         Risk per unit length at the point.
     risk, cost
         Sums so far; the last ones are those of the path.
+    times
+        Of a timed path, shape ``(n,)``; its distance is that through the air, and its density counts by the time where
+        its risk does. None for others.
     """
 
     points: FloatArray
@@ -55,6 +62,7 @@ class Profile:
     density: FloatArray
     risk: FloatArray
     cost: FloatArray
+    times: FloatArray | None = None
 
 
 def profile_of(problem: Problem, path: ArrayLike) -> Profile:
@@ -90,35 +98,79 @@ def profile_of(problem: Problem, path: ArrayLike) -> Profile:
     if waypoints.ndim != 2 or len(waypoints) == 0:  # noqa: PLR2004 - a list of points
         msg = f"path has shape {waypoints.shape}; give at least one waypoint, shape (m, 2)"
         raise ProblemError(msg)
-    points = _points(problem, waypoints)
+    lengths = np.hypot(*np.diff(waypoints, axis=0).T)
+    counts = _parts(lengths, [problem.field])
+    points = waypoints[:1]
+    if lengths.any():
+        legs = zip(waypoints[:-1], waypoints[1:], counts, strict=True)
+        points = np.concatenate([points, *(np.linspace(*leg[:2], leg[2] + 1)[1:] for leg in legs)])
     steps = np.hypot(*np.diff(points, axis=0).T)
     risks = problem.field.line_integral(points[:-1], points[1:])
     distance, risk = (np.concatenate([[0.0], np.cumsum(parts)]) for parts in (steps, risks))
     return Profile(points, distance, problem.field.density(points), risk, distance + problem.k * risk)
 
 
-def _points(problem: Problem, waypoints: FloatArray) -> FloatArray:
-    """Return the waypoints and points between them."""
-    lengths = np.hypot(*np.diff(waypoints, axis=0).T)
+def timed_profile_of(problem: TimedProblem, trajectory: Timed) -> Profile:
+    """
+    Compute the profile of a timed path, at times that are as near as the steps of `profile_of` are.
+
+    Parameters
+    ----------
+    problem
+        The problem that gives risk, wind and prices.
+    trajectory
+        Rows ``(t, x, y)``, as `TimedProblem.evaluate` takes them.
+
+    Raises
+    ------
+    ProblemError
+        If the rows are malformed, or the wind is too strong for a leg.
+
+    Examples
+    --------
+    >>> problem = TimedProblem((0, 0.5), (1, 0.5), speed=0.5, waiting=0.1)
+    >>> profile = timed_profile_of(problem, [(0, 0, 0.5), (1, 0, 0.5), (3, 1, 0.5)])
+    >>> float(profile.times[-1]), float(profile.distance[-1]), round(float(profile.cost[-1]), 9)
+    (3.0, 1.0, 1.1)
+    """
+    rows = timed_rows(trajectory)
+    fields = [problem.field, *(field for _, field in problem.fields)]
+    spreads = [float(threat.rows[:, -2].min()) for threat in problem.moving]
+    counts = _parts(problem.speed * np.diff(rows[:, 0]), fields, spreads)
+    fine = [rows[:1]]
+    for first, last, count in zip(rows[:-1], rows[1:], counts, strict=True):
+        part = np.linspace(first, last, count + 1)
+        if (first[1:] != last[1:]).any():
+            part = problem.fly(part[:, 1:], float(first[0]))
+        fine += [part[1:-1], last[None]]
+    flight = flown(problem, np.concatenate(fine))
+    times, points = flight.rows[:, 0], flight.rows[:, 1:]
+    waits, taken = (np.diff(points, axis=0) == 0.0).all(axis=1), np.diff(times)
+    parts = (
+        np.where(waits, 0.0, problem.speed * taken),
+        np.where(waits, (problem.waiting or 0.0) * taken, 0.0),
+        np.bincount(flight.legs, flight.risks, len(taken)),
+    )
+    distance, waited, risk = (np.append(0.0, np.cumsum(part)) for part in parts)
+    density = [float(problem.field_at(time).density(point)) for time, point in zip(times.tolist(), points, strict=True)]
+    return Profile(points, distance, np.array(density), risk, distance + waited + problem.k * risk, times)
+
+
+def _parts(lengths: FloatArray, fields: Sequence[RiskField], spreads: Sequence[float] = ()) -> list[int]:
+    """Return into how many parts each leg is divided."""
     length = float(lengths.sum())
-    if not length > 0.0:
-        return waypoints
-    field = problem.field
-    cells = [min(raster.cell_size) / CELL_STEPS for raster in field.rasters]
-    step = min([length / LEAST_STEPS, *cells, *(threat.spread / SPREAD_STEPS for threat in field.every_threat)])
-    step = max(step, length / max(MOST_ROWS - len(waypoints), LEAST_STEPS))
-    parts = [waypoints[:1]]
-    for start, end, long in zip(waypoints[:-1], waypoints[1:], lengths.tolist(), strict=True):
-        shares = np.linspace(0.0, 1.0, max(1, math.ceil(long / step)) + 1)[1:, None]
-        part = start + shares * (end - start)
-        part[-1] = end
-        parts.append(part)
-    return np.concatenate(parts)
+    cells = [min(raster.cell_size) / CELL_STEPS for field in fields for raster in field.rasters]
+    spreads = [*spreads, *(threat.spread for field in fields for threat in field.every_threat)]
+    step = min([length / LEAST_STEPS, *cells, *(spread / SPREAD_STEPS for spread in spreads)])
+    step = max(step, length / max(MOST_ROWS - len(lengths) - 1, LEAST_STEPS))
+    return [max(1, math.ceil(one / step)) if step > 0.0 else 1 for one in lengths.tolist()]
 
 
 def profile_csv(scenario: Scenario, profile: Profile, seconds: FloatArray | None = None) -> str:
-    """Write a profile as CSV: `COLUMNS`, seconds if known, and longitude and latitude where the map has them."""
+    """Write a profile as CSV: times, if any, `COLUMNS`, seconds, if known, and longitude and latitude of such maps."""
     columns, table = list(COLUMNS), [profile.distance, profile.points, profile.density, profile.risk, profile.cost]
+    if profile.times is not None:
+        columns, table = ["time", *columns], [profile.times, *table]
     if seconds is not None:
         columns.append("seconds")
         table.append(seconds)
@@ -144,7 +196,13 @@ def profile_figure(scenario: Scenario, profile: Profile) -> Figure:
     ['risk per unit length', 'cost so far']
     """
     scale, unit = unit_scale(scenario.problem), cost_unit(scenario.problem)
-    along = profile.distance * scale
+    flown = (profile.cost - scenario.problem.k * profile.risk) * scale
+    along, where, label = profile.distance * scale, f"distance along the path{unit}", "length"
+    if profile.times is not None:
+        along, where, label = profile.times, "time", "distance through the air, and waiting"
+    density = density_text(scenario.problem.field)
+    if scenario.in_time.get("risk_per") == "time":
+        density = "risk per unit of time"
     name, title = heading(scenario.name, scenario.title, scenario.problem.k)
     with style():
         figure = Figure(figsize=_SIZE, layout="constrained")
@@ -153,17 +211,17 @@ def profile_figure(scenario: Scenario, profile: Profile) -> Figure:
         figure.suptitle(f"{name}:  {title}" if title else name, x=0.01, ha="left", fontsize=10.0, wrap=True)
         above.fill_between(along, 0.0, profile.density, color="#6445AF", alpha=0.25, linewidth=0.0)
         above.plot(along, profile.density, color="#6445AF", linewidth=0.9)
-        above.set_ylabel(density_text(scenario.problem.field))
-        below.fill_between(along, 0.0, along, color="0.85", linewidth=0.0, label="length")
+        above.set_ylabel(density)
+        below.fill_between(along, 0.0, flown, color="0.85", linewidth=0.0, label=label)
         below.fill_between(
-            along, along, profile.cost * scale, color="#6445AF", alpha=0.45, linewidth=0.0, label="k * risk"
+            along, flown, profile.cost * scale, color="#6445AF", alpha=0.45, linewidth=0.0, label="k * risk"
         )
         below.plot(along, profile.cost * scale, color="0.15", linewidth=1.0, label="cost")
         below.set_ylabel(f"cost so far{unit}")
-        below.set_xlabel(f"distance along the path{unit}")
+        below.set_xlabel(where)
         below.legend(loc="upper left", frameon=False)
         for axes in (above, below):
-            axes.set_xlim(0.0, max(float(along[-1]), math.ulp(1.0)))
+            axes.set_xlim(float(along[0]), max(float(along[-1]), np.nextafter(along[0], math.inf)))
             axes.set_ylim(bottom=min(0.0, float(profile.density.min())) if axes is above else None)
             axes.grid(color="0.9", linewidth=0.5)
             axes.set_axisbelow(True)
@@ -186,10 +244,10 @@ def check_profile_file(path: Path) -> None:
 
 
 def write_profile(
-    path: Path, scenario: Scenario, waypoints: FloatArray, clock: Callable[[FloatArray], FloatArray] | None = None
+    path: Path, scenario: Scenario, profile: Profile, clock: Callable[[FloatArray], FloatArray] | None = None
 ) -> Path:
     """
-    Write the profile of a path, whole or not at all: CSV, or a plot where the name ends in .png, .svg or .pdf.
+    Write a profile, whole or not at all: CSV, or a plot where the name ends in .png, .svg or .pdf.
 
     A `clock` returns the times at points on the path, shape ``(n, 2)``; a table then has the seconds as well.
 
@@ -199,7 +257,6 @@ def write_profile(
         If it cannot be written.
     """
     check_profile_file(path)
-    profile = profile_of(scenario.problem, waypoints)
     if path.suffix.lower() != ".csv":
         return pictures.save(profile_figure(scenario, profile), path)
     seconds = None if clock is None else clock(profile.points)

@@ -129,9 +129,9 @@ def plan(
         changed = dataclasses.replace(maps, **changes)
         return _if_still(
             open_map("plan", scenario, changed, at, raster, aircraft, k=k, exported=planned),
-            (output, proof),
+            (output, proof, profile),
             groups,
-            {"profile": profile, "proof": proof_file, "solver": solver},
+            {"proof": proof_file, "solver": solver},
         )
 
     @cache
@@ -190,7 +190,7 @@ def plan(
 
 def _if_still(
     scenario: "Scenario",
-    taken: tuple[OutputOptions, ProofOptions],
+    taken: tuple[OutputOptions, ProofOptions, Path | None],
     groups: Sequence[Any],
     options: Mapping[str, object],
 ) -> "Scenario":
@@ -462,10 +462,11 @@ def _written(
     if folder is not None:
         written.append(_write(folder, run, kinds))
     if profile is not None:
-        from cgla_graph.plots.profile import write_profile
+        from cgla_graph.plots.profile import profile_of, write_profile
 
         clock = None if endurance is None else endurance.clock
-        written.append([write_profile(profile, run.on_map, run.solution.path, clock)])
+        along = profile_of(run.on_map.problem, run.solution.path)
+        written.append([write_profile(profile, run.on_map, along, clock)])
     if exported is not None:
         tolerance = None if flying is None else flying.tolerance
         fence = () if laid is None else laid.fence()

@@ -29,6 +29,7 @@ def plan_timed(
     scenario: Scenario,
     output: OutputOptions,
     proof: ProofOptions,
+    profile: Path | None,
     groups: Sequence[Any],
     options: Mapping[str, object],
 ) -> int:
@@ -43,6 +44,8 @@ def plan_timed(
         Where to write what.
     proof
         How tight a bound to prove; by default, within 1 %.
+    profile
+        The file of risk and cost along the flight, if one is asked for: of one UAV alone.
     groups, options
         Options of ``cgla plan`` that such a map does not have, as `check_alone` takes them.
 
@@ -62,6 +65,7 @@ def plan_timed(
         msg = f"{scenario.name} does not change in time"
         raise ValueError(msg)
     folder, kinds = output.folder(), output.pictures("png")
+    _check_profile(profile, scenario)
     tolerance = read_tolerance(proof.tolerance, certify=not proof.no_certificate, default=TOLERANCE)
     plan: TimedPlan | TeamPlan
     with console.running_solvers([]):
@@ -71,6 +75,11 @@ def plan_timed(
             plan = solve_timed(problem, tolerance=tolerance)
     has_flight = plan.status.has_path
     written = _write(scenario, plan, folder, kinds) if folder is not None and has_flight else []
+    if profile is not None and has_flight and isinstance(plan, TimedPlan):
+        from cgla_graph.plots.profile import timed_profile_of, write_profile
+
+        along = timed_profile_of(problem, plan.trajectory)
+        written.append(write_profile(profile, scenario, along))
     if output.as_json:
         document = {"scenario": scenario.name, "title": scenario.title, **plan.document(), "message": plan.message}
         console.out_json({**document, "files": [str(one) for one in written]})
@@ -79,6 +88,18 @@ def plan_timed(
         console.out_lines(lines)
         console.out_files(written)
     return 0 if has_flight else console.MISSING
+
+
+def _check_profile(profile: Path | None, scenario: Scenario) -> None:
+    """Check the file of a profile before any work is done."""
+    if profile is None:
+        return
+    from cgla_graph.plots.profile import check_profile_file
+
+    check_profile_file(profile)
+    if scenario.uavs:
+        msg = f"--profile is there beside uavs in {scenario.name}: it is of one flight; leave it out, or plan one UAV"
+        raise CglaError(msg)
 
 
 def compare_timed(

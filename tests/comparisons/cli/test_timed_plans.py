@@ -50,7 +50,7 @@ def storm(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_answer_is_that_of_python_and_written_whole(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(timed, "FRAMES", 5)
-    found = cgla("plan", "storm.toml", "--out", "out", "--json", "--no-certificate")
+    found = cgla("plan", "storm.toml", "--out", "out", "--json", "--no-certificate", "--profile", "out/along.csv")
     assert found.code == 0
     document = found.document()
     problem = cg.load_scenario("storm.toml").timed
@@ -62,7 +62,10 @@ def test_the_answer_is_that_of_python_and_written_whole(cgla: Call, monkeypatch:
     assert document["cost"] < 0.87
     assert all(cost is None or cost > 0.85 for _, cost in document["departures"])
     names = {Path(file).name for file in document["files"]}
-    assert names == {f"storm-space-time.{ending}" for ending in ("csv", "json", "png", "gif")}
+    assert names == {"along.csv"} | {f"storm-space-time.{ending}" for ending in ("csv", "json", "png", "gif")}
+    along = list(csv.DictReader(Path("out/along.csv").read_text(encoding="utf-8").splitlines()))
+    assert float(along[0]["time"]) == document["departure"]
+    assert float(along[-1]["cost"]) == pytest.approx(document["cost"])
     rows = list(csv.reader(Path("out/storm-space-time.csv").read_text(encoding="utf-8").splitlines()))
     np.testing.assert_array_equal(np.array(rows[1:], dtype=float), document["trajectory"])
     with Image.open("out/storm-space-time.gif") as film:
@@ -75,7 +78,7 @@ def test_the_answer_is_that_of_python_and_written_whole(cgla: Call, monkeypatch:
 
 
 @pytest.mark.parametrize(
-    "words", [("--max-risk", "1"), ("--solver", "dijkstra"), ("--profile", "a.csv"), ("--proof", "a.proof")]
+    "words", [("--max-risk", "1"), ("--solver", "dijkstra"), ("--profile", "a.txt"), ("--proof", "a.proof")]
 )
 def test_options_that_it_does_not_have_are_refused(cgla: Call, words: tuple[str, str]) -> None:
     answer = cgla("plan", "storm.toml", *words)
@@ -172,6 +175,8 @@ def test_a_team_is_planned_drawn_and_written_together(cgla: Call, monkeypatch: p
         assert getattr(film, "n_frames", 1) == 3
     refused = cgla("plan", "team.toml", "--start", "0.2,0.2")
     assert (refused.code, "ends of their own" in refused.err) == (2, True)
+    refused = cgla("plan", "team.toml", "--profile", "a.csv")
+    assert (refused.code, "of one flight" in refused.err) == (2, True)
     assert "cgla plan team.toml" in cgla("fly", "team.toml").err
 
 
