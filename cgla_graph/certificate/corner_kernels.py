@@ -173,6 +173,21 @@ def excess_over(
 
 
 @kernel
+def most_fall(one: FloatArray, two: FloatArray) -> float:
+    """Bound by how much ``phi`` falls from a part of the rim to another, by their control values."""
+    fall: float = max(one[0], one[1], one[2]) - min(two[0], two[1], two[2])
+    return fall
+
+
+@kernel
+def apart(one: FloatArray, two: FloatArray) -> float:
+    """Bound the distance of two parts of the rim from below."""
+    x, y = one[0] + one[2] - two[0] - two[2], one[1] + one[3] - two[1] - two[3]
+    lengths = math.hypot(one[2] - one[0], one[3] - one[1]) + math.hypot(two[2] - two[0], two[3] - two[1])
+    return max(0.5 * (math.hypot(x, y) - lengths), 0.0)
+
+
+@kernel
 def charge(
     lines: FloatArray,
     curve: FloatArray,
@@ -192,9 +207,13 @@ def charge(
     stack = np.empty((3 * DEEPEST + 8, 4))
     one = np.empty(7)
     two = np.empty(7)
+    least_cost = numbers[MOST] / numbers[RATIO]
     for i in range(lines.shape[0]):
         for j in range(lines.shape[0]):
             if math.isinf(curve[i, 1]) or math.isinf(curve[j, 1]):
+                continue
+            # (no way is shorter than the straight line, and none costs less for its length than the least cost)
+            if most_fall(curve[i], curve[j]) - least_cost * apart(lines[i], lines[j]) <= worst:
                 continue
             stack[0, 0], stack[0, 1], stack[0, 2] = 0.0, 0.0, 1.0
             size = 1

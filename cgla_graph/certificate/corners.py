@@ -72,7 +72,7 @@ INSIDE = 2.5
 #: a block whose rim is a cell away.
 SAVED, LOST_BESIDE = 0.45, 0.3
 #: Charges below this, in spacings times the cost, count as equal; walls are this many sub-cells inside their areas.
-LEAST_CHARGE, DEEP = 0.005, 2.0
+LEAST_CHARGE, DEEP = 0.01, 2.0
 #: Rounding of a charge, relative to the values.
 ROUNDING = 2.0**-44
 #: Marks a joint in `CornerBlock.cuts`, where 0 to 3 are the sides of a node.
@@ -309,15 +309,10 @@ class _Grid:
         """Bound how far the rim of a block is from its corner, map units."""
         return (reach + 1) * math.hypot(*self.mesh.spacing)
 
-    @cached_property
-    def keys(self) -> WholeArray:
-        """Rising numbers of the cells of pieces, which are in order row by row."""
-        return np.asarray(self.mesh.rows.astype(np.int64) * (self.mesh.last[0] + 3) + self.mesh.columns)
-
     def pieces_around(self, centre: tuple[int, int], reach: int) -> tuple[WholeArray, WholeArray]:
         """List the pieces of the cells within reach, and how many cells they are away."""
         rows = np.arange(centre[1] - reach, centre[1] + reach + 1, dtype=np.int64) * (self.mesh.last[0] + 3) + centre[0]
-        first, last = np.searchsorted(self.keys, rows - reach), np.searchsorted(self.keys, rows + reach, side="right")
+        first, last = (np.searchsorted(self.mesh.keys, rows + off) for off in (-reach, reach + 1))
         found = np.concatenate([np.arange(*pair) for pair in zip(first, last, strict=True)])
         columns, lines = self.mesh.columns[found] - centre[0], self.mesh.rows[found] - centre[1]
         return found, np.maximum(np.abs(columns), np.abs(lines))
