@@ -33,7 +33,7 @@ COUNT = 16
 #: The equation is solved again for a landmark while that gains more than this part of the bound.
 AIM = 0.01
 #: Tubes have about so many cells, on the nearest of a few grids that all of them share: cells along its longer side.
-CELLS, SHARED = 12_000, (160, 224, 320, 448)
+CELLS, SHARED = 12_000, (160, 256, 384)
 #: A tube that many starts share counts as at least this part of the map.
 LEAST_SHARE = 0.1
 #: Cells along the longer side of the grid that proofs of single problems begin with, and how many of these problems
