@@ -469,9 +469,9 @@ class Block:
     early: float = math.inf
 
     @classmethod
-    def around(cls, grid: Grid, end: Point, since: float = -math.inf) -> "Block":
+    def around(cls, grid: Grid, end: Point, kept: Runs, since: float = -math.inf) -> "Block":
         """
-        Find the block around an end, where paths may be from a time on.
+        Find the block around an end, where paths may be from a time on; it is best for the layers that keep the end.
 
         Up to twice the distance of the rim, the risk has a floor for a while. A path that stays there and arrives in
         that while pays for it. A path that takes longer pays for the time, and one that leaves the disc for the way
@@ -487,7 +487,8 @@ class Block:
         room = min(column, row, grid.shape[1] - 1 - column, grid.shape[0] - 1 - row) - 2
         room = min(room, max(abs(other[0] - column), abs(other[1] - row)) - 2)
         tried = [cls._within(grid, end, reach, holds, early) for reach in REACHES if reach <= max(room, 1)]
-        met = [n for n in np.nonzero(holds)[0].tolist() if not grid.closed(n, Frame(row, column, 1, 1)).item()]
+        here = holds & (kept[0][:, row] <= column) & (column < kept[1][:, row])
+        met = [n for n in np.nonzero(here)[0].tolist() if not grid.closed(n, Frame(row, column, 1, 1)).item()]
         truth = tried[0].on_rim(grid)[met] / tried[0].rim(grid)
 
         def lost(block: Block) -> float:

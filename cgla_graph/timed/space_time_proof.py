@@ -304,11 +304,9 @@ class _Search:
         to_start: Surface | None = None
         while True:
             back = grid.reversed()
-            to_goal = Surface(grid, Block.around(grid, self.problem.goal), kept, coarse=to_goal)
-            block, turned = (
-                Block.around(back, self.problem.start, -self.problem.departures[1]),
-                (kept[0][::-1], kept[1][::-1]),
-            )
+            to_goal = Surface(grid, Block.around(grid, self.problem.goal, kept), kept, coarse=to_goal)
+            turned = kept[0][::-1], kept[1][::-1]
+            block = Block.around(back, self.problem.start, turned, -self.problem.departures[1])
             to_start = Surface(back, block, turned, horizon=STEEP, coarse=to_start)
             self._bound(grid, to_goal, to_start)
             count = int((kept[1] - kept[0]).sum())
@@ -345,14 +343,13 @@ class _Search:
         return float(min(MOST_TIMES, (self.max_cells / count) ** (1 / 3), (most / nodes) ** (1 / 3), plane))
 
     def _bound(self, grid: Grid, to_goal: Surface, to_start: Surface) -> None:
-        """Solve, check and soften both surfaces, and take the bound if it is better."""
+        """Solve, check and soften both surfaces, and take the better one's bound at its far end."""
         window = range(int((grid.knots[:-1] <= self.problem.departures[1]).sum()))
         anywhere = range(grid.count)
         # kernels let other threads run
         with ThreadPoolExecutor(1) as thread:
             other = thread.submit(self._rounds, to_start, self.problem.goal, anywhere)
-            bound = self._rounds(to_goal, self.problem.start, window)
-            other.result()
+            bound = max(self._rounds(to_goal, self.problem.start, window), other.result())
         self.best = max(self.best, min(bound, self.known) * (1.0 - ROUNDING))
 
     def _rounds(self, surface: Surface, place: tuple[float, float], layers: range) -> float:

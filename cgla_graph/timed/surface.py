@@ -152,11 +152,17 @@ class Surface:
             rim = math.sqrt(2.0) * (block.cells[2] + 1) * grid.step
             gentle = float(block.prices[-1, 0] / grid.flow[0] + block.prices[-1, 1])
             return np.asarray(gentle * far + self.horizon * np.maximum(far - rim, 0.0))
-        values = np.full(frame.size, WALL)
-        cone = block.prices[-1] * np.array([1, 1, 0, 0, 0, 1, 1, 1])
-        everywhere = (*block.within(frame)[:2], max(grid.shape))
-        march_kernels.around_end(values, everywhere, block.off, grid.step, cone)
+        values = self._cone(max(grid.shape))
         return self._settled(np.where(values < WALL, values, far), weather)
+
+    def _cone(self, reach: int) -> FloatArray:
+        """Return the values of the last layer up to a reach around the end, as steep as they are there."""
+        block, values = self.block, np.full(self.nodes[-1].size, WALL)
+        around = (*block.within(self.nodes[-1])[:2], reach)
+        # (with the bend of the formula, they would fall beyond the block)
+        cone = block.prices[-1] * np.array([1, 1, 0, 0, 0, 1, 1, 1])
+        march_kernels.around_end(values, around, block.off, self.grid.step, cone)
+        return values
 
     def _settled(self, values: FloatArray, weather: "Weather") -> FloatArray:
         """March the values of the last layer on a map that stands still until they change no more."""
@@ -202,14 +208,10 @@ class Surface:
 
     def _known(self, n: int, weather: "Weather") -> FloatArray:
         """Return the values of the last layer; those of a coarser grid have no tip at the end, which is added."""
-        values, block = self._prolonged(n, float(self.grid.times[n])), self.block
+        values = self._prolonged(n, float(self.grid.times[n]))
         if self.coarse is not None:
-            by = block.cells[2] + math.ceil(TIP * self.coarse.grid.step / self.grid.step)
-            tip = np.full(values.shape, WALL)
-            march_kernels.around_end(
-                tip, (*block.within(self.nodes[n])[:2], by), block.off, self.grid.step, block.prices[-1]
-            )
-            values = np.minimum(values, tip)
+            reach = self.block.cells[2] + math.ceil(TIP * self.coarse.grid.step / self.grid.step)
+            values = np.minimum(values, self._cone(reach))
         return values if self.horizon is not None else self._settled(values, weather)
 
     def _store(self, n: int, values: FloatArray) -> None:
