@@ -16,7 +16,7 @@ from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster_kernels import Rasters, add_densities, raster_floor
 from cgla_graph.timed.floor_kernels import VX, VY, end_formula, least_near, raster_floors
 from cgla_graph.timed.frames import Frame, Runs
-from cgla_graph.timed.march_kernels import Flow
+from cgla_graph.timed.march_kernels import STEEPEST, Flow
 from cgla_graph.timed.wind import Wind
 from cgla_graph.timed.wind_kernels import wind_within, winds_within
 
@@ -414,17 +414,46 @@ class Grid:
             found.append(np.where(at < PAD, 2 * PAD - at, np.where(at > last, 2 * last - at, at)))
         return found[0], found[1]
 
-    def mirrored(self, values: FloatArray, frame: Frame) -> FloatArray:
+    def mirrored(self, values: FloatArray, frame: Frame, time: float, risks: FloatArray) -> FloatArray:
         """
-        Return values with those beyond the border set to the ones as far inside of it.
+        Return values at a time with those beyond the border set to the ones as far inside of it, tilted in wind.
 
-        Paths along the border stay inside, where a surface that is level across it is least steep.
+        Paths along the border stay inside. There, a surface is least steep that falls across it as the nose points,
+        into the wind; without wind, it is level. `risks` are those at the nodes, times their weight.
         """
         rows, columns = (
             np.clip(source[begin : begin + count] - begin, 0, count - 1)
             for source, begin, count in zip(self._mirrors, frame[:2], frame.size, strict=True)
         )
-        return np.asarray(values[np.ix_(rows, columns)])
+        out = np.asarray(values[np.ix_(rows, columns)])
+        for axis in range(2) if self.windy else ():
+            number = frame[axis] + np.arange(frame.size[axis])
+            for border, sign in ((PAD, -1), (self.shape[axis] - 1 - PAD, 1)):
+                beyond = sign * (number - border) > 0
+                edge = frame._replace(row=border, rows=1) if axis == 0 else frame._replace(column=border, columns=1)
+                if not beyond.any() or border not in number or 1 in frame.size:
+                    continue
+                line, risk = (edge.cut(each, frame, fill=0.0).ravel() for each in (out, risks))
+                tilt = self._tilt(line, risk, sign * self._wind_on(edge, time)[:, 1 - axis])
+                away = 2.0 * self.step * sign * (number[beyond] - border)
+                if axis == 0:
+                    out[beyond] += away[:, None] * tilt
+                else:
+                    out[:, beyond] += tilt[:, None] * away
+        return out
+
+    def _tilt(self, line: FloatArray, risk: FloatArray, wind: FloatArray) -> FloatArray:
+        """Return how a surface rises across the border, outwards, from values along it; level at walls."""
+        v, _, _, per_time, _ = self.flow
+        slope = np.abs(np.gradient(np.where(line < STEEPEST, line, math.nan), self.step))
+        slope = np.nan_to_num(slope if per_time else np.maximum(slope - risk, 0.0))
+        return np.where(np.abs(wind) < v, slope * wind / np.sqrt(np.maximum(v * v - wind * wind, 0.1 * v * v)), 0.0)
+
+    def _wind_on(self, frame: Frame, time: float) -> FloatArray:
+        """Return the wind at the nodes of a frame, row by row, shape ``(rows * columns, 2)``."""
+        if self.wind is not None:
+            return self.wind.at(self.places(frame), time)
+        return np.tile(self.flow[1:3], (frame.rows * frame.columns, 1))
 
     @cached_property
     def _walls_among(self) -> dict[tuple[int, ...], BoolArray]:

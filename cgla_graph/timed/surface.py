@@ -95,7 +95,7 @@ class Surface:
         grid, times = self.grid, self.grid.times
         last = grid.count + 1
         later = self._weather(last)
-        self._store(last, self._horizon(later) if self.coarse is None else self._known(last, later))
+        self._store(last, self._horizon(later) if self.coarse is None else self._known(last, later), later)
         for n in range(grid.count, -1, -1):
             values, frame, here = self._values_for(n), self.nodes[n], self._weather(n)
             rates = np.zeros(frame.size)
@@ -103,7 +103,7 @@ class Surface:
                 rates = (self._prolonged(n, times[n]) - values) / (times[n + 1] - times[n])
                 rates[~(np.abs(rates) < WALL * 1e-6)] = 0.0
             self._advance(n, n, values, rates, (later, here))
-            self._store(n, values)
+            self._store(n, values, here)
             later = here
         for _ in range(self.smoothed):
             self.smooth()
@@ -214,9 +214,12 @@ class Surface:
             values = np.minimum(values, self._cone(reach))
         return values if self.horizon is not None else self._settled(values, weather)
 
-    def _store(self, n: int, values: FloatArray) -> None:
+    def _store(self, n: int, values: FloatArray, weather: "Weather") -> None:
         known = self.nodes[n].inside(in_layer(self.stored, n))
-        self.values[n] = np.where(known, self.grid.mirrored(values, self.nodes[n]), math.nan)
+        mirrored = self.grid.mirrored(
+            values, self.nodes[n], float(self.grid.times[n]), weather.cut(self.nodes[n]).risks
+        )
+        self.values[n] = np.where(known, mirrored, math.nan)
 
     def smooth(self) -> None:
         """

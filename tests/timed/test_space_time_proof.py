@@ -282,6 +282,18 @@ def test_along_the_border_it_closes_in() -> None:
     assert found.gap <= 0.02
 
 
+@pytest.mark.parametrize("changes", [False, True])
+def test_along_the_border_in_wind_across_it_closes_in(changes: bool) -> None:
+    """Were the surface level across the border, as without wind, the gap would be 11 % (7 % in wind that changes)."""
+    storm = cg.MovingThreat([(0, 0.5, 0.25), (2, 0.52, 0.26)], spread=0.12, peak=0.8)
+    turning = cg.Wind([[[-0.1, 0.1]]] * 2, [[[0.4, 0.4]], [[0.2, 0.3]]], (0, 0, 1, 1), times=[0, 2])
+    wind = turning if changes else (-0.1, 0.4)
+    problem = cg.TimedProblem((0.1, 0.1), (0.9, 0.1), moving=[storm], speed=1, k=10, wind=wind, risk_per="time")
+    plan = cg.solve(problem, nodes=20_000, tolerance=None)
+    assert plan.trajectory[:, 2].min() == 0.0
+    assert timed_lower_bound(problem, plan.trajectory, tolerance=0.04, max_cells=10_000).reached
+
+
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["still", "ground", "time", "changes"]))
 def test_what_is_too_steep_inside_of_the_border_is_found(seed: int, kind: str) -> None:
     """On cells that the border cuts, the part inside counts, with the risk, the tolls and the wind that are there."""
