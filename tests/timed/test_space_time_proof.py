@@ -167,7 +167,6 @@ def test_bounds_hold_right_beside_the_goal(away: float, more: dict[str, object])
     assert bound <= problem.evaluate(problem.fly([(0.5, 0.5), goal])).cost
 
 
-@pytest.mark.slow
 def test_a_threat_that_leaves_an_end_costs_no_more_than_others() -> None:
     """Around the end, values that bend as inside of its block would fall below all bounds: the gap was 15 %."""
     leaving = cg.MovingThreat([(0, 0.9, 0.5), (2, 1.0, 0.6)], spread=0.05, peak=0.8)
@@ -176,6 +175,7 @@ def test_a_threat_that_leaves_an_end_costs_no_more_than_others() -> None:
     assert timed_lower_bound(problem, plan.trajectory, tolerance=0.03, max_cells=60_000).reached
 
 
+@pytest.mark.slow
 def test_on_a_map_that_stands_still_it_closes_in_on_the_best_path() -> None:
     """
     By the better part of what is left from the first grid to the third; users get the answer of the proof in the plane.
