@@ -135,7 +135,7 @@ def timed_profile_of(problem: TimedProblem, trajectory: Timed) -> Profile:
     """
     rows = timed_rows(trajectory)
     fields = [problem.field, *(field for _, field in problem.fields)]
-    spreads = [float(threat.rows[:, -2].min()) for threat in problem.moving]
+    spreads = [float(np.min(threat.spread)) for threat in problem.moving]
     counts = _parts(problem.speed * np.diff(rows[:, 0]), fields, spreads)
     fine = [rows[:1]]
     for first, last, count in zip(rows[:-1], rows[1:], counts, strict=True):
