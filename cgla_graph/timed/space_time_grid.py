@@ -436,10 +436,8 @@ class Grid:
                 line, risk = (edge.cut(each, frame, fill=0.0).ravel() for each in (out, risks))
                 tilt = self._tilt(line, risk, sign * self._wind_on(edge, time)[:, 1 - axis])
                 away = 2.0 * self.step * sign * (number[beyond] - border)
-                if axis == 0:
-                    out[beyond] += away[:, None] * tilt
-                else:
-                    out[:, beyond] += tilt[:, None] * away
+                # (a view)
+                np.moveaxis(out, axis, 0)[beyond] += away[:, None] * tilt
         return out
 
     def _tilt(self, line: FloatArray, risk: FloatArray, wind: FloatArray) -> FloatArray:

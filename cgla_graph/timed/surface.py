@@ -215,10 +215,10 @@ class Surface:
         return values if self.horizon is not None else self._settled(values, weather)
 
     def _store(self, n: int, values: FloatArray, weather: "Weather") -> None:
-        known = self.nodes[n].inside(in_layer(self.stored, n))
-        mirrored = self.grid.mirrored(
-            values, self.nodes[n], float(self.grid.times[n]), weather.cut(self.nodes[n]).risks
-        )
+        frame = self.nodes[n]
+        risks = frame.cut(weather.risks, weather.frame, fill=0.0)
+        mirrored = self.grid.mirrored(values, frame, float(self.grid.times[n]), risks)
+        known = frame.inside(in_layer(self.stored, n))
         self.values[n] = np.where(known, mirrored, math.nan)
 
     def smooth(self) -> None:
