@@ -105,6 +105,7 @@ def plan(
             (tour, budget, uncertain, heights, flyable, times, ground, volume, export),
             {"profile": profile, "refine": refine, "proof": proof_file, "solver": solver},
         )
+    _check_profile(profile)
     from cgla_graph.comparisons.cli import ground as on_ground
     from cgla_graph.comparisons.cli.altitudes import at_best, read_altitudes
     from cgla_graph.comparisons.study.options import read_entrant, read_tolerance
@@ -163,7 +164,6 @@ def plan(
     high = bool(export.export) or endurance is not None or (laying is not None and opened.zones is None)
     zoned = {**zones.report([opened], as_json=output.as_json, exported=high), **best}
     folder, kinds = output.folder(), output.pictures("png")
-    _check_profile(profile)
     with console.running_solvers([] if tolerance is None else [opened.problem.model]):
         run, within = _planned(opened, solved, entrant, tolerance, budget, endurance, touring)
         run = run if flying is None else flying.flown(run)

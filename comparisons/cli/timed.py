@@ -65,7 +65,9 @@ def plan_timed(
         msg = f"{scenario.name} does not change in time"
         raise ValueError(msg)
     folder, kinds = output.folder(), output.pictures("png")
-    _check_profile(profile, scenario)
+    if profile is not None and scenario.uavs:
+        msg = f"--profile is there beside uavs in {scenario.name}: it is of one flight; leave it out, or plan one UAV"
+        raise CglaError(msg)
     tolerance = read_tolerance(proof.tolerance, certify=not proof.no_certificate, default=TOLERANCE)
     plan: TimedPlan | TeamPlan
     with console.running_solvers([]):
@@ -88,18 +90,6 @@ def plan_timed(
         console.out_lines(lines)
         console.out_files(written)
     return 0 if has_flight else console.MISSING
-
-
-def _check_profile(profile: Path | None, scenario: Scenario) -> None:
-    """Check the file of a profile before any work is done."""
-    if profile is None:
-        return
-    from cgla_graph.plots.profile import check_profile_file
-
-    check_profile_file(profile)
-    if scenario.uavs:
-        msg = f"--profile is there beside uavs in {scenario.name}: it is of one flight; leave it out, or plan one UAV"
-        raise CglaError(msg)
 
 
 def compare_timed(

@@ -42,10 +42,14 @@ vanishes = 2.5
 since = 3
 threats = [{x = 0.5, y = 0.5, spread = 0.1}]
 """
+OTHERS = """
+[[others]]
+track = [[0, 0.1, 0.9], [3, 0.9, 0.9]]
+"""
 
 
 def test_every_key_reaches_the_problem() -> None:
-    scenario = scenario_from_toml(PLANE + IN_TIME, "mine")
+    scenario = scenario_from_toml(f"separation = 0.05\n{PLANE}{IN_TIME}{OTHERS}", "mine")
     timed = scenario.timed
     assert timed is not None
     assert timed.still == scenario.problem
@@ -58,6 +62,8 @@ def test_every_key_reaches_the_problem() -> None:
     assert timed.areas[0].polygon.equals(shapely.box(0.4, 0.4, 0.6, 0.6))
     assert timed.fields == ((3.0, cg.RiskField([cg.Threat(0.5, 0.5, 0.1)])),)
     assert timed.events.tolist() == [0.0, 1.0, 2.0, 2.5, 3.0]
+    ((times, points),) = ((one.times, one.points) for one in timed.others)
+    assert (timed.separation, times.tolist(), points.tolist()) == (0.05, [0, 3], [[0.1, 0.9], [0.9, 0.9]])
     assert scenario_from_toml(PLANE, "mine").timed is None
 
 
