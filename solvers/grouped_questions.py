@@ -12,10 +12,11 @@ from cgla_graph.certificate.certificate import MAX_CELLS, WORTH, is_separated, l
 from cgla_graph.certificate.landmarks import COARSE, MANY, Ground, refined
 from cgla_graph.certificate.many import MOST_SOLVES, GoalSurface
 from cgla_graph.certificate.many_cells import CellSurface
-from cgla_graph.model.cost_model import MapKind
+from cgla_graph.model.cost_model import MapKind, threads
 from cgla_graph.model.problem import Evaluation, Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import trivial_solution
+from cgla_graph.regions.arrangement import has_cells
 from cgla_graph.solvers.solving import solve
 
 #: The gap that is asked for by default.
@@ -25,6 +26,8 @@ TOLERANCE = 0.01
 STEPS = {24: 512, 6: 384, 4: 256}
 #: Where so many questions are left, at least, they have a tube in common, on a grid with so many cells, and then more.
 LEFT, JOINT = 16, (400_000, 1_200_000)
+#: So many questions at most are proven at the same time, each by itself: more would wait for Python.
+MOST_THREADS = 4
 #: Name of the solver in answers.
 NAME = "map"
 
@@ -94,16 +97,36 @@ class Questions:
         by_goal, by_start = (np.unique(points, axis=0, return_inverse=True) for points in (self.goals, self.starts))
         backwards = len(by_start[0]) < len(by_goal[0])
         ends, group = by_start if backwards else by_goal
+        found: list[tuple[int, _Found, int]] = []
         for number, end in enumerate(ends.tolist()):
             members = np.flatnonzero((np.reshape(group, -1) == number) & ~same)
             if not len(members):
                 continue
-            others = (self.goals if backwards else self.starts)[members]
-            found = self._group((end[0], end[1]), others)
-            for at, member in enumerate(members.tolist()):
-                solutions[member] = self._answer(member, found, at, backwards=backwards)
+            of_group = self._group((end[0], end[1]), (self.goals if backwards else self.starts)[members])
+            found += [(member, of_group, at) for at, member in enumerate(members.tolist())]
+            self.n_own += len(of_group.open(self.tolerance))
             self.tell(f"{number + 1} of {len(ends)} goals")
+        if self.n_own:
+            self._prepare()
+        # kernels let other threads run, and a single proof uses all cores by itself
+        with threads(MOST_THREADS) as pool:
+            side_by_side = pool.map if self.n_own > 1 else map
+            answers = side_by_side(lambda one: self._answer(*one, backwards=backwards), found)
+            for done, ((member, _, _), answer) in enumerate(zip(found, answers, strict=True)):
+                solutions[member] = answer
+                self.tell(f"{done + 1} of {len(found)} questions")
         return [one for one in solutions if one is not None]
+
+    def _prepare(self) -> None:
+        """Compute what proofs of single questions have in common, before threads start."""
+        ground = self.ground(COARSE)
+        if ground is not None and self._in_tube and not has_cells(self.problem):
+            _ = ground.landmarks
+
+    @property
+    def _in_tube(self) -> bool:
+        """Whether there are enough questions that landmarks pay for them."""
+        return len(self.starts) >= MANY
 
     def _problem(self, number: int) -> Problem:
         start, goal = (tuple(points[number].tolist()) for points in (self.starts, self.goals))
@@ -117,7 +140,6 @@ class Questions:
             return replace(mine, status=Status.NO_PATH, lower_bound=math.inf, message="proven: there is no path")
         path, note = found.paths[at][::-1] if backwards else found.paths[at], ""
         if judged is None or not judged.cost <= bound * (1.0 + self.tolerance):
-            self.n_own += 1
             own, note = self._own(problem, path), "a proof of its own"
             # (NaN where nothing is proven)
             bound = max(own.lower_bound, bound) if own.lower_bound > 0.0 else bound or math.nan
@@ -138,8 +160,7 @@ class Questions:
     def _own(self, problem: Problem, path: FloatArray) -> Solution:
         """Prove an answer by itself: on the grid of the map, from the given path if there is one, or as any problem."""
         ground = self.ground(COARSE)
-        in_tube = len(self.starts) >= MANY
-        proof = None if ground is None else ground.proof(problem, self.tolerance, path, in_tube=in_tube)
+        proof = None if ground is None else ground.proof(problem, self.tolerance, path, in_tube=self._in_tube)
         if proof is None and is_separated(problem.relaxed()):
             return Solution(Status.NO_PATH, lower_bound=math.inf, message="there is no path", problem=problem)
         if proof is None or not proof.reached or proof.path is None:

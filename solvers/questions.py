@@ -75,7 +75,7 @@ class Map(ShortRepr):
         surfaces in a tube around all that may be better; those above it are refined. What is still above it then, or
         begins so near to the goal that the surface says nothing, gets a proof of its own. So do
         questions that share an end with at most two others; bounds of the map leave a narrow tube to each of them,
-        where the cost is not constant on cells.
+        where the cost is not constant on cells. These proofs run side by side, on up to four cores.
 
         Parameters
         ----------
@@ -214,7 +214,7 @@ class Map(ShortRepr):
         """Check that all points are where a path may be; the error names the first that is not."""
         if not len(points):
             return
-        wrong = np.flatnonzero(~self.problem.in_bounds(points) | self.problem.area.contains(points))
+        wrong = np.flatnonzero(~self.problem.in_bounds(points) | self.problem.model.area.contains(points))
         if len(wrong):
             number = int(wrong[0])
             at = (float(points[number, 0]), float(points[number, 1]))

@@ -13,6 +13,7 @@ be that of another landmark. Nothing is charged for, as differences of charged s
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from threading import Lock
 
 import numpy as np
 
@@ -43,6 +44,8 @@ COARSE, MANY = 96, 8
 REFINED, MOST_WAYPOINTS = 0.05, 64
 #: Differences of heights are rounded by less than this part of the greatest numbers.
 ROUNDING = 2.0**-46
+#: Threads lay shared grids one by one. (A lock in each `Ground` could not be pickled.)
+_LAYING = Lock()
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,9 +230,10 @@ class Ground:
         columns, rows = self.level.mesh.last
         share = max(int((kept[:, 2] - kept[:, 1]).sum()), 1) / ((columns + 1) * (rows + 1))
         steps = min(SHARED, key=lambda one: abs(math.log(one**2 * share / CELLS)))
-        if steps not in self.shared:
-            last = first_grid(self.problem, steps)
-            self.shared[steps] = Level.lay(self.level.problem, last, cell_runs.rectangle(last))
+        with _LAYING:
+            if steps not in self.shared:
+                last = first_grid(self.problem, steps)
+                self.shared[steps] = Level.lay(self.level.problem, last, cell_runs.rectangle(last))
         whole = self.shared[steps]
         return whole, cell_runs.refined(kept, (columns, rows), whole.mesh.last)
 

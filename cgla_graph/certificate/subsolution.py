@@ -49,6 +49,7 @@ from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go, descent, straight_costs
 from cgla_graph.eikonal.marching_kernels import spline_value
 from cgla_graph.eikonal.mesh import HALO, MeshPart, SplineMesh, bezier_values
+from cgla_graph.model.cost_model import stays_alone
 from cgla_graph.model.problem import Problem
 
 #: Times that the equation is solved on one grid, at most, and the round from which a cost may be lowered below the
@@ -304,6 +305,7 @@ class Level:
         if charge:
             # before threads start: a cached property has one lock for all grids, and a block has a grid of its own
             _ = self.corners
+        turns = turns or stays_alone()
         race = _Race() if len(self.mesh.columns) > LARGE and not turns else None
         bound = partial(self.bound, aim=aim, charge=charge, known=known, wanted=wanted, race=race)
         if turns:

@@ -1,6 +1,7 @@
 """The cost of a straight segment: Eq. 5, and infinity where it crosses a no-fly area."""
 
 import os
+import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -216,18 +217,39 @@ def n_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def threads(most: int) -> ThreadPoolExecutor:
+    """
+    Open as many threads as there are cores, for tasks that do not share out their own work, and at most some number.
+
+    Examples
+    --------
+    >>> with threads(4) as pool:
+    ...     list(pool.map(lambda number: (number, stays_alone()), range(2)))
+    [(0, True), (1, True)]
+    """
+    return ThreadPoolExecutor(min(n_cores(), most), initializer=lambda: setattr(_thread, "alone", True))
+
+
+def stays_alone() -> bool:
+    """Return whether this thread is one of `threads`."""
+    return getattr(_thread, "alone", False)
+
+
+_thread = threading.local()
+
+
 def share_out(task: Callable[[int, int], None], n_items: int) -> None:
     """
     Run a task on all cores: ``task(first, step)`` for the items `first`, ``first + step``, …, one thread each.
 
-    Few items (below `THREADED_FROM`) stay in this thread.
+    Few items (below `THREADED_FROM`) stay in this thread, and so do all items of a thread of `threads`.
 
     Examples
     --------
     >>> share_out(lambda first, step: print(first, step), n_items=10)
     0 1
     """
-    step = n_cores() if n_items >= THREADED_FROM else 1
+    step = n_cores() if n_items >= THREADED_FROM and not stays_alone() else 1
     if step == 1:
         task(0, 1)
         return

@@ -17,6 +17,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.certificate import many
 from cgla_graph.certificate.landmarks import Ground, Landmarks
 from cgla_graph.errors import ProblemError
+from cgla_graph.model import cost_model
 from cgla_graph.regions import bound as over_cells
 from cgla_graph.solvers import grouped_questions
 
@@ -181,6 +182,27 @@ def test_pairs_over_cells_of_constant_cost_are_proven_one_by_one(monkeypatch: py
     assert faults(problem, answers, 2) == []
 
 
+def test_answers_do_not_depend_on_the_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = replace(PAPER, no_fly=BOX)
+    starts, goals = (places(problem, 9, np.random.default_rng([12, end])) for end in range(2))
+    found = []
+    for count in 1, 3:
+        monkeypatch.setattr(cost_model, "n_cores", lambda count=count: count)
+        answers = cg.Map(problem).solve(starts, goals)
+        found.append([(one.path.tolist(), one.lower_bound, one.message) for one in answers])
+    assert found[0] == found[1]
+    assert answers.n_own == 9
+
+
+def test_an_error_in_one_thread_is_that_of_the_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(Ground, "proof", fail)
+    with pytest.raises(MemoryError):
+        cg.Map(PAPER).solve(starts=[(0.2, 0.3), (0.4, 0.1)])
+
+
 def test_questions_that_are_the_same_or_trivial() -> None:
     base = cg.Map(PAPER)
     twice = base.solve(starts=[(0.2, 0.3), (0.2, 0.3), PAPER.goal], names=["a", "b", "c"])
@@ -201,6 +223,8 @@ def test_questions_that_are_the_same_or_trivial() -> None:
     [
         ({"starts": [(0.1, 0.1), (0.42, 0.5)]}, "start 2 of 2: start .* no-fly"),
         ({"goals": [(0.1, 0.1), (0.2, 0.2), (0.42, 0.5)]}, "goal 3 of 3: goal .* no-fly"),
+        ({"starts": [(0.1, 0.1), (0.46, 0.5)]}, "start 2 of 2: start .* the clearance is 0.02"),
+        ({"goals": [(0.1, 0.1), (0.46, 0.5)]}, "goal 2 of 2: goal .* the clearance is 0.02"),
         ({"starts": [(0.1, 1.1)]}, "start 1 of 1: .* outside the bounds"),
         ({"starts": [(0.1, 0.1)] * 2, "goals": [(0.2, 0.2)] * 3}, "2 starts and 3 goals; give"),
         ({"starts": [(0.1, 0.1)] * 2, "names": ["a"]}, "1 names and 2 questions; give"),
@@ -210,7 +234,7 @@ def test_questions_that_are_the_same_or_trivial() -> None:
 )
 def test_a_wrong_question_is_named(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(ProblemError, match=message):
-        cg.Map(replace(PAPER, no_fly=BOX)).solve(**arguments)
+        cg.Map(replace(PAPER, no_fly=BOX, clearance=0.02)).solve(**arguments)
 
 
 def test_answers_on_the_earth(tmp_path: Path) -> None:
