@@ -139,7 +139,7 @@ class Grid:
     @property
     def cells(self) -> int:
         """How many cells the tube has."""
-        return self.count or int((self.runs[:, 2] - self.runs[:, 1]).sum())
+        return self.count or cell_runs.count(self.runs)
 
 
 @dataclass(frozen=True, eq=False)

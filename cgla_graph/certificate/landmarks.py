@@ -166,10 +166,14 @@ class Ground:
 
     def within(self, starts: FloatArray, goal: Point, costs: FloatArray, cells: int) -> "Ground":
         """Lay a grid of about so many cells where a path from a start to a goal may cost less than its cost."""
-        kept, (columns, rows) = self.landmarks.kept(starts, goal, costs), self.level.mesh.last
-        share = int((kept[:, 2] - kept[:, 1]).sum()) / ((columns + 1) * (rows + 1))
+        kept, share = self._kept(starts, goal, costs)
         last = first_grid(self.problem, round(math.sqrt(cells / max(share, LEAST_SHARE))))
-        return self._on(self.problem, last, cell_runs.refined(kept, (columns, rows), last))
+        return self._on(self.problem, last, cell_runs.refined(kept, self.level.mesh.last, last))
+
+    def _kept(self, starts: FloatArray, goal: Point, costs: FloatArray) -> tuple[WholeArray, float]:
+        """Return the cells of `Landmarks.kept`, and which part of the map they are, one cell at least."""
+        kept, (columns, rows) = self.landmarks.kept(starts, goal, costs), self.level.mesh.last
+        return kept, max(cell_runs.count(kept), 1) / ((columns + 1) * (rows + 1))
 
     @cached_property
     def landmarks(self) -> Landmarks:
@@ -226,16 +230,14 @@ class Ground:
         whole, runs
             The grid, which other problems share, and the cells (`cell_runs`).
         """
-        kept = self.landmarks.kept(np.array([problem.start]), problem.goal, np.array([cost]))
-        columns, rows = self.level.mesh.last
-        share = max(int((kept[:, 2] - kept[:, 1]).sum()), 1) / ((columns + 1) * (rows + 1))
+        kept, share = self._kept(np.array([problem.start]), problem.goal, np.array([cost]))
         steps = min(SHARED, key=lambda one: abs(math.log(one**2 * share / CELLS)))
         with _LAYING:
             if steps not in self.shared:
                 last = first_grid(self.problem, steps)
                 self.shared[steps] = Level.lay(self.level.problem, last, cell_runs.rectangle(last))
         whole = self.shared[steps]
-        return whole, cell_runs.refined(kept, (columns, rows), whole.mesh.last)
+        return whole, cell_runs.refined(kept, self.level.mesh.last, whole.mesh.last)
 
     def _descent(self, problem: Problem) -> FloatArray:
         """Descend the costs-to-go of a problem on this map: waypoints, shape ``(n, 2)``; empty if no way leads down."""

@@ -258,7 +258,7 @@ class GoalSurface:
         free = np.flatnonzero(~area.contains(thin))
         first = int(free[free <= max(int(crossed[0]) - LED, 0)].max(initial=0))
         last = int(free[free >= min(int(crossed[-1]) + 1 + LED, len(thin) - 1)].min(initial=len(thin) - 1))
-        for one, other in ((first, last), (0, len(thin) - 1)):
+        for one, other in dict.fromkeys([(first, last), (0, len(thin) - 1)]):
             led = around_corners(self.ground.problem, thin[one : other + 1], BESIDE * max(spacing))
             if len(led):
                 return np.vstack([thin[:one], led, thin[other + 1 :]])

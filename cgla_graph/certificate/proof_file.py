@@ -405,7 +405,7 @@ class _Writer:
             kept = checker.kept(surfaces["to_goal"][1], surfaces["to_start"][1], cost)
             columns, rows = grid.columns[kept].astype(np.int32), grid.rows[kept].astype(np.int32)
             runs = cell_runs.clipped(cell_runs.refined(cell_runs.runs_of(columns, rows), last, finer), finer)
-            boxes = int((runs[:, 2] - runs[:, 1]).sum()) * (len(grid.costs) // len(grid.columns))
+            boxes = cell_runs.count(runs) * (len(grid.costs) // len(grid.columns))
             if boxes > MOST_BOXES or self.floats_across() < LEAST_FLOATS * max(finer):
                 return whole, best
             last = finer

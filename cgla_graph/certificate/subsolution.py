@@ -157,8 +157,7 @@ def with_halo(problem: Problem, runs: WholeArray, last: tuple[int, int]) -> int:
     >>> with_halo(Problem((0, 0), (1, 1)), np.array([[64, 64, 65]]), (128, 128))
     289
     """
-    widened = cell_runs.clipped(cell_runs.dilated(runs, halo(problem, last)), last)
-    return int((widened[:, 2] - widened[:, 1]).sum())
+    return cell_runs.count(cell_runs.clipped(cell_runs.dilated(runs, halo(problem, last)), last))
 
 
 def in_line(problem: Problem, last: tuple[int, int]) -> tuple[int, int]:

@@ -22,6 +22,18 @@ def rectangle(last: tuple[int, int]) -> WholeArray:
     return np.column_stack([rows, np.zeros_like(rows), np.full_like(rows, last[0] + 1)])
 
 
+def count(runs: WholeArray) -> int:
+    """
+    Count the cells of runs that do not overlap.
+
+    Examples
+    --------
+    >>> count(rectangle((4, 1)))
+    10
+    """
+    return int((runs[:, 2] - runs[:, 1]).sum())
+
+
 def merged(runs: WholeArray) -> WholeArray:
     """
     Sort runs and join those that overlap or touch.

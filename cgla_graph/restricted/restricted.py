@@ -58,6 +58,7 @@ from scipy.sparse import csgraph
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point, WholeArray
 from cgla_graph.certificate.costs import is_provable
 from cgla_graph.cost_to_go.cost_matrix import RESTRICTED, CostMatrix
+from cgla_graph.eikonal import cell_runs
 from cgla_graph.errors import GraphError
 from cgla_graph.model.clearance import closed_area
 from cgla_graph.model.cost_model import MapKind
@@ -287,7 +288,7 @@ class _Search:
                     return self._stopped(tube) if self._is_late() else None
             kept = self._narrowed(tube, kept)
             last, runs = tube.finer(self.upper)
-            needed, n_kept = int((runs[:, 2] - runs[:, 1]).sum()), len(kept.index)
+            needed, n_kept = cell_runs.count(runs), len(kept.index)
             pays = PAIR * float(n_kept) ** 2 > CELL * needed or (len(self.cells) == 1 and n_kept >= MANY)
             if needed > MOST_CELLS or not pays or self._is_late(CELL * needed):
                 break

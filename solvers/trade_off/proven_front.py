@@ -187,7 +187,7 @@ class ProvenSearch:
             self.places = PlaceBounds(problem)
         last, cells = self.places.last, self.places.cells(problem.k, cost)
         floor, gap = 0.0, math.nan
-        is_wide = (cells[:, 2] - cells[:, 1]).sum() > WIDE * self.places.known[0.0].size
+        is_wide = cell_runs.count(cells) > WIDE * self.places.known[0.0].size
         if is_wide and (through := self.places.lay(problem.k, path, cost, most)):
             last, cells, floor = through.last, cell_runs.runs_of(through.columns, through.rows), through.lower_bound
             gap = cost / floor - 1.0
