@@ -17,8 +17,9 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -157,18 +158,30 @@ def files_of(check: Check, root: Path = ROOT) -> list[Path]:
     return sorted(path for path in inside if "__pycache__" not in path.parts)
 
 
-def without_examples(path: Path) -> bytes:
+def docstrings(node: ast.AST) -> Iterator[ast.Constant]:
+    """List what begins a module, its classes and their functions, where that is a string."""
+    for place, one in enumerate(getattr(node, "body", ())):
+        if isinstance(one, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            yield from docstrings(one)
+        elif place == 0 and isinstance(one, ast.Expr) and isinstance(one.value, ast.Constant):
+            yield one.value
+
+
+@cache
+def without_examples(text: bytes) -> bytes:
+    """Return the text of a module without the examples that end docstrings."""
+    lines = text.decode().splitlines(keepends=True)
+    for one in docstrings(ast.parse(text)):
+        inside = range(one.lineno - 1, (one.end_lineno or one.lineno) - 1)
+        begins = next((n for n in inside if lines[n].strip() == "Examples"), inside.stop)
+        lines[begins : inside.stop] = [""] * (inside.stop - begins)
+    return "".join(lines).encode()
+
+
+def read(path: Path) -> bytes:
     """Return the text of a file; of Python, without the examples that end docstrings."""
     text = path.read_bytes()
-    if path.suffix != ".py" or b"    Examples\n" not in text:
-        return text
-    lines = text.decode().splitlines(keepends=True)
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
-            inside = range(node.lineno - 1, (node.end_lineno or node.lineno) - 1)
-            begins = next((n for n in inside if lines[n].strip() == "Examples"), inside.stop)
-            lines[begins : inside.stop] = [""] * (inside.stop - begins)
-    return "".join(lines).encode()
+    return without_examples(text) if path.suffix == ".py" and b"    Examples\n" in text else text
 
 
 def digest(check: Check, root: Path = ROOT) -> str:
@@ -176,7 +189,7 @@ def digest(check: Check, root: Path = ROOT) -> str:
     versions = map(importlib.metadata.version, check.packages)
     whole = hashlib.sha256(repr((check.words, sys.platform, platform.machine(), *versions)).encode())
     for path in files_of(check, root):
-        whole.update(path.relative_to(root).as_posix().encode() + b"\0" + without_examples(path) + b"\0")
+        whole.update(path.relative_to(root).as_posix().encode() + b"\0" + read(path) + b"\0")
     return whole.hexdigest()
 
 
