@@ -40,6 +40,8 @@ def pytest_collection(session: pytest.Session) -> Generator[None, object, object
         return (yield)
     finally:
         gc.freeze()
+        # (what tests make is mostly gone before: the collector need not look as often)
+        gc.set_threshold(100_000, 50, 50)
         gc.enable()
 
 

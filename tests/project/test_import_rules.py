@@ -23,6 +23,8 @@ BY_STRING = {
     *("comparisons.claims.artefact", "comparisons.claims.catalogue", "comparisons.cli.commands"),
     "comparisons.study.runner",
 }
+#: Functions that import by string.
+STRING_IMPORTS = {"import_module", "__import__"}
 #: Every module by its full name; what is reached through the links in the package counts where it really is.
 MODULES = {
     ".".join((package, *file.relative_to(folder).with_suffix("").parts)).removesuffix(".__init__"): file
@@ -32,12 +34,20 @@ MODULES = {
 }
 
 
+def statements(node: ast.AST) -> Iterator[ast.AST]:
+    """List all statements in a node, without what they are made of, of which there is much more."""
+    for field in ("body", "orelse", "finalbody", "handlers", "cases"):
+        for one in getattr(node, field, ()):
+            yield one
+            yield from statements(one)
+
+
 def by_string(node: ast.AST) -> list[ast.expr]:
     """Return the arguments of an import by string; none of another node."""
     if not isinstance(node, ast.Call):
         return []
     name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-    return node.args if name in {"import_module", "__import__"} else []
+    return node.args if name in STRING_IMPORTS else []
 
 
 def imported(nodes: Iterable[ast.AST]) -> Iterator[str]:
@@ -61,8 +71,9 @@ def module_of(name: str) -> str:
 @cache
 def nodes_of(module: str) -> tuple[ast.AST, ...]:
     """Return the nodes of the syntax tree of one of our modules that may import."""
-    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
-    return tuple(node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom | ast.Call))
+    text = MODULES[module].read_text(encoding="utf-8")
+    nodes = ast.walk if any(name in text for name in STRING_IMPORTS) else statements
+    return tuple(node for node in nodes(ast.parse(text)) if isinstance(node, ast.Import | ast.ImportFrom | ast.Call))
 
 
 @cache
