@@ -238,7 +238,8 @@ def test_others_of_a_file_are_evaded_and_drawn(cgla: Call) -> None:
     assert [len(one) for one in discs] == [1, 2, 2]
     np.testing.assert_allclose(discs[1], [(1.1 - middle, 0.5), plan.at(middle)], atol=1e-9)
     # (beside a team as well, and once)
-    team = cg.solve_team([problem, replace(problem, start=(0.1, 0.9), goal=(0.9, 0.9))], 0.1, nodes=1_000, orders=1)
+    problems = [problem, replace(problem, start=(0.1, 0.9), goal=(0.9, 0.9))]
+    team = cg.solve_team(problems, 0.1, nodes=1_000, orders=1, tolerance=None)
     with mpl.rc_context({"backend": "agg"}):
         beside = cg.plot(team, Figure().add_subplot())
     assert sum(isinstance(patch, Circle) for patch in beside.patches) == 3
