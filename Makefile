@@ -15,7 +15,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # workers share the cores: on small matrices, threads of linear algebra would mostly wait for each other, and busily
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: compare test theorem-1 fuzz lint check suite bounds browser paper proofs comparison digests oldest solvers manual figures docs bench peers claims conformance clean
+.PHONY: compare test theorem-1 fuzz lint check checks suite bounds browser paper proofs comparison digests oldest solvers manual figures docs bench peers claims conformance clean
 
 compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
@@ -40,7 +40,8 @@ lint: $(INSTALLED)
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
 
-check: lint suite bounds browser paper proofs solvers manual
+check: lint checks
+checks: suite bounds browser paper proofs solvers manual
 
 # all tests but those of the next targets
 suite: $(INSTALLED)
@@ -114,10 +115,12 @@ conformance: $(INSTALLED)
 	$(BIN)/python -m cgla_graph.comparisons.conformance.make comparisons/conformance/instances.json
 	$(BIN)/python -m cgla_graph.comparisons.conformance.proof_files comparisons/conformance
 
+# make INSTALL=dev,docs: with what the site needs, in one go
+INSTALL ?= dev
 $(INSTALLED): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed: make PYTHON=…" if sys.version_info < (3, 11) else 0)'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --editable '.[$(INSTALL)]'
 	touch $@
 
 $(VENV)/installed-docs: $(INSTALLED)
