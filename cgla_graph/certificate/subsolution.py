@@ -14,6 +14,11 @@ least ``psi(y)`` from ``y`` on (`tips`), so that ``phi(start) - max (phi - psi)`
 The front begins with ``psi`` around the block, so that the greatest difference is close to 0: where psi is too low,
 only the routes that enter there lose by it.
 
+**Around the start** a path has to leave the block of cells as well, at ``z``: up to there it costs at least ``psi(z)``,
+the lower bound around the start, and from there on at least ``phi(z)``. So the least ``phi + psi`` over the rim is a
+bound too. It is the better one where several ways are equally good: there the start is on a ridge of the solution, on
+which the spline is too low, but the best paths leave the block beside the ridge.
+
 **Where the spline is too steep**, mostly where fronts meet, the cost is lowered by the same factor and the equation
 solved again, a few times: the loss is of second order in the spacing where paths are smooth. Where the risk of a narrow
 threat or of a raster rises from almost 0 within a few cells, the solution bends upwards, and a spline is steep at the
@@ -34,7 +39,7 @@ import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -306,7 +311,11 @@ class Level:
             _ = self.corners
         turns = turns or stays_alone()
         race = _Race() if len(self.mesh.columns) > LARGE and not turns else None
-        bound = partial(self.bound, aim=aim, charge=charge, known=known, wanted=wanted, race=race)
+
+        def bound(*, to_goal: bool) -> Subsolution | None:
+            found = self.bound(to_goal=to_goal, aim=aim, charge=charge, known=known, wanted=wanted, race=race)
+            return found and replace(found, bound=max(found.bound, self._across_rim(found, to_goal=to_goal)))
+
         if turns:
             first = bound(to_goal=True)
             second = first if first is None or first.bound >= wanted else bound(to_goal=False)
@@ -450,6 +459,13 @@ class Level:
         x, y = ((other[axis] - mesh.origin[axis]) / mesh.spacing[axis] for axis in range(2))
         at = spline_value(mesh.controls[piece], x - int(mesh.columns[piece]), y - int(mesh.rows[piece]), shifted)
         return Subsolution(float(at), shifted)
+
+    def _across_rim(self, found: Subsolution, *, to_goal: bool) -> float:
+        """Bound the cost of a path by that up to the rim of the block that it begins in, and from there on."""
+        begins, ends = (self.start_block, self.goal_block)[:: 1 if to_goal else -1]
+        # (where a spline is infinite on a part of an edge, it says nothing)
+        across = -begins.excess(self, np.where(np.isfinite(found.values), -found.values, math.inf))
+        return across if across < math.inf and not (begins.holds & ends.holds).any() else -math.inf
 
     @cached_property
     def corners(self) -> Sequence[CornerBlock]:

@@ -313,7 +313,8 @@ def check_level(
         to_goal = end is problem.goal
         field = level.bound(to_goal=to_goal, aim=1e-3, charge=charge)
         assert field is not None, "there is a path, but the certificate says there is none"
-        assert scale * field.bound <= done[-1] * (1.0 + ROUNDING)
+        across = level._across_rim(field, to_goal=to_goal)
+        assert scale * max(field.bound, across) <= done[-1] * (1.0 + ROUNDING)
         asked = ~Block.around(level, end).holds[pieces]
         known = mesh.controls[pieces[asked]], mesh.columns[pieces[asked]], mesh.rows[pieces[asked]]
         bounds = oracles.spline(known, mesh.origin, mesh.spacing, points[asked], field.values)
@@ -902,6 +903,27 @@ def test_strong_and_weak_threats_under_a_great_weight_are_proven() -> None:
     assert 1.0 < found.lower_bound <= found.cost
 
 
+def test_where_two_ways_are_equally_good_few_cells_are_enough() -> None:
+    """On the ridge between both, the spline is too low: what leaving the block costs counts."""
+    found = lower_bound(load_scenario("one-threat").problem, tolerance=1e-4, max_cells=100_000)
+    assert found.gap <= 1e-4
+
+
+@pytest.mark.parametrize("to_goal", [True, False])
+def test_a_way_out_of_the_block_that_costs_too_much_is_caught(to_goal: bool) -> None:
+    """Without risk, the straight line is best."""
+    problem = cg.Problem((0.1, 0.3), (0.9, 0.8))
+    level = whole(problem, 128)
+    found, cost = level.bound(to_goal=to_goal, aim=1e-4), math.dist(problem.start, problem.goal)
+    assert found is not None
+    assert (1.0 - 1e-3) * cost < level._across_rim(found, to_goal=to_goal) <= cost
+    name = "start_block" if to_goal else "goal_block"
+    block = level.__dict__[name]
+    formula = replace(block.formula, numbers=1.1 * block.formula.numbers)
+    level.__dict__[name] = replace(block, formula=formula)
+    assert level._across_rim(found, to_goal=to_goal) > cost
+
+
 def test_next_to_each_other_the_blocks_of_both_ends_bound_no_path_too_high() -> None:
     """In the block of the goal, the spline to the goal is no bound: in both blocks, none of the two counts."""
     threat = cg.Threat(0.4935, 0.4925, 0.012)
@@ -914,7 +936,10 @@ def test_next_to_each_other_the_blocks_of_both_ends_bound_no_path_too_high() -> 
     pieces = np.unique(level.mesh.pieces_at(straight))
     pieces = pieces[level.start_block.holds[pieces] & level.goal_block.holds[pieces]]
     # (whatever the splines say there)
-    high = (replace(one, values=one.values + 1e3) for one in bounds)
+    high = [replace(one, values=one.values + 1e3) for one in bounds]
 
     assert len(pieces)
     assert (least_through(level, *high)[pieces] <= cost).all()
+    assert all(
+        level._across_rim(one, to_goal=to_goal) <= cost for one, to_goal in zip(high, (True, False), strict=True)
+    )
