@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cgla_graph._progress import Tell
+from cgla_graph._threads import threads
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph.certificate.certificate import MAX_CELLS, WORTH, is_separated, load_kernels, usual_cells
 from cgla_graph.certificate.landmarks import COARSE, MANY, Ground, refined
 from cgla_graph.certificate.many import MOST_SOLVES, GoalSurface
 from cgla_graph.certificate.many_cells import CellSurface
-from cgla_graph.model.cost_model import MapKind, threads
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.problem import Evaluation, Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import trivial_solution

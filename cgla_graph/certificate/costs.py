@@ -10,11 +10,11 @@ from typing import TypeVar
 import numpy as np
 import shapely
 
+from cgla_graph._threads import in_parts
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.certificate_kernels import COST, DROP, LEAST, SLOPE_X, SLOPE_Y
 from cgla_graph.eikonal.mesh import SplineMesh
-from cgla_graph.model.cost_model import in_parts
 from cgla_graph.model.earth import GEODESIC_ERROR, POLAR_RADIUS, LocalProjection
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster import raster_array

@@ -44,6 +44,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
+from cgla_graph._threads import stays_alone
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.corners import BendingPath, CornerBlock, WholeCorners, corners_of, links_of
@@ -54,7 +55,6 @@ from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go, descent, straight_costs
 from cgla_graph.eikonal.marching_kernels import spline_value
 from cgla_graph.eikonal.mesh import HALO, MeshPart, SplineMesh, bezier_values
-from cgla_graph.model.cost_model import stays_alone
 from cgla_graph.model.problem import Problem
 
 #: Times that the equation is solved on one grid, at most, and the round from which a cost may be lowered below the

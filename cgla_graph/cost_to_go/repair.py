@@ -5,6 +5,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
+from cgla_graph._threads import share_out
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph._validate import fixed
 from cgla_graph._validate import point as pair
@@ -14,7 +15,7 @@ from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix, matrix_of
 from cgla_graph.cost_to_go.model_change import ModelChange
 from cgla_graph.errors import GraphError
 from cgla_graph.model.adjacency import Node
-from cgla_graph.model.cost_model import CostModel, share_out
+from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.weights import DenseWeights, ImplicitWeights, Weights
 

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from cgla_graph._threads import in_parts
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph.eikonal import cell_runs, mesh_kernels
 from cgla_graph.eikonal.marching_kernels import Joints, Mesh, Nodes
 from cgla_graph.eikonal.mesh_kernels import Outlines
-from cgla_graph.model.cost_model import in_parts
 from cgla_graph.model.no_fly import NoFlyArea
 
 #: Sub-cells along the longer side of the bounds that separate the pieces of a cell, where memory allows.

@@ -21,11 +21,12 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import shown
+from cgla_graph._threads import share_out
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import non_negative_number, point_array, whole_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.fusion import envelope_kernels, fusion_kernels
-from cgla_graph.model.cost_model import CostModel, share_out
+from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.risk import RiskField, Threat

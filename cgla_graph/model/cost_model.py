@@ -1,9 +1,5 @@
 """The cost of a straight segment: Eq. 5, and infinity where it crosses a no-fly area."""
 
-import os
-import threading
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import NamedTuple, cast
@@ -13,6 +9,7 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import ShortRepr, shown
+from cgla_graph._threads import in_parts, share_out
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import fixed, non_negative_number, point_array, unmasked
 from cgla_graph.errors import ProblemError
@@ -20,8 +17,6 @@ from cgla_graph.model import graph_kernels
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import RiskField
 
-#: Below this many nodes, threads cost more than they save.
-THREADED_FROM = 200
 #: Areas that are found by identity.
 RECENT = 4
 
@@ -210,65 +205,3 @@ def _indexed(no_fly: BaseGeometry | None) -> NoFlyArea:
 
 #: The areas that were asked for last, which are found without hashing them.
 _recent: tuple[tuple[BaseGeometry | None, NoFlyArea], ...] = ()
-
-
-def n_cores() -> int:
-    """Count the cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def threads(most: int) -> ThreadPoolExecutor:
-    """
-    Open as many threads as there are cores, for tasks that do not share out their own work, and at most some number.
-
-    Examples
-    --------
-    >>> with threads(4) as pool:
-    ...     list(pool.map(lambda number: (number, stays_alone()), range(2)))
-    [(0, True), (1, True)]
-    """
-    return ThreadPoolExecutor(min(n_cores(), most), initializer=lambda: setattr(_thread, "alone", True))
-
-
-def stays_alone() -> bool:
-    """Return whether this thread is one of `threads`."""
-    return getattr(_thread, "alone", False)
-
-
-_thread = threading.local()
-
-
-def share_out(task: Callable[[int, int], None], n_items: int) -> None:
-    """
-    Run a task on all cores: ``task(first, step)`` for the items `first`, ``first + step``, …, one thread each.
-
-    Few items (below `THREADED_FROM`) stay in this thread, and so do all items of a thread of `threads`.
-
-    Examples
-    --------
-    >>> share_out(lambda first, step: print(first, step), n_items=10)
-    0 1
-    """
-    step = n_cores() if n_items >= THREADED_FROM and not stays_alone() else 1
-    if step == 1:
-        task(0, 1)
-        return
-    with ThreadPoolExecutor(step) as pool:
-        list(pool.map(lambda first: task(first, step), range(step)))
-
-
-def in_parts(task: Callable[[slice], None], n_items: int, *, size: int = 1) -> None:
-    """
-    Run a task on all cores: ``task(part)`` for consecutive items, one thread each.
-
-    Little work (below ten times `THREADED_FROM` items of size 1) stays in this thread.
-
-    Examples
-    --------
-    >>> in_parts(lambda part: print(part), n_items=10)
-    slice(0, 10, None)
-    """
-    share_out(
-        lambda first, step: task(slice(first * n_items // step, (first + 1) * n_items // step)),
-        n_items=n_items * size // 10,
-    )

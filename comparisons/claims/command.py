@@ -5,6 +5,7 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from cgla_graph._threads import n_cores
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.artefact import Artefact, artefacts
@@ -14,7 +15,6 @@ from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.report import write_report
 from cgla_graph.comparisons.claims.store import Store
 from cgla_graph.errors import WorkerError
-from cgla_graph.model.cost_model import n_cores
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from cgla_graph._threads import n_cores
 from cgla_graph.comparisons.claims.command import Request, check_all
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.own import asked_for, own_document, own_panel
-from cgla_graph.model.cost_model import n_cores
 
 
 def claims_on(

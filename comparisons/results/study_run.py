@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph._text import listed
+from cgla_graph._threads import n_cores
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.performance import performances
@@ -26,7 +27,6 @@ from cgla_graph.comparisons.study.study_file import is_study_file, read_study
 from cgla_graph.comparisons.tables.flights import print_flights
 from cgla_graph.comparisons.workers.tasks import run_tasks
 from cgla_graph.errors import CglaError, WorkerError
-from cgla_graph.model.cost_model import n_cores
 from cgla_graph.scenarios.graphs.graph_scenario import AnyScenario, GraphScenario
 from cgla_graph.scenarios.mission_file import MissionFile, is_mission_file, load_mission
 from cgla_graph.scenarios.scenario import Scenario

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import cgla_graph
 from cgla_graph._installed import read_once
-from cgla_graph.model.cost_model import n_cores
+from cgla_graph._threads import n_cores
 
 #: Seconds to wait for git, which answers at once or hangs (on a network drive).
 _PATIENCE = 10.0

@@ -17,7 +17,7 @@ from scipy.integrate import quad
 from scipy.sparse.csgraph import dijkstra
 
 import cgla_graph as cg
-from cgla_graph.model.cost_model import n_cores
+from cgla_graph._threads import n_cores
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario
 

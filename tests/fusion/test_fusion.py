@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 from oracles import largest_integral, line_integral, raster, rate
 from strategies import Segment, fast, few, off_lattice_points, segments, usual
 
+from cgla_graph import _threads
+from cgla_graph._threads import THREADED_FROM
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.errors import ProblemError
 from cgla_graph.fusion import envelope_kernels
 from cgla_graph.fusion.fusion import Fusion, Integral, fused_graph, fused_weights, united
-from cgla_graph.model import cost_model
-from cgla_graph.model.cost_model import THREADED_FROM, CostModel
+from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
@@ -355,9 +356,9 @@ def test_threads_change_nothing(how: Fusion, integral: Integral, monkeypatch: py
     starts, ends = rng.random((2, THREADED_FROM + 1, 2))
     settings: dict[str, Any] = {"fusion": how, "integral": integral, "samples": 5}
     assert lattice.n_points > THREADED_FROM
-    monkeypatch.setattr(cost_model, "n_cores", lambda: 3)
+    monkeypatch.setattr(_threads, "n_cores", lambda: 3)
     threaded = fused_graph(lattice, fields, 10.0, **settings), fused_weights(starts, ends, fields, 10.0, **settings)
-    monkeypatch.setattr(cost_model, "n_cores", lambda: 1)
+    monkeypatch.setattr(_threads, "n_cores", lambda: 1)
     alone = fused_graph(lattice, fields, 10.0, **settings), fused_weights(starts, ends, fields, 10.0, **settings)
     np.testing.assert_array_equal(threaded[0].weight_matrix(), alone[0].weight_matrix())
     np.testing.assert_array_equal(threaded[1], alone[1])

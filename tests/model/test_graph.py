@@ -19,10 +19,11 @@ from scipy.sparse import csgraph
 from shapely.geometry.base import BaseGeometry
 from strategies import fast, off_lattice_points, usual
 
+from cgla_graph._threads import THREADED_FROM
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import CornerRule
-from cgla_graph.model.cost_model import THREADED_FROM, CostModel
+from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.no_fly import NoFlyArea

@@ -13,11 +13,11 @@ from random_problems import RING, places, random_map
 from strategies import a_part_of
 
 import cgla_graph as cg
+from cgla_graph import _threads
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate import many
 from cgla_graph.certificate.landmarks import Ground, Landmarks
 from cgla_graph.errors import ProblemError
-from cgla_graph.model import cost_model
 from cgla_graph.regions import bound as over_cells
 from cgla_graph.solvers import grouped_questions
 
@@ -187,7 +187,7 @@ def test_answers_do_not_depend_on_the_number_of_threads(monkeypatch: pytest.Monk
     starts, goals = (places(problem, 9, np.random.default_rng([12, end])) for end in range(2))
     found = []
     for count in 1, 3:
-        monkeypatch.setattr(cost_model, "n_cores", lambda count=count: count)
+        monkeypatch.setattr(_threads, "n_cores", lambda count=count: count)
         answers = cg.Map(problem).solve(starts, goals)
         found.append([(one.path.tolist(), one.lower_bound, one.message) for one in answers])
     assert found[0] == found[1]

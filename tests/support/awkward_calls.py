@@ -204,7 +204,7 @@ def fork_back():
 
 
 def cores():
-    from cgla_graph.model.cost_model import n_cores
+    from cgla_graph._threads import n_cores
 
     return sorted(os.sched_getaffinity(0)), n_cores()
 
