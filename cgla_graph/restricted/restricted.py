@@ -23,7 +23,8 @@ full matrix has them. The argument:
    - ``G(r) + T(i) - T(r)``: ``T`` falls by no more than a segment costs, if the segment is in the tube and misses the
      block around the target, in which ``T`` is no spline. Where an area cuts a cell, ``T(i)`` is the least value that
      its pieces have, and ``T(r)`` the greatest;
-   - through the middle ``m`` of the segment: ``T(m)`` and half the length; and ``S(m) + T(m)`` against ``U``;
+   - through the middle ``m`` of the segment: ``T(m)`` or, likewise, ``G(r) + T(m) - T(r)``, and half the length; and
+     each of the two and ``S(m)`` against ``U``;
    - ``G(r)`` and a sum of a raster of costs less a margin (below), over all of its nodes; and before that, for a long
      segment, Simpson's rule over few of them, less the greatest error that the fourth derivatives of the cost allow.
 
@@ -57,8 +58,8 @@ from scipy.sparse import csgraph
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point, WholeArray
 from cgla_graph.certificate.costs import is_provable
+from cgla_graph.certificate.subsolution import with_halo
 from cgla_graph.cost_to_go.cost_matrix import RESTRICTED, CostMatrix
-from cgla_graph.eikonal import cell_runs
 from cgla_graph.errors import GraphError
 from cgla_graph.model.clearance import closed_area
 from cgla_graph.model.cost_model import MapKind
@@ -75,8 +76,8 @@ from cgla_graph.restricted.tube import MOST_CELLS, Tube
 SLACK = 1e-12
 #: Accuracy of the bounds of the first grid; that of later ones is a tenth of the gap before, within these limits.
 FIRST_AIM, LEAST_AIM, MOST_AIM = 1e-3, 1e-6, 2e-4
-#: Estimated seconds for a kept pair and for a cell: another grid is laid where it pays.
-PAIR, CELL = 1.2e-8, 4e-6
+#: Estimated seconds for a kept pair and for a cell of a mesh: another grid is laid where it pays.
+PAIR, CELL = 1.2e-8, 1e-6
 #: Points along a side from which the raster is fine enough to search for a first path.
 FINE = 64
 #: Grids on which a path in the plane is sought: the first and the second.
@@ -288,7 +289,7 @@ class _Search:
                     return self._stopped(tube) if self._is_late() else None
             kept = self._narrowed(tube, kept)
             last, runs = tube.finer(self.upper)
-            needed, n_kept = cell_runs.count(runs), len(kept.index)
+            needed, n_kept = with_halo(problem, runs, last), len(kept.index)
             pays = PAIR * float(n_kept) ** 2 > CELL * needed or (len(self.cells) == 1 and n_kept >= MANY)
             if needed > MOST_CELLS or not pays or self._is_late(CELL * needed):
                 break

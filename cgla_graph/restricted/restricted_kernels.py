@@ -436,7 +436,8 @@ def search(
                     continue
                 # (where the segment misses the block around the root)
                 misses = dx * (root[0] - rx) + dy * (root[1] - ry) <= 0.0 or square < safe
-                if differs and misses and pa[j] and pf[j] - before >= left:
+                falls = differs and misses and pa[j]
+                if falls and pf[j] - before >= left:
                     continue
                 counts[NEAR_ENOUGH] += 1
                 i = node[j]
@@ -455,6 +456,8 @@ def search(
                         if passed + middle_to[middle] >= upper or passed + 0.5 * length >= value + left:
                             continue
                         to_middle = min(to_middle, upper - middle_to[middle] - value)
+                        if falls and passed - before >= to_middle:
+                            continue
                     counts[PAST_MIDDLE] += 1
                     raster = plain if rough else low
                     half, x2, y2 = 0.5 * length, 2 * column[r], 2 * row[r]

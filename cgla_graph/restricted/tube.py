@@ -8,15 +8,15 @@ import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray, WholeArray
 from cgla_graph.certificate.costs import proven
-from cgla_graph.certificate.subsolution import Level, Subsolution, first_grid, next_grid
+from cgla_graph.certificate.subsolution import Level, Subsolution, finer_grid, first_grid
 from cgla_graph.certificate.through import kept
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
 from cgla_graph.model.problem import Problem
 from cgla_graph.restricted import restricted_kernels
 
-#: Cells of a grid, at most: 1.3 GB with all else, where the lattice has 1000 points a side.
-MOST_CELLS = 3_000_000
+#: Cells of a mesh, at most: 3 GB with all else, where the lattice has 4000 points a side.
+MOST_CELLS = 5_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,10 +67,8 @@ class Tube:
         return kept(self.level, self.to_goal, self.from_start, upper)
 
     def finer(self, upper: float) -> tuple[tuple[int, int], WholeArray]:
-        """Return the last node and the cells of the next grid."""
-        last = self.level.mesh.last
-        finer = next_grid(self.problem, last)
-        return finer, cell_runs.refined(self.kept(upper), last, finer)
+        """Return the last node and the cells of the next grid; they may still be too many."""
+        return finer_grid(self.problem, self.level.mesh.last, self.kept(upper), 2.0, MOST_CELLS)
 
     def path(self) -> FloatArray:
         """Follow the bound down from the start to the goal; empty if the descent fails."""
