@@ -164,14 +164,19 @@ SOLVERS: list[tuple[str, dict[str, Any]]] = [
 
 
 def good_path(problem: cg.Problem, side: int = 10) -> FloatArray | None:
-    """Refine the optimum over a lattice, the corners of the area, and the ends; None if there is none."""
+    """
+    Refine the optimum over a lattice, the corners of the area, and the ends; None if there is none.
+
+    A graph knows no border of a map: its path may pass between the border and an area that ends there.
+    """
     extra = (problem.start, problem.goal, *map(tuple, corners(problem.model.area, problem.bounds).tolist()))
     lattice = cg.Lattice(side, bounds=problem.bounds)
     graph = GeometricGraph.complete(lattice, problem.field, problem.k, no_fly=problem.no_fly, extra=extra)
     at = np.asarray(graph.positions)
     source, target = (int(np.nonzero((at == end).all(axis=1))[0][0]) for end in (problem.start, problem.goal))
     nodes = cg.solve(GraphProblem(graph, source, target), "dijkstra").nodes
-    return refine_path(problem, at[np.array(nodes, dtype=np.int64)]).path if nodes else None
+    path = at[np.array(nodes, dtype=np.int64)]
+    return refine_path(problem, path).path if nodes and problem.evaluate(path).feasible else None
 
 
 def some_paths(problem: cg.Problem, rng: np.random.Generator) -> list[FloatArray]:
