@@ -2,13 +2,18 @@
 
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 #: Below this many nodes, threads cost more than they save.
 THREADED_FROM = 200
+#: So many tasks at most run side by side: more would wait for Python.
+MOST_THREADS = 4
 
 _thread = threading.local()
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 def n_cores() -> int:
@@ -16,21 +21,27 @@ def n_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def threads(most: int) -> ThreadPoolExecutor:
+def side_by_side(task: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
     """
-    Open as many threads as there are cores, for tasks that do not share out their own work, and at most some number.
+    Run a task for each of some items, in threads that do not share out their own work; return the results in order.
+
+    A single item stays in this thread, where its work is shared out.
 
     Examples
     --------
-    >>> with threads(4) as pool:
-    ...     list(pool.map(lambda number: (number, stays_alone()), range(2)))
+    >>> list(side_by_side(lambda number: (number, stays_alone()), range(2)))
     [(0, True), (1, True)]
     """
-    return ThreadPoolExecutor(min(n_cores(), most), initializer=lambda: setattr(_thread, "alone", True))
+    if len(items) <= 1:
+        yield from map(task, items)
+        return
+    most = min(n_cores(), MOST_THREADS)
+    with ThreadPoolExecutor(most, initializer=lambda: setattr(_thread, "alone", True)) as pool:
+        yield from pool.map(task, items)
 
 
 def stays_alone() -> bool:
-    """Return whether this thread is one of `threads`."""
+    """Return whether this thread is one of `side_by_side`."""
     return getattr(_thread, "alone", False)
 
 
@@ -38,7 +49,7 @@ def share_out(task: Callable[[int, int], None], n_items: int) -> None:
     """
     Run a task on all cores: ``task(first, step)`` for the items `first`, ``first + step``, …, one thread each.
 
-    Few items (below `THREADED_FROM`) stay in this thread, and so do all items of a thread of `threads`.
+    Few items (below `THREADED_FROM`) stay in this thread, and so do all items of a thread of `side_by_side`.
 
     Examples
     --------

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cgla_graph._progress import Tell
-from cgla_graph._threads import threads
+from cgla_graph._threads import side_by_side
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph.certificate.certificate import MAX_CELLS, WORTH, is_separated, load_kernels, usual_cells
 from cgla_graph.certificate.landmarks import COARSE, MANY, Ground, refined
@@ -17,7 +17,6 @@ from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.problem import Evaluation, Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import trivial_solution
-from cgla_graph.regions.arrangement import has_cells
 from cgla_graph.solvers.solving import solve
 
 #: The gap that is asked for by default.
@@ -27,8 +26,6 @@ TOLERANCE = 0.01
 STEPS = {24: 512, 6: 384, 4: 256}
 #: Where so many questions are left, at least, they have a tube in common, on a grid with so many cells, and then more.
 LEFT, JOINT = 16, (400_000, 1_200_000)
-#: So many questions at most are proven at the same time, each by itself: more would wait for Python.
-MOST_THREADS = 4
 #: Name of the solver in answers.
 NAME = "map"
 
@@ -108,21 +105,15 @@ class Questions:
             self.n_own += len(of_group.open(self.tolerance))
             self.tell(f"{number + 1} of {len(ends)} goals")
         if self.n_own:
-            self._prepare()
-        # kernels let other threads run, and a single proof uses all cores by itself
-        with threads(MOST_THREADS) as pool:
-            side_by_side = pool.map if self.n_own > 1 else map
-            answers = side_by_side(lambda one: self._answer(*one, backwards=backwards), found)
-            for done, ((member, _, _), answer) in enumerate(zip(found, answers, strict=True)):
-                solutions[member] = answer
-                self.tell(f"{done + 1} of {len(found)} questions")
+            # (each of several threads would lay it)
+            self.ground(COARSE)
+        # (a single proof uses all cores by itself)
+        run = side_by_side if self.n_own > 1 else map
+        answers = run(lambda one: self._answer(*one, backwards=backwards), found)
+        for done, ((member, _, _), answer) in enumerate(zip(found, answers, strict=True)):
+            solutions[member] = answer
+            self.tell(f"{done + 1} of {len(found)} questions")
         return [one for one in solutions if one is not None]
-
-    def _prepare(self) -> None:
-        """Compute what proofs of single questions have in common, before threads start."""
-        ground = self.ground(COARSE)
-        if ground is not None and self._in_tube and not has_cells(self.problem):
-            _ = ground.landmarks
 
     @property
     def _in_tube(self) -> bool:

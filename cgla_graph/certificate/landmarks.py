@@ -44,7 +44,7 @@ COARSE, MANY = 96, 8
 REFINED, MOST_WAYPOINTS = 0.05, 64
 #: Differences of heights are rounded by less than this part of the greatest numbers.
 ROUNDING = 2.0**-46
-#: Threads lay shared grids one by one. (A lock in each `Ground` could not be pickled.)
+#: Threads lay landmarks and shared grids one by one. (A lock in each `Ground` could not be pickled.)
 _LAYING = Lock()
 
 
@@ -175,9 +175,14 @@ class Ground:
         kept, (columns, rows) = self.landmarks.kept(starts, goal, costs), self.level.mesh.last
         return kept, max(cell_runs.count(kept), 1) / ((columns + 1) * (rows + 1))
 
-    @cached_property
+    @property
     def landmarks(self) -> Landmarks:
-        """Heights of the map, which bound the cost between any two places."""
+        """Heights of the map, which bound the cost between any two places; laid when a tube asks for them."""
+        with _LAYING:
+            return self._landmarks
+
+    @cached_property
+    def _landmarks(self) -> Landmarks:
         return Landmarks.lay(self.level)
 
     def proof(

@@ -1,11 +1,14 @@
 """What UAVs must pay that know the whole world and are alone in it: what flights of teams are compared with."""
 
+from collections import Counter
 from collections.abc import Mapping
 
+from cgla_graph._threads import side_by_side
 from cgla_graph._types import Point
-from cgla_graph.certificate.certificate import prove
+from cgla_graph.certificate.certificate import load_kernels, prove
 from cgla_graph.certificate.landmarks import COARSE, MANY, Ground
 from cgla_graph.mission.world import TimedThreat, World
+from cgla_graph.model.cost_model import MapKind
 from cgla_graph.model.problem import Problem
 
 
@@ -50,14 +53,15 @@ def least_costs_alone(
         name: Problem(start, goal, field, k, bounds=world.bounds, no_fly=world.no_fly)
         for name, (start, goal, k) in flights.items()
     }
-    shared: dict[float, Ground | None] = {}
-    found = {}
-    for name, problem in problems.items():
-        if problem.k not in shared:
-            alike = sum(one.k == problem.k for one in problems.values())
-            shared[problem.k] = Ground.lay(problem, COARSE) if alike >= MANY else None
-        ground = shared[problem.k]
+    alike, first = Counter(one.k for one in problems.values()), {one.k: one for one in reversed(problems.values())}
+    shared = {k: Ground.lay(one, COARSE) for k, one in first.items() if alike[k] >= MANY}
+
+    def least(problem: Problem) -> float:
+        ground = shared.get(problem.k)
         proof = None if ground is None else ground.proof(problem, tolerance)
         proof = proof if proof is not None and proof.reached else prove(problem, tolerance=tolerance)
-        found[name] = proof.lower_bound
-    return found
+        return proof.lower_bound
+
+    for problem in first.values():
+        load_kernels(MapKind.of(problem.model))
+    return dict(zip(problems, side_by_side(least, list(problems.values())), strict=True))

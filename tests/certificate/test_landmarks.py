@@ -7,6 +7,7 @@ import pytest
 from random_problems import places, random_map
 
 import cgla_graph as cg
+from cgla_graph import _threads
 from cgla_graph.certificate import landmarks
 from cgla_graph.certificate.landmarks import Ground
 from cgla_graph.eikonal import cell_runs
@@ -58,6 +59,18 @@ def test_flights_of_a_swarm_are_bounded_on_one_grid() -> None:
     for name, (start, goal, _) in flights.items():
         best = cg.solve(replace(PAPER, start=start, goal=goal), tolerance=None).cost
         assert best / 1.02 <= bounds[name] <= best * (1.0 + 1e-12)
+
+
+def test_costs_alone_do_not_depend_on_the_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    starts, goals = (places(PAPER, 10, np.random.default_rng([13, end])).tolist() for end in range(2))
+    # (eight with one weight, which share a grid, and two with another)
+    flights = {str(n): (tuple(starts[n]), tuple(goals[n]), 10.0 if n < 8 else 3.0) for n in range(10)}
+    found = []
+    for count in 1, 3:
+        monkeypatch.setattr(_threads, "n_cores", lambda count=count: count)
+        found.append(least_costs_alone(World(PAPER.field, PAPER.bounds), flights, 0.02))
+    assert found[0] == found[1]
+    assert list(found[0]) == list(flights)
 
 
 def test_heights_are_flat_around_their_landmarks() -> None:
