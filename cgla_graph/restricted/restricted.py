@@ -156,7 +156,7 @@ class Restricted:
         >>> matrix.path_from(on.source) == [on.graph.labels[index] for index in found.nodes]
         True
         >>> matrix.rounds, [len(delta) for delta in matrix.delta_sets[:2]]
-        (108, [1, 1])
+        (106, [1, 1])
         """
         n, target = on.graph.n_nodes, on.graph.index_of(on.target)
         values, successors = np.full(n, np.inf), np.full(n, -1)
