@@ -172,17 +172,14 @@ class Ground:
 
     def _kept(self, starts: FloatArray, goal: Point, costs: FloatArray) -> tuple[WholeArray, float]:
         """Return the cells of `Landmarks.kept`, and which part of the map they are, one cell at least."""
-        kept, (columns, rows) = self.landmarks.kept(starts, goal, costs), self.level.mesh.last
+        with _LAYING:
+            landmarks = self.landmarks
+        kept, (columns, rows) = landmarks.kept(starts, goal, costs), self.level.mesh.last
         return kept, max(cell_runs.count(kept), 1) / ((columns + 1) * (rows + 1))
 
-    @property
+    @cached_property
     def landmarks(self) -> Landmarks:
         """Heights of the map, which bound the cost between any two places; laid when a tube asks for them."""
-        with _LAYING:
-            return self._landmarks
-
-    @cached_property
-    def _landmarks(self) -> Landmarks:
         return Landmarks.lay(self.level)
 
     def proof(

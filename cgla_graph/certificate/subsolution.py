@@ -463,9 +463,11 @@ class Level:
     def _across_rim(self, found: Subsolution, *, to_goal: bool) -> float:
         """Bound the cost of a path by that up to the rim of the block that it begins in, and from there on."""
         begins, ends = (self.start_block, self.goal_block)[:: 1 if to_goal else -1]
+        if (begins.holds & ends.holds).any():
+            return -math.inf
         # (where a spline is infinite on a part of an edge, it says nothing)
         across = -begins.excess(self, np.where(np.isfinite(found.values), -found.values, math.inf))
-        return across if across < math.inf and not (begins.holds & ends.holds).any() else -math.inf
+        return across if across < math.inf else -math.inf
 
     @cached_property
     def corners(self) -> Sequence[CornerBlock]:

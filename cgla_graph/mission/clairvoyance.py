@@ -62,6 +62,7 @@ def least_costs_alone(
         proof = proof if proof is not None and proof.reached else prove(problem, tolerance=tolerance)
         return proof.lower_bound
 
+    # (each of several threads would load them)
     for problem in first.values():
         load_kernels(MapKind.of(problem.model))
     return dict(zip(problems, side_by_side(least, list(problems.values())), strict=True))
